@@ -1,5 +1,6 @@
 """The command line: one module a command, listed here and loaded when it is run."""
 
+import codecs
 import os
 import signal
 import sys
@@ -11,6 +12,7 @@ import typer
 
 from addb_viewer.commands.listed import ListedCommand, ListedGroup, listing
 from addb_viewer.environment import ENDS_WITH_STDIN, STORE
+from solver.capture.file_names import readable
 
 DATASET = (
     ListedCommand(
@@ -236,10 +238,18 @@ def main() -> None:
     """Run the command line on `sys.argv`."""
     if os.environ.pop(ENDS_WITH_STDIN, None):
         threading.Thread(target=_end_with_stdin, name="end of the parent", daemon=True).start()
+    codecs.register_error(_shown.__name__, _shown)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")  # a terminal without '²' still gets its table
+            stream.reconfigure(errors=_shown.__name__)
     app()
+
+
+def _shown(error: UnicodeError) -> tuple[bytes, int]:
+    """A terminal without '²' still gets its table, and the names of files whatever bytes they are."""
+    assert isinstance(error, UnicodeEncodeError)
+    text = readable(error.object[error.start : error.end])
+    return text.encode(error.encoding, errors="replace"), error.end
 
 
 def _end_with_stdin() -> None:

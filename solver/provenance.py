@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from solver.capture.capture import Subject, TrialFiles
+from solver.capture.file_names import readable
 from solver.contact.force_review import ForceReview, as_plain
 from solver.dynamics.extension import Extension
 
@@ -93,7 +94,7 @@ def _words(trial: TrialFiles) -> str:
 def _places(subject: Subject, *paths: Path | None) -> str:
     """Where files lie, as seen from the subject's folder."""
     given = [Path(os.path.relpath(path, subject.folder)).as_posix() for path in paths if path is not None]
-    return ", ".join(given) or "none"
+    return readable(", ".join(given)) or "none"
 
 
 def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:

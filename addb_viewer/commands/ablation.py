@@ -20,6 +20,7 @@ from addb_viewer.commands.torque_figure import torque_figure
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.terminal_progress import terminal_progress
 from solver.capture.atomic import write_whole
+from solver.capture.file_names import readable
 from solver.dynamics.ablation import ablate
 from solver.dynamics.hidden_steps import Step
 from solver.progress import Progress, part
@@ -29,7 +30,12 @@ SOLVED = 0.1  # share of the work that is done after the markers' fit
 
 OneTrial = Annotated[
     str | None,
-    typer.Option("--trial", metavar="NAME", help="The trial; by default the one with the most right steps."),
+    typer.Option(
+        "--trial",
+        metavar="NAME",
+        parser=readable,
+        help="The trial; by default the one with the most right steps.",
+    ),
 ]
 Repetitions = Annotated[
     int, typer.Option("--repetitions", metavar="N", help="Choices of hidden steps per fraction.", min=1)

@@ -10,6 +10,7 @@ import typer
 
 from annotations.errors import ReviewError
 from solver.capture.disk_errors import ONLY_WRITING, writing_failed
+from solver.capture.file_names import readable
 from solver.errors import Cancelled, SolverError
 
 FAILED = 1  # the data or the solve
@@ -52,5 +53,5 @@ def _described(error: OSError) -> str:
 def _fail(message: str, status: int, debug: bool) -> None:
     if debug:
         traceback.print_exc()
-    typer.echo(f"addb-viewer: {' '.join(message.split())}", err=True)
+    typer.echo(f"addb-viewer: {readable(' '.join(message.split()))}", err=True)
     raise typer.Exit(status)

@@ -74,15 +74,7 @@ def _describe(subject: Subject) -> None:
     read = {name: markers for name, path in named.items() if (markers := markers_of(path)) is not None}
     damaged = [name for name in named if name not in read and named[name] != subject.recording]
     subject = replace(subject, notes=(*people_notes(read), *_why_unread(subject, damaged), *subject.notes))
-    text = described_as_toml(subject)
-    try:
-        text.encode()
-    except UnicodeEncodeError as error:
-        raise CaptureError(
-            f"{subject.folder}: a file in it has a name that is not UTF-8, which a subject.toml cannot hold. "
-            "Rename it."
-        ) from error
-    write_whole(_file(subject.folder), text)
+    write_whole(_file(subject.folder), described_as_toml(subject))
     forces = sum(trial.forces is not None for trial in subject.trials)
     inside = sum(trial.forces is None and trial.markers.suffix.lower() == ".c3d" for trial in subject.trials)
     trials = f"{len(subject.trials)} trial{'s' * (len(subject.trials) != 1)}"

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from solver.capture.b3d.places import subject_folder_of
+from solver.capture.file_names import readable
 
 SubjectFolder = Annotated[
     Path,
@@ -41,7 +42,9 @@ Out = Annotated[
 ]
 Trials = Annotated[
     list[str] | None,
-    typer.Option("--trial", metavar="NAME", help="This trial only; may be given several times."),
+    typer.Option(
+        "--trial", metavar="NAME", parser=readable, help="This trial only; may be given several times."
+    ),
 ]
 SettingsFile = Annotated[
     Path | None,

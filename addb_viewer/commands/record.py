@@ -15,6 +15,7 @@ from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
 from addb_viewer.review_store import unreadable_notes, whole_log
 from addb_viewer.terminal_progress import terminal_progress
+from solver.capture.file_names import readable
 from solver.fit import Fit
 
 Rrd = Annotated[
@@ -29,7 +30,9 @@ Mcap = Annotated[
 ]
 TrialNames = Annotated[
     list[str] | None,
-    typer.Option("--trial", metavar="NAME", help="Record this trial only; may be given several times."),
+    typer.Option(
+        "--trial", metavar="NAME", parser=readable, help="Record this trial only; may be given several times."
+    ),
 ]
 Serve = Annotated[
     bool,

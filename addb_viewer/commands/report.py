@@ -25,6 +25,7 @@ from addb_viewer.terminal_progress import terminal_progress
 from annotations.errors import ReviewError
 from solver.capture.atomic import made_folder
 from solver.capture.b3d.places import subject_folder_of
+from solver.capture.file_names import readable
 from solver.errors import Cancelled, SolverError
 from solver.results.store import default_folder, write_json
 
@@ -45,7 +46,9 @@ OutPlace = Annotated[
 ]
 TrialNames = Annotated[
     list[str] | None,
-    typer.Option("--trial", metavar="NAME", help="Report this trial only; may be given several times."),
+    typer.Option(
+        "--trial", metavar="NAME", parser=readable, help="Report this trial only; may be given several times."
+    ),
 ]
 Diagnose = Annotated[
     bool, typer.Option("--diagnose", help="Diagnose first where no diagnosis of this fit is kept.")

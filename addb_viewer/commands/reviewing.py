@@ -13,8 +13,9 @@ from annotations.events import Edit
 from annotations.log import ReviewLog
 from annotations.unreadable import UnreadableRow
 from annotations.wording import said_by
+from solver.capture.file_names import readable
 
-TrialName = Annotated[str, typer.Argument(metavar="TRIAL", help="Name of the trial.")]
+TrialName = Annotated[str, typer.Argument(metavar="TRIAL", parser=readable, help="Name of the trial.")]
 Author = Annotated[
     str | None,
     typer.Option("--author", metavar="NAME", help="Who decides; your login name by default."),

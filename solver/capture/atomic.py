@@ -17,6 +17,7 @@ from typing import BinaryIO
 from solver.capture.b3d.places import belongs_to_b3d
 from solver.capture.disk_errors import writing_failed
 from solver.capture.file_lock import HAS_LOCKS, abandoned, taken
+from solver.capture.file_names import encoded
 from solver.errors import CaptureError
 
 DRAFT = ".addb-draft-"  # how the names of drafts begin
@@ -34,7 +35,7 @@ def write_whole(path: Path, text: str) -> None:
     Raises:
         CaptureError: the folder is missing or cannot be written to.
     """
-    data = text.encode()
+    data = encoded(text)
     with whole_file(path) as file:
         file.write(data)
 

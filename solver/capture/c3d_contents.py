@@ -1,5 +1,6 @@
 """What ezc3d finds in a C3D file, as plain arrays: parameters, points, analog samples."""
 
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.c3d_header import BLOCK, EXPORT_AGAIN, C3dHeader, read_data, read_header
+from solver.capture.file_names import readable
 from solver.errors import CaptureError
 
 
@@ -46,7 +48,7 @@ class C3dContents:
         found: list[str] = []
         for key in (name, *(f"{name}{part}" for part in range(2, 20))):
             if key in self.parameters[group]:
-                found += [str(word).strip() for word in self.parameters[group][key]["value"]]
+                found += [readable(str(word)).strip() for word in self.parameters[group][key]["value"]]
         return tuple(found)
 
 
@@ -58,7 +60,7 @@ def open_c3d(path: Path) -> C3dContents:
     """
     header = read_header(path)
     try:
-        raw = ezc3d.c3d(str(path))
+        raw = _read(path)
     except Exception as error:  # ezc3d raises whatever its C++ threw
         reason = str(error).split(". If you")[0].removesuffix(": iostream error")
         raise CaptureError(f"{path}: the C3D file is damaged ({reason}). {EXPORT_AGAIN}") from error
@@ -83,6 +85,15 @@ def open_c3d(path: Path) -> C3dContents:
     return C3dContents(path, raw["parameters"], points, rate, analogs, notes)
 
 
+def _read(path: Path) -> Any:
+    if readable(str(path)) == str(path):
+        return ezc3d.c3d(str(path))
+    with tempfile.TemporaryDirectory() as folder:
+        link = Path(folder, "read.c3d")
+        link.symlink_to(path.resolve())  # ezc3d takes no name that is not UTF-8
+        return ezc3d.c3d(str(link))
+
+
 def _data(
     path: Path, raw: Any, header: C3dHeader
 ) -> tuple[Float[np.ndarray, "frames points 3"], Float[np.ndarray, "samples channels"], tuple[str, ...]]:
@@ -90,10 +101,13 @@ def _data(
     analogs = raw["data"]["analogs"][0].T
     seen_per_frame = len(analogs) * analogs.shape[1] / max(1, len(positions))
     if seen_per_frame != header.analogs_per_frame:
+        note = f"{path.name}: the header counts {header.analogs_per_frame} analog values per frame, "
+        if header.fills_file(seen_per_frame) and not header.fills_file(header.analogs_per_frame):
+            note += (
+                f"the parameters {seen_per_frame:g}, which the length of the file agrees with; these are used"
+            )
+            return positions, analogs, (note,)
         stored = read_data(path, header)
-        note = (
-            f"{path.name}: the header counts {header.analogs_per_frame} analog values per frame, "
-            "ANALOG:USED and ANALOG:RATE others; the header is used, with scales of 1 and offsets of 0"
-        )
+        note += "ANALOG:USED and ANALOG:RATE others; the header is used, with scales of 1 and offsets of 0"
         return stored.points, stored.analogs, (note,)
     return positions, analogs, ()

@@ -3,8 +3,9 @@
 ezc3d ends the whole program on some damaged parameter sections, so the chain of records is walked here first.
 """
 
+import math
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,14 @@ BLOCK = 512  # bytes; all addresses in a C3D file count blocks from 1
 SIGNATURE = 0x50
 INTEL, DEC, MIPS = 84, 85, 86
 LARGEST_COUNT = 65535  # the header's frame numbers are 16 bits; longer files keep theirs elsewhere
+TEXT = 255
+SIZES = {1: 1, 2: 2, 4: 4, TEXT: 1}  # of a parameter's values [bytes], by the number of their type
+SINGLE = {  # parameters whose first number ezc3d takes without a look whether there is one
+    *(f"POINT:{name}" for name in ("USED", "RATE", "SCALE", "FRAMES", "DATA_START")),
+    *("ANALOG:USED", "ANALOG:RATE", "ANALOG:GEN_SCALE", "ROTATION:USED", "ROTATION:RATE"),
+    *("TRIAL:ACTUAL_START_FIELD", "TRIAL:ACTUAL_END_FIELD"),
+}
+MOST_VALUES = 65535  # of a parameter, whose place is told in 16 bits; ezc3d makes room for empty texts, too
 EXPORT_AGAIN = "Export the trial again, or copy the file again."
 
 
@@ -57,6 +66,14 @@ class C3dHeader:
     def frame_bytes(self) -> int:
         """Size of a frame: floats of four bytes or integers of two."""
         return self.words_per_frame * (4 if self.scale < 0 else 2)
+
+    def fills_file(self, analogs_per_frame: float) -> bool:
+        """Whether its frames end where the file does, to a block, with so many analog samples in each."""
+        other = replace(self, analogs_per_frame=round(analogs_per_frame))
+        return (
+            self.frames is not None
+            and 0 <= self.file_bytes - self.data_start - self.frames * other.frame_bytes < BLOCK
+        )
 
 
 @dataclass(frozen=True)
@@ -124,7 +141,8 @@ def read_data(path: Path, header: C3dHeader) -> C3dData:
     Raises:
         CaptureError: the numbers are not Intel's.
     """
-    if header.processor != INTEL or header.frames is None:
+    odd = header.analogs_per_frame % header.samples_per_frame
+    if header.processor != INTEL or header.frames is None or odd:
         raise CaptureError(
             f"{path}: ANALOG:USED and ANALOG:RATE disagree with the header's count of analog samples. "
             "Export the trial again."
@@ -150,6 +168,9 @@ def _number(data: bytes, address: int, processor: int) -> float:
 def _check_length(path: Path, header: C3dHeader) -> None:
     """A file that breaks off within a frame is cut; one that ends with a frame was trimmed by somebody."""
     held = header.frames_held
+    if header.frames is not None and header.frames < 1:
+        frames = f"frames {header.first_frame} to {header.last_frame}"
+        raise CaptureError(f"{path}: the header is damaged: {frames}. {EXPORT_AGAIN}")
     if header.frames is None or held >= header.frames:
         return
     if held == 0 or header.data_start + held * header.frame_bytes != header.file_bytes:
@@ -159,27 +180,35 @@ def _check_length(path: Path, header: C3dHeader) -> None:
 
 
 def _check_parameters(path: Path, data: bytes, start: int) -> frozenset[str]:
-    """Walk the chain of groups and parameters to its end; the names found, as in "ANALOG:SCALE"."""
+    """Walk the chain of groups and parameters to its end; those that hold numbers, as in "ANALOG:SCALE"."""
     groups: dict[int, str] = {}
-    found: list[tuple[int, str]] = []
+    found: list[tuple[int, str, int, bool]] = []
     at = start + 4
     while at + 2 < len(data) and data[at]:
         length, group = abs(struct.unpack_from("<b", data, at)[0]), struct.unpack_from("<b", data, at + 1)[0]
         pointer = at + 2 + length
-        if pointer + 4 > len(data) or (group > 0 and not _fits(data, pointer + 2)):
+        if pointer + 4 > len(data):
+            raise _damaged(path, at)
+        step = struct.unpack_from("<H", data, pointer)[0]
+        record = data[pointer + 2 : pointer + step] if step else data[pointer + 2 :]
+        if not _fits(record, has_values=group > 0) or -group in groups:
             raise _damaged(path, at)
         name = data[at + 2 : pointer].decode("latin-1").upper()
         if group < 0:
             groups[-group] = name
         else:
-            found.append((group, name))
-        step = struct.unpack_from("<H", data, pointer)[0]
+            numbers = record[0] != TEXT and math.prod(record[2 : 2 + record[1]]) > 0
+            found.append((group, name, at, numbers))
         if step == 0:
             break
         at = pointer + step
     if at + 2 >= len(data):
         raise _damaged(path, len(data))
-    return frozenset(f"{groups.get(group)}:{name}" for group, name in found)
+    named = [(f"{groups.get(group)}:{name}", at, numbers) for group, name, at, numbers in found]
+    for name, at, numbers in named:
+        if name in SINGLE and not numbers:
+            raise _damaged(path, at)
+    return frozenset(name for name, _, numbers in named if numbers)
 
 
 def _check_analog(path: Path, header: C3dHeader, parameters: frozenset[str]) -> None:
@@ -192,14 +221,17 @@ def _check_analog(path: Path, header: C3dHeader, parameters: frozenset[str]) -> 
             )
 
 
-def _fits(data: bytes, at: int) -> bool:
-    """Whether the parameter described at `at` has a known type and lies within the file."""
-    size = abs(struct.unpack_from("<b", data, at)[0])
-    dimensions = data[at + 1]
-    if size not in (1, 2, 4) or dimensions > 7 or at + 2 + dimensions > len(data):
-        return False
-    count = int(np.prod([int(extent) for extent in data[at + 2 : at + 2 + dimensions]], dtype=object))
-    return at + 2 + dimensions + size * count <= len(data)
+def _fits(record: bytes, *, has_values: bool) -> bool:
+    """Whether what follows a record's name lies within it: values of a known type, then a description."""
+    at = 0
+    if has_values:
+        if len(record) < 2 or record[0] not in SIZES or record[1] > 7:
+            return False
+        extents = record[2 : 2 + record[1]]
+        if math.prod(extent or 1 for extent in extents) > MOST_VALUES or (record[0] == TEXT and not extents):
+            return False
+        at = 2 + record[1] + SIZES[record[0]] * math.prod(extents)
+    return at < len(record) and at + 1 + record[at] <= len(record)
 
 
 def _damaged(path: Path, at: int) -> CaptureError:

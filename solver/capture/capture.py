@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.b3d.stored import StoredPass
+from solver.capture.file_names import readable
 
 
 @dataclass(frozen=True)
@@ -189,6 +190,6 @@ class Subject:
     def name(self) -> str:
         """The name of the folder; of a single file its own, or its folder's where that tells nobody."""
         if self.recording is None:
-            return self.folder.resolve().name
+            return readable(self.folder.resolve().name)
         file = self.recording.resolve()
-        return file.parent.name if file.stem.lower() in NAMES_OF_NOBODY else file.stem
+        return readable(file.parent.name if file.stem.lower() in NAMES_OF_NOBODY else file.stem)

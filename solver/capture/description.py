@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
@@ -9,6 +10,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from solver.capture.capture import ReleaseWords, TrialFiles
+from solver.capture.file_names import lying
 from solver.capture.small_files import BrokenFileError, json_content, toml_tables
 from solver.errors import CaptureError
 
@@ -131,13 +133,13 @@ class Entries:
         parts = PurePosixPath(name.strip().replace("\\", "/")).parts
         if PureWindowsPath(name).anchor or PurePosixPath(name).is_absolute() or ".." in parts:
             raise self.complaint(key, "leads out of the subject's folder. Copy the file into it.")
-        path = self.path.parent.joinpath(*parts)
-        if path.is_file():
-            return path
-        lying = [
+        for path in (lying(self.path.parent, name.strip()), lying(self.path.parent, "/".join(parts))):
+            if os.path.isfile(path):
+                return path
+        files = [
             str(p.relative_to(self.path.parent)) for p in sorted(self.path.parent.rglob("*")) if p.is_file()
         ]
-        near = get_close_matches("/".join(parts), lying, n=1)
+        near = get_close_matches("/".join(parts), files, n=1)
         raise self.complaint(key, "there is no such file." + (f" Is it '{near[0]}'?" if near else ""))
 
 

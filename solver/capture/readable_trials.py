@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solver.capture.capture import Capture, Subject, TrialFiles, UnreadTrial, UnusedFile
+from solver.capture.file_names import readable
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.trial import read_static, read_trial
 from solver.capture.unused_files import FORCES, MARKERS
@@ -82,5 +83,5 @@ def _unused(error: CaptureError, subject: Subject, markers: Path, forces: Path |
     """The file that an error is about, from the subject's folder, and the reason without its path."""
     text = str(error)
     about = forces if forces is not None and text.startswith(str(forces)) else markers
-    file = about.relative_to(subject.folder).as_posix()
-    return UnusedFile(file, text.removeprefix(f"{about}: "), MARKERS if about == markers else FORCES)
+    file, reason = about.relative_to(subject.folder).as_posix(), text.removeprefix(f"{about}: ")
+    return UnusedFile(readable(file), readable(reason), MARKERS if about == markers else FORCES)

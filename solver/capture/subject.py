@@ -9,6 +9,7 @@ from solver.capture.b3d.places import is_b3d, recording_of, subject_folder_of
 from solver.capture.b3d.subject import open_b3d_subject
 from solver.capture.capture import Subject
 from solver.capture.description import Description
+from solver.capture.file_names import readable
 from solver.capture.loose_files import FoundTrials, files_in, find_models, is_recording, trials_among
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.small_files import BrokenFileError, lies_there
@@ -21,6 +22,7 @@ from solver.capture.subject_layout import (
     layout_of,
 )
 from solver.capture.subject_toml import read_subject_toml
+from solver.capture.text_table import unique_names
 from solver.capture.trial_ranges import with_ranges
 from solver.capture.unused_files import read_with, unused_files
 from solver.errors import CaptureError
@@ -90,13 +92,16 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
             foot_bodies=described.foot_bodies or Subject.foot_bodies,
             tags=described.tags or (),
             release=described.release,
-            notes=described.notes + range_notes + _model_notes(folder, model, models, by_hand.is_file()),
+            notes=_readable(
+                *described.notes, *range_notes, *_model_notes(folder, model, models, by_hand.is_file())
+            ),
         )
         silent = "subject.toml does not name it" if by_hand.is_file() and not found.trials else ""
         unused = unused_files(folder, _used(subject), left, layout.others, silent)
     except PermissionError as error:
         raise CaptureError(f"{error.filename}: cannot be read ({error.strerror}).") from error
-    return replace(subject, unused=unused)
+    shown = (replace(one, file=readable(one.file), reason=readable(one.reason)) for one in unused)
+    return replace(subject, unused=tuple(shown))
 
 
 def subjects_in(
@@ -135,10 +140,10 @@ def subjects_in(
             else:
                 subjects, more = _at(place, may_be_read, settings_of)
         except CaptureError as error:
-            notes.append(f"{place.name} is left out: {error}")
+            notes.append(readable(f"{place.name} is left out: {error}"))
         else:
             found += subjects
-            notes += (f"{place.name}/{note}" for note in more)
+            notes += (readable(f"{place.name}/{note}") for note in more)
     if not found:
         raise CaptureError(f"{alone} Nor is any folder in it a subject's.")
     return tuple(found), tuple(notes)
@@ -173,7 +178,7 @@ def _b3d_subjects(
                 may_be_read(subject_folder_of(file))
             found.append(open_subject(file, settings_of(subject_folder_of(file))))
         except CaptureError as error:
-            notes.append(f"{file.name} is left out: {error}")
+            notes.append(readable(f"{file.name} is left out: {error}"))
     return found, notes
 
 
@@ -193,9 +198,21 @@ def _found(folder: Path, settings: ReadingSettings) -> tuple[Layout, FoundTrials
     if (folder / "trials").is_dir():
         in_trials = trials_of(folder / "trials", settings)
         if in_trials.trials:
-            return Layout((folder,), {}), in_trials
+            return Layout((folder,), {}), _named(in_trials)
     layout = layout_of(folder)
-    return layout, trials_among(folder, layout.places, settings)
+    return layout, _named(trials_among(folder, layout.places, settings))
+
+
+def _named(found: FoundTrials) -> FoundTrials:
+    """Trials called as a subject.toml and a review can call them, each by a name of its own."""
+    plain = [readable(trial.name).replace("\\", "_").strip().lstrip(".") or "trial" for trial in found.trials]
+    names = unique_names(plain)[0]
+    trials = (replace(trial, name=name) for trial, name in zip(found.trials, names, strict=True))
+    return replace(found, trials=tuple(trials))
+
+
+def _readable(*notes: str) -> tuple[str, ...]:
+    return tuple(readable(note) for note in notes)
 
 
 def _used(subject: Subject) -> Iterator[Path]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from solver.capture.capture import Subject, TrialFiles
+from solver.capture.file_names import readable
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _HEAD = """\
@@ -134,7 +135,7 @@ def _comments(subject: Subject) -> Iterator[str]:
 
 
 def _path(subject: Subject, path: Path) -> str:
-    return _text(path.relative_to(subject.folder).as_posix())
+    return _text(readable(path.relative_to(subject.folder).as_posix()))
 
 
 def _text(value: object) -> str:

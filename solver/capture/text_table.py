@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import overload
 
+from solver.capture.file_names import decoded
 from solver.errors import CaptureError
 
 MISSING = frozenset(
@@ -99,10 +100,7 @@ def read_text(path: Path, most_bytes: int = -1) -> Text:
     elif b"\0" in data:
         raise CaptureError(f"{path}: not a text file (a C3D file with another ending?). Export it as text.")
     else:
-        try:
-            text = data.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = data.decode("latin-1")
+        text = decoded(data)
     del data  # of a long recording as large as its numbers
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     return Text(Lines(text), text.endswith("\n"))

@@ -20,6 +20,7 @@ from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.clock import ClockSettings
 from solver.capture.conditioning import of_a_person
 from solver.capture.edge_zeros import without_edge_zeros
+from solver.capture.file_names import readable
 from solver.capture.force_columns import find_plates, turned
 from solver.capture.loads_under_feet import UnderFeetSettings, best_lag_s, feet_of, loads_of, under_feet
 from solver.capture.marker_cleaning import clean_markers
@@ -90,7 +91,7 @@ def read_trial(
         name=files.name,
         markers=markers,
         plates=plates,
-        notes=(*notes, *review_notes, *range_notes),
+        notes=tuple(readable(note) for note in (*notes, *review_notes, *range_notes)),
         files=tuple(path for path in (files.markers, files.forces, *files.reviews) if path is not None),
         imported_missing_force=mask,
         imported_reviewed=reviewed,
@@ -109,7 +110,8 @@ def read_static(path: Path, settings: ReadingSettings = READING) -> Capture:
     path = Path(path)
     lab = _markers_in_lab(path, None, settings)
     markers, notes = _cleaned(markers_y_up(lab.markers, lab.up), path, settings)
-    return Capture(path.stem, markers, (), (*lab.notes, *lab.up.notes(path.name), *notes), (path,))
+    notes = (*lab.notes, *lab.up.notes(path.name), *notes)
+    return Capture(readable(path.stem), markers, (), tuple(readable(note) for note in notes), (path,))
 
 
 @dataclass(frozen=True)

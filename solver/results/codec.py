@@ -10,6 +10,7 @@ import numpy as np
 
 from solver.capture import capture
 from solver.capture.b3d import stored
+from solver.capture.file_names import lying
 from solver.contact import proposals, wrenches
 from solver.dynamics import dynamics, extension, heldout
 from solver.dynamics.foretelling import learnt_terms
@@ -123,7 +124,11 @@ class Decoder:
             case {"float": str(text)}:
                 return float(text)
             case {"path": str(text)}:
-                return Path(os.path.normpath(self.base / text)) if text.startswith("..") else self.base / text
+                return (
+                    Path(os.path.normpath(self.base / text))
+                    if text.startswith("..")
+                    else lying(self.base, text)
+                )
             case {"dict": dict(items)}:
                 return {key: self.decode(item) for key, item in items.items()}
         raise ResultsError(f"not written by this version: {sorted(tree)}")

@@ -1,7 +1,11 @@
 import shutil
+from contextlib import suppress
+from resource import RUSAGE_SELF, getrusage
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from solver.capture.c3d_contents import open_c3d
 from solver.capture.c3d_header import read_data, read_header
@@ -81,3 +85,62 @@ def test_the_data_section_decoded_by_the_header_alone_agrees_with_ezc3d(real_dat
         assert stored.analogs.shape == contents.analogs.shape
     real = open_c3d(real_data / LASEM)  # its analog scales are 1
     np.testing.assert_allclose(read_data(real.path, read_header(real.path)).analogs, real.analogs, atol=1e-9)
+
+
+@pytest.mark.parametrize("extents", [(0, 255, 255), (255, 255, 255), (0, 255, 255, 255, 255)])
+def test_a_parameter_with_lying_extents_takes_no_room(real_data, tmp_path, extents):
+    data = bytearray((real_data / LASEM).read_bytes())
+    labels = data.index(b"LABELS", data.index(b"ANALOG")) + len(b"LABELS") + 2
+    data[labels + 1 : labels + 2 + len(extents)] = bytes([len(extents), *extents])
+    path = tmp_path / "lying.c3d"
+    path.write_bytes(data)
+    before = getrusage(RUSAGE_SELF).ru_maxrss
+    with pytest.raises(CaptureError, match=r"lying\.c3d: .* damaged"):
+        open_c3d(path)
+    assert getrusage(RUSAGE_SELF).ru_maxrss - before < 100_000  # [kB]
+
+
+@pytest.mark.parametrize("said", [0, 1, 32, 119])
+def test_a_header_that_counts_too_few_analog_samples_is_told_and_no_marker_moves(real_data, tmp_path, said):
+    data = bytearray((real_data / LASEM).read_bytes())
+    data[4:6] = said.to_bytes(2, "little")
+    path = tmp_path / "changed.c3d"
+    path.write_bytes(data)
+    contents = open_c3d(path)
+    assert any(f"the header counts {said} analog values" in note for note in contents.notes)
+    np.testing.assert_array_equal(contents.points, open_c3d(real_data / LASEM).points)
+
+
+@pytest.mark.parametrize("said", [65, 4000, 65535])
+def test_a_header_that_counts_too_many_analog_samples_is_refused(real_data, tmp_path, said):
+    data = bytearray((real_data / SMALL).read_bytes())
+    data[4:6] = said.to_bytes(2, "little")
+    path = tmp_path / "changed.c3d"
+    path.write_bytes(data)
+    with pytest.raises(CaptureError, match=r"changed\.c3d: .*(cut off|disagree)"):
+        open_c3d(path)
+
+
+def test_frames_that_end_before_they_begin(real_data, tmp_path):
+    data = bytearray((real_data / SMALL).read_bytes())
+    data[6:10] = b"\x09\x00\x02\x00"
+    path = tmp_path / "backwards.c3d"
+    path.write_bytes(data)
+    with pytest.raises(CaptureError, match="the header is damaged: frames 9 to 2"):
+        open_c3d(path)
+
+
+@given(st.data())
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_damaged_headers_and_parameters_are_read_or_told_in_a_sentence(real_data, tmp_path, data):
+    whole = bytearray((real_data / SMALL).read_bytes())
+    places = st.one_of(st.integers(0, 48), st.integers(512, len(whole) - 1024))
+    values = st.one_of(
+        st.sampled_from([b"\0", b"\xff", b"\x7f", b"\0\0", b"\xff\xff"]), st.binary(min_size=1, max_size=4)
+    )
+    for place, value in data.draw(st.lists(st.tuples(places, values), min_size=1, max_size=3)):
+        whole[place : place + len(value)] = value
+    path = tmp_path / "damaged.c3d"
+    path.write_bytes(whole[: data.draw(st.one_of(st.none(), st.integers(0, len(whole))))])
+    with suppress(CaptureError):
+        open_c3d(path)
