@@ -3,16 +3,28 @@
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from unicodedata import combining, normalize
 
-RIGHT = frozenset(("r", "right", "rt", "rx", "rgt", "dx"))
-LEFT = frozenset(("l", "left", "lt", "lx", "lft", "sx"))
+_WORDS = {  # of the sides: English, German and Dutch, French, Spanish, Portuguese, Italian
+    "r": "r right rt rx rgt rechts re droit droite derecha derecho der direita direito dir dx destra destro",
+    "l": "l left lt lx lft links li gauche izquierda izquierdo izq esquerda esquerdo sx sinistra sinistro",
+}
+RIGHT, LEFT = (frozenset(words.split()) for words in _WORDS.values())
+_GLUED = tuple(
+    (w, side) for side, ws in _WORDS.items() for w in (*(w for w in ws.split() if len(w) > 3), side)
+)
+LETTERS = ("rl", "dg", "di", "de", "ds")  # of the right and the left side, where one letter says it
 OTHER_SIDE = {"r": "l", "l": "r"}
 
 _PIECES = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+_FIRST_LETTER = re.compile(r"(?P<before>)(?P<side>[a-z])(?P<after>.*[a-z].*)")
+_LAST_LETTER = re.compile(r"(?P<before>.*[a-z0-9].*)(?P<side>[a-z])(?P<after>\d*(#\d+)?)")
 _SEPARATOR = re.compile(r"[-_. |/]")
 _TWIN = re.compile(r"#\d+$")  # the reader's mark of a name that occurs twice
 # What plainly names a pelvic spine or the sacrum, whatever else is said ("Pelvis_RASIS", "hip.l.PSI") ...
-_SPINES = frozenset(("asis", "asi", "psis", "psi", "sacrum", "sacral", "sacr"))
+_SPINES = frozenset(
+    ("asis", "asi", "psis", "psi", "sacrum", "sacral", "sacr", "eias", "eips", "sias", "sips")
+)
 _IN_THE_MIDLINE = frozenset(("sacrum", "sacral", "sacr"))
 # ... unless that makes it another point than the spine itself
 _ANOTHER_POINT = frozenset(
@@ -77,11 +89,11 @@ def _sided(words: tuple[str, ...]) -> Iterator[Reading]:
         if side and last:
             yield Reading(side, words[:i] + words[i + 1 :], SURE if i in (0, last) else INSIDE)
     first = words[0]
-    for full, side in (("right", "r"), ("left", "l"), ("r", "r"), ("l", "l")):
+    for full, side in _GLUED:
         if first.startswith(full) and len(first) > len(full):
             yield Reading(side, (first[len(full) :], *words[1:]), SURE)
     end = max((i for i, word in enumerate(words) if word.isalpha()), default=0)
-    for full, side in (("right", "r"), ("left", "l"), ("r", "r"), ("l", "l")):
+    for full, side in _GLUED:
         if words[end].endswith(full) and len(words[end]) > len(full) + 1:
             yield Reading(side, (*words[:end], words[end][: -len(full)], *words[end + 1 :]), GLUED_BEHIND)
 
@@ -93,7 +105,7 @@ def _spine(words: tuple[str, ...]) -> Iterator[Reading]:
     named = [
         (side, word[len(glued) :])
         for word in words
-        for glued, side in (("", None), ("right", "r"), ("left", "l"), ("r", "r"), ("l", "l"))
+        for glued, side in (("", None), *_GLUED)
         if word.startswith(glued) and word[len(glued) :] in _SPINES
     ]
     sides = {side for side, _ in named} | {"r" if w in RIGHT else "l" for w in words if w in RIGHT | LEFT}
@@ -130,6 +142,39 @@ def without_common_start(labels: tuple[str, ...]) -> dict[str, str]:
     return short
 
 
+def plain(labels: tuple[str, ...]) -> dict[str, str]:
+    """Each label without what all begin with, without accents, and with its side as an R or L in front.
+
+    The letters of the two sides are those in which most labels differ from another one, as a first or a last
+    letter: in "EASD EASG GENOU_D GENOU_G" they are D and G.
+
+    Args:
+        labels: of one or more recordings.
+    """
+    texts = {label: _without_accents(text) for label, text in without_common_start(labels).items()}
+    usual = _in_english(texts, LETTERS[0], _FIRST_LETTER)
+    sided = [_in_english(texts, letters, end) for letters in LETTERS for end in (_FIRST_LETTER, _LAST_LETTER)]
+    most = max(sided, key=len)
+    return texts | most if len(most) > len(usual) else texts
+
+
+def _in_english(texts: dict[str, str], letters: str, pattern: re.Pattern[str]) -> dict[str, str]:
+    """Labels that differ from another one in this letter alone, with R or L in front instead."""
+    parts = {label: found for label, text in texts.items() if (found := pattern.fullmatch(text.lower()))}
+    called = {(found["before"], found["side"], found["after"]) for found in parts.values()}
+    sided = {}
+    for label, found in parts.items():
+        side = letters.find(found["side"])
+        if side >= 0 and (found["before"], letters[1 - side], found["after"]) in called:
+            at = found.start("side")
+            sided[label] = f"{'RL'[side]} {texts[label][:at]} {texts[label][at + 1 :]}"
+    return sided
+
+
+def _without_accents(text: str) -> str:
+    return "".join(c for c in normalize("NFKD", text.replace("ß", "ss")) if not combining(c))
+
+
 def _names_a_side(beginning: str) -> bool:
     return any(word.lower() in RIGHT | LEFT for word in _SEPARATOR.split(beginning))
 
@@ -151,7 +196,7 @@ def twins(read: Mapping[str, list[Reading]], least_ease: float) -> dict[str, str
 
 def sides(labels: tuple[str, ...]) -> dict[str, str]:
     """The side, "r" or "l", of each label that has a twin; labels without one are left out."""
-    short = without_common_start(labels)
+    short = plain(labels)
     read = {label: readings(short[label]) for label in labels}
     return {label: side for side, label, _ in _paired(read, INSIDE)}
 

@@ -22,9 +22,9 @@ from solver.markers.label_parts import (
     NO_TWIN,
     OTHER_SIDE,
     Reading,
+    plain,
     readings,
     twins,
-    without_common_start,
 )
 
 SURE_ENOUGH = 0.5  # below it a label is left out and its alternatives are listed
@@ -106,7 +106,7 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
         recordings: with these labels; frames are thinned.
     """
     names = tuple(dict.fromkeys(labels))
-    short = without_common_start(names)
+    short = plain(names)
     read = _doubted_without_twins({label: readings(short[label]) for label in names})
     paired = twins(read, INSIDE)
     meanings = {label: _meanings(read[label], label in paired) for label in names}

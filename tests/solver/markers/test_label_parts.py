@@ -1,6 +1,6 @@
 import pytest
 
-from solver.markers.label_parts import readings, sides, spelling, without_common_start
+from solver.markers.label_parts import plain, readings, sides, spelling, without_common_start
 
 
 @pytest.mark.parametrize(
@@ -64,3 +64,18 @@ def test_a_subject_called_like_a_side_is_taken_off():
 def test_two_spellings_of_a_name_share_one():
     assert spelling("L_thigh1") & spelling("thigh1.l")
     assert not spelling("L_thigh1") & spelling("R_thigh1")
+
+
+@pytest.mark.parametrize(("right", "left"), ["RL", "DG", "DI", "DE", "DS"])
+@pytest.mark.parametrize("form", ["{0}{1}", "{0}_{1}", "{1}{0}", "{1}.{0}"])
+def test_sides_are_the_letters_in_which_most_labels_differ(right, left, form):
+    stems = ("EIAS", "KNEE", "TOE", "THI2")
+    labels = {
+        form.format(stem, letter): side for stem in stems for side, letter in (("r", right), ("l", left))
+    }
+    assert sides((*labels, "C7", "LOMBA", "DOS")) == labels
+
+
+def test_letters_of_another_language_are_no_sides_where_most_are_r_and_l():
+    labels = ("RTHAD", "RTHAG", "LTHAD", "LTHAG", "RKNE", "LKNE")
+    assert plain(labels) == {label: label for label in labels}

@@ -58,6 +58,33 @@ BY_FAMILY = {
             "RTT": "tibial_tuberosity_r",
         },
     ),
+    "Oxford Foot Model": (
+        labels(
+            "LASI,RASI,SACR,LTHI,RTHI,LKNE,RKNE,LHFB,RHFB,LTUB,RTUB,LSHN,RSHN,LTIB,RTIB,LANK,RANK,LHEE,RHEE,"
+            "LCPG,RCPG,LLCA,RLCA,LSTL,RSTL,LP1M,RP1M,LD1M,RD1M,LP5M,RP5M,LD5M,RD5M,LTOE,RTOE,LHLX,RHLX"
+        ),
+        {
+            "LP1M": "mt1_base_l",
+            "RD5M": "mt5_head_r",
+            "LHLX": "hallux_l",
+            "RSTL": "heel_medial_r",
+            "LTIB": "shank_wand_l",
+        },
+    ),
+    "French laboratories": (
+        labels(
+            "EASD,EASG,EPSD,EPSG,CLD,CLG,CMD,CMG,TFIBD,TFIBG,MLD,MLG,MMD,MMG,CALD,CALG,MT1D,MT1G,MT5D,MT5G,"
+            "ACD,ACG,ELD,ELG,EMD,EMG,PSRD,PSRG,PSUD,PSUG,FHAD,FHAG,THAD,THAG,XYP,MAN,C7,MTTETE"
+        ),
+        {
+            "EASD": "asis_r",
+            "EPSG": "psis_l",
+            "MT5D": "mt5_head_r",
+            "THAD": "shank_front_upper_r",
+            "PSUG": "wrist_ulnar_l",
+            "XYP": "xiphoid",
+        },
+    ),
     "CMU": (
         labels(
             "RFHD,LFHD,C7,T10,CLAV,STRN,RBAC,LSHO,RSHO,LELB,RELB,LFWT,RFWT,LBWT,RBWT,LTHI,RTHI,"
@@ -138,6 +165,32 @@ def test_words_in_any_order():
     assert rows["KneeLateral_R"].landmark == "knee_lateral_r"
     assert rows["lateral_knee_L"].landmark == "knee_lateral_l"
     assert rows["Right Anterior Superior Iliac Spine"].landmark == "asis_r"
+
+
+@pytest.mark.parametrize(
+    ("right", "left", "expected"),
+    [
+        ("EIASD EIPSD GENOU_D Cheville.D MalleoleInterneD", "EIASG EIPSG GENOU_G Cheville.G MalleoleInterneG",
+         "asis psis knee_lateral ankle_lateral ankle_medial"),
+        ("R.EIAS R.EIPS", "L.EIAS L.EIPS", "asis psis"),
+        ("D_Épaule D_Coude D_EIAS", "G_Épaule G_Coude G_EIAS", "acromion elbow_lateral asis"),
+        ("genou droit, poignet droit", "genou gauche, poignet gauche", "knee_lateral wrist_middle"),
+        ("SIAS_rechts SIPS_rechts KnieInnenRechts Knöchel_rechts",
+         "SIAS_links SIPS_links KnieInnenLinks Knöchel_links", "asis psis knee_medial ankle_lateral"),
+        ("rodilla_d tobillo_d EIAS_d codo_d", "rodilla_i tobillo_i EIAS_i codo_i",
+         "knee_lateral ankle_lateral asis elbow_lateral"),
+        ("joelho_direito ombro_direito", "joelho_esquerdo ombro_esquerdo", "knee_lateral acromion"),
+        ("GinocchioDX CavigliaDX SIAS_DX", "GinocchioSX CavigliaSX SIAS_SX",
+         "knee_lateral ankle_lateral asis"),
+        ("r_knie r_enkel r_elleboog", "l_knie l_enkel l_elleboog",
+         "knee_lateral ankle_lateral elbow_lateral"),
+    ],
+)  # fmt: skip
+def test_labels_of_other_languages(right, left, expected):
+    labels_of = [text.split(", ") if "," in text else text.split() for text in (right, left)]
+    rows = understand([label for side in labels_of for label in side]).by_label()
+    for side, recorded in zip("rl", labels_of, strict=True):
+        assert [rows[label].landmark for label in recorded] == [f"{n}_{side}" for n in expected.split()]
 
 
 def moving(names, landmarks, height=1.72, frames=80, seed=0):
