@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
+from solver.capture.text_table import some_of
 from solver.settings_field import setting
 
 LISTED = 8  # frames named in a note; the rest is counted
@@ -121,18 +122,17 @@ def _returns(
 def _copies(markers: Markers, settings: MarkerCleaningSettings) -> tuple[str, ...]:
     """Markers whose trajectories are one and the same wherever both were seen."""
     positions = markers.positions_ground
-    notes: tuple[str, ...] = ()
+    found: list[str] = []
     with np.errstate(invalid="ignore"):
         for k in range(positions.shape[1] - 1):
             apart = np.abs(positions[:, k + 1 :] - positions[:, k : k + 1]).max(axis=2)
             both = np.isfinite(apart)
             same = (apart <= settings.same_m) & both
             copies = (both.sum(axis=0) > 1) & (same.sum(axis=0) == both.sum(axis=0))
-            notes += tuple(
-                f"{markers.names[k]} and {markers.names[k + 1 + other]} have the same trajectory"
-                for other in np.flatnonzero(copies)
-            )
-    return notes
+            found += [
+                f"{markers.names[k]} and {markers.names[k + 1 + other]}" for other in np.flatnonzero(copies)
+            ]
+    return (f"{some_of(found, 3)} have the same trajectory",) if found else ()
 
 
 def _listed(

@@ -1,5 +1,6 @@
 """What labels mean on the default body: by their names, and where these say nothing, by the motion."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -40,6 +41,7 @@ FRAMES = 60  # of each recording
 RIGID_M = JoiningSettings.rigid_m  # deviation of a distance over time
 NEAR_M = JoiningSettings.reach_m  # two markers of one segment are not further apart
 SAME_M = 0.025  # skin and posture move distances within a segment by less
+FRAME_REACH_M = 0.15  # of a marker on a frame or plate from where its name says
 FEWEST_PAIRS = 10  # rigid in both recordings; fewer tell nothing
 AGREE = 0.6  # of them, at least
 
@@ -90,7 +92,9 @@ def read_labels(
     unknown = {r.label for r in understood.labels} - {*pinned, *computed, *(r.label for r in meant)}
     untold = sorted(unknown) if holds and len(computed) > len(unknown) else []
     notes = _computed_notes(computed, untold)
-    if holds and len(untold) == len(unknown):
+    elsewhere = _elsewhere_on_their_body(meant) if holds else {}
+    unknown = (unknown - set(untold)) | elsewhere.keys()
+    if holds and not unknown:
         return ReadLabels(understood, {}, notes)
     pinned = {**(pinned if holds else {}), **{label: name for label, name in of_word.items() if name}}
     wanted = [label for label in labels if of_word.get(label) != LEFT_OUT and label not in computed]
@@ -111,6 +115,7 @@ def read_labels(
         return ReadLabels(understood, {}, notes)
     sought = unknown if holds else set(wanted)
     found = {f.label: f for f in recognition.markers if f.label in sought and f.label not in of_word}
+    found = _on_named_bodies(found, elsewhere, body)
     if holds:  # what nobody asked for need not be listed as ambiguous: a label of no marker, mostly
         found = {label: f for label, f in found.items() if f.confidence >= SURE_ENOUGH}
     rows = tuple(_row(found[row.label]) if row.label in found else row for row in understood.labels)
@@ -120,6 +125,41 @@ def read_labels(
         {label: _marker(f, body, ratio) for label, f in found.items()},
         (*notes, *_notes(found, rows, contradicted=not holds and bool(meant))),
     )
+
+
+def _elsewhere_on_their_body(meant: Sequence[UnderstoodLabel]) -> dict[str, UnderstoodLabel]:
+    """Labels whose places contradict their names, as others of that part do: those of a frame or a plate."""
+    off = {r.label: r for r in meant if not r.used and r.same_as is None and r.body is not None}
+    part = Counter(_part(row.body) for row in off.values())
+    return {label: row for label, row in off.items() if part[_part(row.body)] > 1}
+
+
+def _part(body: str | None) -> str:
+    return (body or "").removesuffix("_r").removesuffix("_l")
+
+
+def _on_named_bodies(
+    found: Mapping[str, FoundMarker], elsewhere: Mapping[str, UnderstoodLabel], body: Skeleton
+) -> dict[str, FoundMarker]:
+    """Markers of a frame, tracking the body that their names say, where they were measured; no other body.
+
+    None further from the named place than a decimetre or so, and none of one side alone.
+    """
+    kept = {label: f for label, f in found.items() if label not in elsewhere}
+    near = {}
+    for label, row in elsewhere.items():
+        f = found.get(label)
+        if f is not None and f.body == row.body and row.landmark is not None:
+            off = np.linalg.norm(f.place_body - place_on(atlas()[row.landmark], body))
+            if off < FRAME_REACH_M:
+                near[label] = replace(f, landmark=None, confidence=max(f.confidence, SURE_ENOUGH))
+    for label, f in near.items():
+        sides = {
+            atlas()[elsewhere[n].landmark or ""].side for n, other in near.items() if other.body == f.body
+        }
+        if sides not in ({"r"}, {"l"}) or f.body.endswith(("_r", "_l")):
+            kept[label] = f
+    return kept
 
 
 def _landmark_of(target: str, body: Skeleton) -> str:

@@ -31,6 +31,7 @@ ON_ONE_BODY, ELSEWHERE = (-8.0, 2.0), (-3.0, 2.0)
 MOST_FROM_ELSEWHERE = 0.25  # that the label is right at all, whichever of its landmarks is meant
 # [pairs] all pairs with the markers of one body tell as much as so many independent ones: the same, another
 WORTH_OF_OWN_BODY, WORTH_OF_A_BODY = 4.0, 1.0
+LIES_ALIKE_M = 0.04  # between distances of a left and a right marker: how people place them, and soft tissue
 ROUNDS = 30
 
 
@@ -45,13 +46,16 @@ class Candidate:
 
 
 def weighed(
-    candidates: Mapping[str, Sequence[Candidate]], recordings: Sequence[Markers]
+    candidates: Mapping[str, Sequence[Candidate]],
+    recordings: Sequence[Markers],
+    twins: Mapping[str, str] | None = None,
 ) -> dict[str, dict[str, float]]:
     """Probabilities of each label's landmarks, after a look at the trajectories.
 
     Args:
         candidates: by label; their probabilities leave room for "none of them".
         recordings: that have these labels; none leaves the probabilities as they are.
+        twins: labels of the other side. Two that lie alike on one body are right together or not at all.
     """
     labels = list(candidates)
     prior = {label: {c.landmark: c.probability for c in candidates[label]} for label in labels}
@@ -71,17 +75,41 @@ def weighed(
     worth = np.where(together, WORTH_OF_OWN_BODY, WORTH_OF_A_BODY)
     modest = np.where(together, evidence, np.minimum(evidence, MOST_FROM_ELSEWHERE))
     log_p, log_none = np.log(np.maximum(p, 1e-4)), np.log(none)
+    twin = _lying_alike(labels, twins or {}, mean, body[first])
+    of_twin = (twin[owner][:, None] == owner) & (owner[:, None] != owner)
     belief = p.copy()
     for _ in range(ROUNDS):
         tempered = np.minimum(1.0, worth / np.maximum(np.bincount(body, belief)[body], 1e-6))
         share = _shares(log_p + (evidence * tempered) @ belief, owner)
-        support = np.bincount(owner, share * ((modest * tempered) @ belief))
+        # if a label is right, its twin that lies alike is
+        given_right = np.where(of_twin, share, belief)
+        support = np.bincount(owner, share * (modest * tempered * given_right).sum(axis=1))
         odds = np.log(np.bincount(owner, p)) - log_none + support
-        right = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
+        right = 1 / (1 + np.exp(-np.clip((odds + odds[twin]) / 2, -30, 30)))
         belief = 0.5 * belief + 0.5 * share * right[owner]
     found: dict[str, dict[str, float]] = {label: {} for label in labels}
     for i, k in enumerate(owner):
         found[labels[k]][candidates[labels[k]][i - first[k]].landmark] = float(belief[i])
+    return found
+
+
+def _lying_alike(
+    labels: Sequence[str],
+    twins: Mapping[str, str],
+    mean: Float[np.ndarray, "labels labels"],
+    body: Int[np.ndarray, " labels"],
+) -> Int[np.ndarray, " labels"]:
+    """Each label's twin on the same body, if its distances there are the mirror image; else itself."""
+    index = {label: i for i, label in enumerate(labels)}
+    other = np.array([index.get(twins.get(label, ""), i) for i, label in enumerate(labels)])
+    found = np.arange(len(labels))
+    for i, j in enumerate(other):
+        there = np.flatnonzero(
+            (body == body[i]) & (np.arange(len(labels)) != i) & (np.arange(len(labels)) != j)
+        )
+        off = np.abs(mean[i, there] - mean[j, other[there]])
+        if j != i and body[i] == body[j] and np.isfinite(off).any() and np.nanmax(off) < LIES_ALIKE_M:
+            found[i] = j
     return found
 
 

@@ -119,7 +119,7 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     candidates = {
         label: [] if label in computed else _candidates(meanings[label], weights, covered) for label in names
     }
-    beliefs = weighed({label: found for label, found in candidates.items() if found}, recordings)
+    beliefs = weighed({label: found for label, found in candidates.items() if found}, recordings, paired)
     beliefs = _alike_on_both_sides(beliefs, paired)
     rows = [
         UnderstoodLabel(label, None, None, 0.0, None, f"computed: {computed[label]}", computed=True)

@@ -70,3 +70,36 @@ def test_labels_given_anew_in_another_recording_are_refused(walker, body):
     other = replace(markers, positions_ground=markers.positions_ground[:, shuffled])
     with pytest.raises(FitError, match="one at a time"):
         read_labels(body, [markers, other])
+
+
+def with_spines(walker, apart_m):
+    """The walker with names, and the posterior spines further apart."""
+    markers, places = walker
+    names = tuple(places[label].name for label in markers.names)
+    x = markers.positions_ground.copy()
+    right, left = names.index("psis_r"), names.index("psis_l")
+    along = x[:, names.index("asis_r")] - x[:, names.index("asis_l")]
+    out = 0.5 * apart_m * along / np.linalg.norm(along, axis=1, keepdims=True)
+    x[:, right] += out
+    x[:, left] -= out
+    return replace(markers, names=names, positions_ground=x)
+
+
+def test_markers_of_a_frame_track_their_body_from_where_they_are_on_both_sides(walker, body):
+    read = read_labels(body, [with_spines(walker, 0.24)])
+    rows = read.understanding.by_label()
+    assert [rows[f"psis_{side}"].body for side in "rl"] == ["pelvis", "pelvis"]
+    off = read.found["psis_r"].position_body - read.found["psis_l"].position_body
+    assert off[2] > 0.2  # ISB axes: z to the right
+
+
+@pytest.mark.parametrize("other", ["thigh_front", "acromion"])
+def test_a_label_is_never_attached_to_another_body_than_its_name_says(walker, body, other):
+    """Whatever it moves with."""
+    markers = with_spines(walker, 0.0)
+    x = markers.positions_ground
+    for side in "rl":
+        there = [markers.names.index(f"{n}_{side}") for n in (other, "psis")]
+        x[:, there[1]] = x[:, there[0]] + [0.0, 0.03, 0.0]
+    rows = read_labels(body, [markers]).understanding.by_label()
+    assert not any(rows[f"psis_{side}"].used and rows[f"psis_{side}"].body != "pelvis" for side in "rl")

@@ -193,19 +193,24 @@ def test_labels_of_other_languages(right, left, expected):
         assert [rows[label].landmark for label in recorded] == [f"{n}_{side}" for n in expected.split()]
 
 
-def moving(names, landmarks, height=1.72, frames=80, seed=0):
+def moving(names, landmarks, *, height=1.72, frames=80, seed=0, off=None):
     """A recording of a person of other proportions whose markers sit off their places."""
     rng = np.random.default_rng(seed)
     body = default_skeleton(height_m=height)
     marks = [landmark_marker(atlas()[n], label, body) for label, n in zip(names, landmarks, strict=True)]
-    off = [replace(m, position_body=m.position_body + rng.normal(0, m.spread_m / 1.7, 3)) for m in marks]
+    moved = [
+        replace(
+            m, position_body=m.position_body + rng.normal(0, m.spread_m / 1.7, 3) + (off or {}).get(m.name, 0)
+        )
+        for m in marks
+    ]
     time = np.linspace(0, 2 * np.pi, frames)[:, None]
     phase = rng.uniform(0, 2 * np.pi, len(body.dofs))
     size = np.array([0.0 if d.startswith("pelvis") else 0.3 for d in body.dofs])
     q = body.default_q + size * (1 + np.sin(time + phase)) * np.sign(
         np.array([c.range[0] + c.range[1] for c in body.free_coordinates])
     )
-    x = marker_positions(body.with_markers(off), q)
+    x = marker_positions(body.with_markers(moved), q)
     return Markers(tuple(names), x + rng.normal(0, 0.002, x.shape), 100.0)
 
 
@@ -257,3 +262,18 @@ def test_of_two_labels_for_one_bony_place_the_surer_is_used(walk):
     rows = understand(names, [replace(walk, names=names, positions_ground=x)]).by_label()
     assert rows["RASI"].used
     assert not rows["RASI#2"].used
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_both_sides_of_a_pelvic_frame_are_believed_or_doubted_together(seed):
+    """Markers on a frame around the hips: spines further apart than any, a little unlike left and right."""
+    rows = understand(PLUG_IN_GAIT).by_label()
+    rng = np.random.default_rng(seed)
+    marks = {label: atlas()[rows[label].landmark] for label in PLUG_IN_GAIT}
+    wide = {"ASI": rng.uniform(0.02, 0.05), "PSI": rng.uniform(0.08, 0.12)}
+    off = {s + n: np.array([0, 0, d if s == "R" else -d]) for n, d in wide.items() for s in "RL"}
+    recording = moving(PLUG_IN_GAIT, [m.name for m in marks.values()], seed=seed, off=off)
+    read = understand(PLUG_IN_GAIT, [recording]).by_label()
+    for spine in wide:
+        assert read[f"R{spine}"].used == read[f"L{spine}"].used
+        assert abs(read[f"R{spine}"].confidence - read[f"L{spine}"].confidence) < 0.05
