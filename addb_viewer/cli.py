@@ -117,7 +117,7 @@ COMMANDS = (
     ListedCommand(
         "export",
         "export:export",
-        "Write the fit for other tools into the results folder; solve first where there is no current fit.",
+        "Write the fit for other tools into the results folder; solve first where none is kept.",
     ),
     ListedCommand(
         "convert",
@@ -127,7 +127,7 @@ COMMANDS = (
     ListedCommand(
         "record",
         "record:record",
-        "Record the fit for rerun or Foxglove; solve first where there is no current fit.",
+        "Record the fit for rerun or Foxglove; solve first where none is kept.",
     ),
     ListedCommand(
         "report",

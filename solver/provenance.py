@@ -71,6 +71,21 @@ def other_recordings(one: Mapping[str, str], other: Mapping[str, str]) -> list[s
     return [name.removeprefix(_FILE) for name in both if one[name] != other[name]]
 
 
+def differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """In which inputs and versions two provenances differ, in words; reviews aside.
+
+    Args:
+        then: of the earlier one.
+        now: of the later one.
+    """
+    names = [name for name in {**then, **now} if then.get(name) != now.get(name)]
+    return [
+        _in_words(name, then, now)
+        for name in names
+        if not name.startswith(_REVIEW) and ((name in then and name in now) or not name.startswith(_FILE))
+    ]
+
+
 def extension_in(provenance: Mapping[str, str]) -> str | None:
     """Fingerprint of the extension that a fit was made with; None where it was made with none."""
     return provenance.get(_EXTENSION)
@@ -79,6 +94,19 @@ def extension_in(provenance: Mapping[str, str]) -> str | None:
 def without_reviews(provenance: Mapping[str, str]) -> dict[str, str]:
     """The provenance that a fit of the same files would have if nobody had flagged anything."""
     return {name: value for name, value in provenance.items() if not name.startswith(_REVIEW)}
+
+
+def _in_words(name: str, then: Mapping[str, str], now: Mapping[str, str]) -> str:
+    if name == _EXTENSION:
+        return "the accepted causes"
+    if name.startswith(_FILES) and not (name in then and name in now):
+        trial = name.removeprefix(_FILES)
+        return f"{trial} is {'new' if name in now else 'gone'}"
+    if name.startswith(_FILE) or name in (*_DESCRIPTION, *_SHARED):
+        return name.removeprefix(_FILE)
+    if name.startswith((_FILES, _SAID, _RANGES)):
+        return name
+    return f"{name} {then.get(name)} is {now.get(name)} now"
 
 
 def _words(trial: TrialFiles) -> str:

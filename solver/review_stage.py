@@ -138,6 +138,28 @@ def predicting_withheld(
     )
 
 
+def with_same_forces(fit: Fit, reviews: Reviews, settings: Settings) -> Fit | None:
+    """The fit with the masks that these reviews give; None where other forces count than in the fit.
+
+    Args:
+        fit: with these settings.
+        reviews: by trial, what people say about the forces.
+        settings: of every stage.
+    """
+    try:
+        trials = tuple(_proposed(trial, settings, reviews) for trial in fit.trials)
+    except FitError:
+        return None
+    same = all(_same_forces(old, new) for old, new in zip(fit.trials, trials, strict=True))
+    return replace(fit, trials=trials) if same else None
+
+
+def _same_forces(one: TrialFit, other: TrialFit) -> bool:
+    if one.mask is None or other.mask is None:
+        return one.mask is other.mask
+    return np.array_equal(one.mask.counts, other.mask.counts) and _erroneous(one) == _erroneous(other)
+
+
 def _extension_notes(extension: Extension | None, names: set[str]) -> tuple[str, ...]:
     """What the fit assumes beside the recorded forces."""
     if extension is None:

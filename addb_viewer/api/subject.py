@@ -45,7 +45,8 @@ class Subject(OpenedRecordings):
     ) -> Fit:
         """Scale the body, fit every trial's motion, and keep the fit in the results folder.
 
-        Where nothing changed, the kept fit stands; where only flags did, the search begins at it.
+        Where nothing changed, the kept fit stands; where only flags did, the search begins at it. A fit of
+        some trials is not kept where it would take the place of one that has others as well.
 
         Args:
             trials: those to fit, together; None: all.
@@ -67,7 +68,7 @@ class Subject(OpenedRecordings):
             if withheld:
                 from addb_viewer.jobs.withholding import Withholding  # noqa: PLC0415 (rarely needed)
 
-                judging = Withholding(fit, job.results, done.files[1].parent.name)
+                judging = Withholding(fit, job.results, done.solve)
                 if judging.is_due:
                     judging.run(job.settings, told, job.extension)
                 fit = judging.fit

@@ -6,12 +6,12 @@ from typing import Annotated
 import typer
 
 from addb_viewer.commands.diagnose import print_diagnosis
-from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.errors import errors_as_lines, warn
 from addb_viewer.commands.open import serve_app
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Port
 from addb_viewer.jobs.demo import make_demo
 from addb_viewer.jobs.diagnosing import diagnosed
-from addb_viewer.jobs.solving import job_for, solved
+from addb_viewer.jobs.solving import job_for, kept_fit
 from addb_viewer.summary_table import print_summary
 from addb_viewer.terminal_progress import terminal_progress
 from solver.summary import summary
@@ -37,7 +37,8 @@ def demo(
         make_demo(folder)
         job = job_for(folder)
         with terminal_progress() as progress:
-            done = solved(job, progress=progress)
+            done = kept_fit(job, progress=progress)
+        warn(done.said)
         print_summary(summary(done.fit, files=[str(path) for path in done.files]))
         with terminal_progress() as progress:
             figures, kept = diagnosed(job, progress)

@@ -42,6 +42,12 @@ def errors_as_lines(debug: bool) -> Iterator[None]:
         _fail(line if debug else f"{line} (run with --debug for the traceback)", FAILED, debug)
 
 
+def warn(said: str) -> None:
+    """One line on stderr about what was done all the same; none where there is nothing to say."""
+    if said:
+        typer.echo(f"addb-viewer: {readable(' '.join(said.split()))}", err=True)
+
+
 def _described(error: OSError) -> str:
     if error.errno in ONLY_WRITING:
         return writing_failed(Path(error.filename or "."), error)
@@ -53,5 +59,5 @@ def _described(error: OSError) -> str:
 def _fail(message: str, status: int, debug: bool) -> None:
     if debug:
         traceback.print_exc()
-    typer.echo(f"addb-viewer: {readable(' '.join(message.split()))}", err=True)
+    warn(message)
     raise typer.Exit(status)

@@ -4,12 +4,12 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.errors import errors_as_lines, warn
 from addb_viewer.commands.many import Row, Work, options, several
 from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
-from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, Trials
+from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, Solve, Trials
 from addb_viewer.jobs.exporting import Format, exported
-from addb_viewer.jobs.solving import job_for, solved
+from addb_viewer.jobs.solving import job_for, kept_fit
 from addb_viewer.terminal_progress import terminal_progress
 
 To = Annotated[
@@ -29,6 +29,7 @@ def export(
     to: To,
     out: Out = None,
     trial: Trials = None,
+    solve: Solve = False,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
     jobs: Jobs = 1,
@@ -36,13 +37,14 @@ def export(
     json: JsonFile = None,
     debug: Debug = False,
 ) -> None:
-    """Write the fit for other tools into the results folder; solve first where there is no current fit."""
+    """Write the fit for other tools into the results folder; solve first where none is kept."""
     with errors_as_lines(debug):
         root = several(subject)
         if root is not None:
             words = options(
                 to=[form.value for form in dict.fromkeys(to)],
                 trial=trial,
+                solve=solve,
                 settings=settings and settings.absolute(),
                 ignore_review=ignore_review,
                 debug=debug,
@@ -52,11 +54,12 @@ def export(
         check_one(csv, jobs)
         if json is not None:
             raise typer.BadParameter("says what became of several subjects; this is one", param_hint="--json")
-        job = job_for(subject, out=out, trials=trial, settings_file=settings, ignore_review=ignore_review)
+        job = job_for(subject, out=out, settings_file=settings, ignore_review=ignore_review)
         with terminal_progress() as progress:
-            fit = solved(job, progress=progress).fit
+            done = kept_fit(job, trial or (), anew=solve, progress=progress)
+        warn(done.said)
         for form in dict.fromkeys(to):
-            files, notes = exported(fit, form, job.results)
+            files, notes = exported(done.fit, form, job.results)
             for path in files:
                 typer.echo(path)
             for note in notes:

@@ -57,9 +57,9 @@ def fit(
 ) -> None:
     """Fit the skeleton to a subject's recordings, keep the results and print the summary.
 
-    Unchanged inputs are not solved again; where only flags changed, the fit begins at the kept one. Once the
-    summary is printed and the fit kept, all other layouts of withheld forces follow: Ctrl-C keeps the fit and
-    those that came.
+    Unchanged inputs are not solved again; where only flags changed, the fit begins at the kept one. With
+    --trial a kept fit that has other trials as well stays. Once the summary is printed and the fit kept, all
+    other layouts of withheld forces follow: Ctrl-C keeps the fit and those that came.
 
     Of a folder of several subjects each is fitted in a process of its own; what fails is told at the end.
     """
@@ -141,7 +141,7 @@ def in_short(figures: dict[str, Any], _: str = "") -> Row:
 
 def _judged_on_all_layouts(job: Job, done: KeptFit, notes: bool) -> Fit:
     """The fit with all layouts of withheld forces, which are printed when they are there."""
-    withholding = Withholding(done.fit, job.results, done.files[1].parent.name)
+    withholding = Withholding(done.fit, job.results, done.solve)
     if not withholding.is_due:
         return done.fit
     try:

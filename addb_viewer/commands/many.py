@@ -202,21 +202,24 @@ def _one(
     if status:
         return Outcome(name, Status.FAILED, seconds, _reason(complained, status), row, figures)
     kept = bool(work.unchanged) and work.unchanged in said
-    return Outcome(name, Status.KEPT if kept else Status.DONE, seconds, "", row, figures)
+    said = "; ".join(_own_lines(complained))
+    return Outcome(name, Status.KEPT if kept else Status.DONE, seconds, said, row, figures)
 
 
 def _reason(complained: str, status: int) -> str:
     """What a command said in its last words; a signal's number where something ended it."""
-    own = [
-        line.removeprefix("addb-viewer: ")
-        for line in complained.splitlines()
-        if line.startswith("addb-viewer: ")
-    ]
+    own = _own_lines(complained)
     if own:
         return "; ".join(own)
     if status < 0:
         return f"ended by {signal.Signals(-status).name}; is there enough memory?"
     return complained.strip().splitlines()[-1] if complained.strip() else f"ended with status {status}"
+
+
+def _own_lines(complained: str) -> list[str]:
+    """What the command itself said on stderr."""
+    mark = "addb-viewer: "
+    return [line.removeprefix(mark) for line in complained.splitlines() if line.startswith(mark)]
 
 
 def _environment(jobs: int) -> dict[str, str]:

@@ -34,7 +34,7 @@ class Outcome:
     subject: str  # its folder below the root
     status: Status
     seconds: float  # [s] on the clock
-    reason: str  # of a failure
+    reason: str  # of a failure; else what the command warned of
     row: Mapping[str, str | float | None]  # figures in short, by name with unit
     figures: Mapping[str, Any]  # of the command's own JSON
 
@@ -53,7 +53,11 @@ class Outcome:
 def line_of(outcome: Outcome) -> str:
     """One line: the subject, how it ended, its figures."""
     figures = ", ".join(f"{name} {_shown(value)}" for name, value in outcome.row.items() if value is not None)
-    said = outcome.reason if outcome.status is Status.FAILED else figures
+    said = (
+        outcome.reason
+        if outcome.status is Status.FAILED
+        else "; ".join(filter(None, [figures, outcome.reason]))
+    )
     return f"{outcome.subject}: {outcome.status} ({outcome.seconds:.0f} s){': ' * bool(said)}{said}"
 
 

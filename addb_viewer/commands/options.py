@@ -85,6 +85,10 @@ WithoutExtension = Annotated[
 Force = Annotated[
     bool, typer.Option("--force", help="Solve from the beginning even where nothing has changed.")
 ]
+Solve = Annotated[
+    bool,
+    typer.Option("--solve", help="Where the kept fit is out of date, make another beside it and take that."),
+]
 Quick = Annotated[
     bool,
     typer.Option(

@@ -7,10 +7,9 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, SubjectFolder
-from addb_viewer.jobs.solving import Job, job_for, solved
-from addb_viewer.jobs.subject_checks import check_trials
+from addb_viewer.commands.errors import errors_as_lines, warn
+from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, Solve, SubjectFolder
+from addb_viewer.jobs.solving import Job, job_for, kept_fit
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
 from addb_viewer.review_store import unreadable_notes, whole_log
@@ -51,20 +50,21 @@ def record(
     trial: TrialNames = None,
     serve: Serve = False,
     port: Port = 0,
+    solve: Solve = False,
     out: Out = None,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
     debug: Debug = False,
 ) -> None:
-    """Record the fit for rerun or Foxglove; solve first where there is no current fit."""
+    """Record the fit for rerun or Foxglove; solve first where none is kept."""
     if rrd is None and mcap is None and not serve:
         raise typer.BadParameter("say where to: --rrd FILE, --mcap FILE, or --serve", param_hint="--rrd")
     with errors_as_lines(debug), ExitStack() as stack:
         job = job_for(subject, out=out, settings_file=settings, ignore_review=ignore_review)
-        check_trials(job.subject, trial or ())
         with terminal_progress() as progress:
-            fit = solved(job, progress=progress).fit
-        recording = _recording(fit, job, trial)
+            done = kept_fit(job, trial or (), anew=solve, progress=progress)
+        warn(done.said)
+        recording = _recording(done.fit, job)
         if mcap is not None:
             from addb_viewer.recordings.mcap_recording import write_mcap  # noqa: PLC0415 (slow to load)
 
@@ -79,11 +79,11 @@ def record(
                 _serve(rrd, port)
 
 
-def _recording(fit: Fit, job: Job, trials: list[str] | None) -> Recording:
+def _recording(fit: Fit, job: Job) -> Recording:
     diagnosis, said = kept(job.results), whole_log(job.subject.folder)
     for note in unreadable_notes(said.unreadable):
         typer.echo(f"note: not recorded: {note}")
-    return recording_of(fit, trials=trials, diagnosis=diagnosis[0] if diagnosis else None, edits=said.edits)
+    return recording_of(fit, diagnosis=diagnosis[0] if diagnosis else None, edits=said.edits)
 
 
 def _serve(file: Path, port: int) -> None:

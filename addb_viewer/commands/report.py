@@ -9,11 +9,11 @@ from typing import Annotated, Any
 import typer
 
 from addb_viewer.app.subjects.root_folder import RootFolder, open_root
-from addb_viewer.commands.errors import FAILED, errors_as_lines
+from addb_viewer.commands.errors import FAILED, errors_as_lines, warn
 from addb_viewer.commands.fit import in_short
 from addb_viewer.commands.many import Work, done_to_all, options
 from addb_viewer.commands.many_subjects import Jobs
-from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, replaceable
+from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, Solve, replaceable
 from addb_viewer.jobs.reporting import ONE_PAGE, PAGE, reported
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.subject_checks import check_folder
@@ -26,8 +26,9 @@ from annotations.errors import ReviewError
 from solver.capture.atomic import made_folder
 from solver.capture.b3d.places import subject_folder_of
 from solver.capture.file_names import readable
+from solver.capture.small_files import json_content
 from solver.errors import Cancelled, SolverError
-from solver.results.store import default_folder, write_json
+from solver.results.store import default_folder, has_fit, write_json
 
 Root = Annotated[
     Path,
@@ -67,6 +68,7 @@ class _Wishes:
     settings: Path | None
     ignore_review: bool
     one_page: bool
+    anew: bool
 
     @property
     def page(self) -> str:
@@ -80,6 +82,7 @@ def report(
     trial: TrialNames = None,
     diagnose: Diagnose = False,
     one_page: OnePage = False,
+    solve: Solve = False,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
     jobs: Jobs = 1,
@@ -88,7 +91,7 @@ def report(
 ) -> None:
     """Write a page that says how good a fit is, on which frames, and why not on others.
 
-    Solves first where there is no current fit. The page opens without a network, plays and prints.
+    Solves first where no fit is kept. The page opens without a network, plays and prints.
     """
     if json is not None and not json.absolute().parent.is_dir():
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
@@ -96,7 +99,7 @@ def report(
         subject = subject_folder_of(subject)
         check_folder(subject)
         root = open_root(subject)
-        wishes = _Wishes(tuple(trial or ()), diagnose, settings, ignore_review, one_page)
+        wishes = _Wishes(tuple(trial or ()), diagnose, settings, ignore_review, one_page, solve)
         if root.names == (".",):
             file, made = _one(subject, out, wishes)
             typer.echo(file)
@@ -115,7 +118,7 @@ def report(
 
 
 def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, SubjectReport]:
-    """Solve a subject where that is due, and write its page."""
+    """Write a subject's page."""
     opened = partial(job_for, folder, settings_file=wishes.settings, ignore_review=wishes.ignore_review)
     with terminal_progress() as progress:
         return reported(
@@ -124,18 +127,30 @@ def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, Subjec
             trials=wishes.trials,
             file=file,
             one_page=wishes.one_page,
+            anew=wishes.anew,
+            tell=lambda said: warn(said and f"{folder.name}: {said}"),
             progress=progress,
         )
 
 
 def _fit_first(root: RootFolder, wishes: _Wishes, jobs: int) -> None:
-    """Fit the subjects in processes of their own: pages are then made of kept fits, and say what failed."""
+    """Fit those without a fit in processes of their own: pages are made of kept fits, and say what failed."""
+
+    def still_kept(folder: Path) -> dict[str, Any] | None:
+        results = default_folder(folder)
+        return json_content(results / "fit.json") if has_fit(results) else None
+
     words = options(
         settings=wishes.settings and wishes.settings.absolute(),
         ignore_review=wishes.ignore_review,
         quick=True,
     )
-    done_to_all(root, Work("fit", words, None, in_short), jobs, lambda line: typer.echo(line, err=True))
+    done_to_all(
+        root,
+        Work("fit", words, None, in_short, kept=still_kept),
+        jobs,
+        lambda line: typer.echo(line, err=True),
+    )
 
 
 def _each(root: RootFolder, out: Path | None, wishes: _Wishes) -> list[Entry]:

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from addb_viewer.app.diagnosis.state import decision_in_words, read_state
 from addb_viewer.jobs.diagnosing import diagnosed
-from addb_viewer.jobs.solving import Job, solved
-from addb_viewer.jobs.subject_checks import check_trials
+from addb_viewer.jobs.solving import Job, kept_fit
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
@@ -29,9 +28,11 @@ def reported(
     trials: Sequence[str] = (),
     file: Path | None = None,
     one_page: bool = False,
+    anew: bool = False,
+    tell: Callable[[str], None] = lambda _: None,
     progress: Progress = silent,
 ) -> tuple[Path, SubjectReport]:
-    """Solve where that is due, and write the page.
+    """Write the page of the kept fit; of the first where none is kept.
 
     Args:
         job: what is wanted.
@@ -40,6 +41,8 @@ def reported(
         trials: those to report; empty for all.
         file: to write; None: in the results folder.
         one_page: the form on one page instead.
+        anew: where the kept fit is out of date, make another beside it and take that.
+        tell: told what the kept fit is out of date for, or is without.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Returns:
@@ -48,15 +51,16 @@ def reported(
     Raises:
         SolverError: the subject cannot be solved, or the file not be written.
     """
-    check_trials(job.subject, trials)
     share = SOLVED if as_recorded else 1.0
-    fit = solved(job, progress=part(progress, 0.0, share)).fit
+    done = kept_fit(job, trials, anew=anew, progress=part(progress, 0.0, share))
+    tell(done.said)
+    fit = done.fit
     shown = diagnosis_shown(fit, job.results)
     if as_recorded is not None and shown.figures is None:
         diagnosed(as_recorded(), part(progress, SOLVED, 1.0))
         shown = diagnosis_shown(fit, job.results)
     place = file or job.results / (ONE_PAGE if one_page else PAGE)
-    return page_of(fit, job.results, place, trials=trials, shown=shown, one_page=one_page)
+    return page_of(fit, job.results, place, shown=shown, one_page=one_page)
 
 
 def page_of(

@@ -1,5 +1,6 @@
-"""Open a subject, solve it, keep the fit, find one that is still current."""
+"""Open a subject, solve it, keep the fit; find the one that is kept, and what has changed since."""
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -8,21 +9,22 @@ from pathlib import Path
 
 from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.force_reviews import reviews_for_solve
+from addb_viewer.jobs.reviewing import login_name
 from addb_viewer.jobs.subject_checks import check_folder, check_trials
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.contact.force_review import ForceReview
 from solver.dynamics.extension import Extension
-from solver.errors import ResultsError
+from solver.errors import FitError, ResultsError
 from solver.fit import Fit
 from solver.markers.mapping_file import chosen_for
 from solver.pipeline import can_resolve, resolve, solve
 from solver.progress import Progress, part, silent
-from solver.provenance import provenance_of
+from solver.provenance import differences, provenance_of
 from solver.results.room import check_room_for_fit
 from solver.results.store import check_place, default_folder, files_of_fit, has_fit, load_fit, save_fit
 from solver.results.writing import writing
-from solver.review_stage import predicting_withheld
+from solver.review_stage import predicting_withheld, with_same_forces
 from solver.settings import Settings, decide_the_same_fit, settings_for
 from solver.skeleton.skeleton import Skeleton
 
@@ -92,33 +94,130 @@ class KeptFit:
     """A fit that is kept, and how it came about."""
 
     fit: Fit
-    files: list[Path]
-    new: bool  # False: nothing had changed, so nothing was computed or written
-    said: str  # about what was not computed again; empty after a whole solve
+    files: list[Path]  # none where it is not kept
+    new: bool  # False: nothing was computed or written
+    said: str  # about what was not computed again, is out of date or was not kept; empty after a whole solve
+
+    @property
+    def solve(self) -> str | None:
+        """Name of the folder, in the results folder, that holds the fit; None where it is not kept."""
+        return self.files[1].parent.name if self.files else None
 
 
 def solved(job: Job, *, force: bool = False, progress: Progress = silent) -> KeptFit:
     """Solve and keep the fit in place of the last one, with no more work than the inputs ask for.
 
-    Where nothing changed, the kept fit stands. Where only the reviews did, the search begins at it.
+    Where nothing changed, the kept fit stands. Where only the reviews did, the search begins at it. A fit of
+    some trials does not take the place of one that has others as well.
 
     Args:
         job: what is wanted.
         force: solve from the beginning whatever is kept.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
     """
-    kept, before = None if force else last_fit(job), _written(job.results)
-    if kept is not None and _is_current(kept, job):
+    kept, before = last_fit(job), _written(job.results)
+    if kept is not None and not force and not kept.heldout_due and not changes(kept, job):
         files = files_of_fit(job.results)
-        when = datetime.fromtimestamp(files[0].stat().st_mtime).astimezone()
-        said = f"unchanged: kept fit of {when:%Y-%m-%d %H:%M} in {files[0]}; --force solves it again"
-        return KeptFit(_with_notes_of_now(kept, job), files, False, said)
+        said = f"unchanged: kept fit of {_date(job.results)} in {files[0]}; --force solves it again"
+        return KeptFit(_as_of_now(kept, job), files, False, said)
     check_place(job.results)
-    fit, said = computed(job, kept, progress)
+    fit, said = computed(job, None if force else kept, progress)
+    others = {t.capture.name for t in kept.trials} - set(job.trials) if kept and job.trials else ()
+    if others:
+        said = (
+            f"not kept: the kept fit of {_date(job.results)} is of {', '.join(sorted(others))} as well; "
+            "--out DIR keeps this one elsewhere"
+        )
+        return KeptFit(fit, [], True, said)
     with writing(job.results):
         if _written(job.results) not in (before, None):
             said = f"{said}; {_put_aside(job.results)}".removeprefix("; ")
         return KeptFit(fit, save_fit(fit, job.results), True, said)
+
+
+def kept_fit(
+    job: Job, trials: Sequence[str] = (), *, anew: bool = False, progress: Progress = silent
+) -> KeptFit:
+    """The fit that everything but `fit` goes by: the kept one, out of date or not; the first where none is.
+
+    Args:
+        job: of all trials.
+        trials: those that are left in the fit; empty for all.
+        anew: where the kept one is out of date, make another beside it, which the app shows.
+        progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
+
+    Raises:
+        SolverError: what is kept cannot be read, or the fit has no trial of that name.
+    """
+    if not has_fit(job.results):
+        check_trials(job.subject, trials)
+    done = _whole_kept_fit(job, anew, progress)
+    had = [trial.capture.name for trial in done.fit.trials]
+    lacking = [name for name in trials if name not in had]
+    if lacking:
+        raise FitError(
+            f"{job.results}: no trial '{lacking[0]}' in the kept fit; it has {', '.join(had)}. "
+            + (done.said or "Run: addb-viewer fit")
+        )
+    wanted = tuple(trial for trial in done.fit.trials if not trials or trial.capture.name in trials)
+    return replace(done, fit=replace(done.fit, trials=wanted))
+
+
+def _whole_kept_fit(job: Job, anew: bool, progress: Progress) -> KeptFit:
+    if not has_fit(job.results):
+        first = solved(job, progress=progress)
+        return replace(first, said=_left_out(first.fit))
+    kept, files = load_fit(job.results, job.subject.folder), files_of_fit(job.results)
+    changed = changes(kept, job)
+    if not changed:
+        return KeptFit(_as_of_now(kept, job), files, False, _left_out(kept))
+    since = f"the kept fit of {_date(job.results)} is out of date ({', '.join(changed)})"
+    if not anew:
+        said = f"{since}, and used all the same; `addb-viewer fit` renews it, --solve makes another beside it"
+        return KeptFit(kept, files, False, said)
+    from addb_viewer.app.jobs.stored_solves import FOLDER, add  # noqa: PLC0415 (rarely needed)
+
+    check_place(job.results)
+    began = time.monotonic()
+    fit, _ = computed(job, kept, progress)
+    number = add(fit, job.results, by=login_name(), seconds=time.monotonic() - began)
+    said = f"{since} and stays; made from another, in {job.results / FOLDER / str(number)}"
+    return KeptFit(fit, [], True, "; ".join(filter(None, [said, _left_out(fit)])))
+
+
+def changes(fit: Fit, job: Job) -> list[str]:
+    """What has changed since a fit was made, in words; empty where it would come out the same.
+
+    Flags that let the same forces count change nothing.
+    """
+    now = provenance_of(job.subject, _wanted(job.subject, job.trials), job.reviews, job.extension)
+    found = differences(fit.provenance, now)
+    if not decide_the_same_fit(fit.settings, job.settings):
+        found.append("the settings")
+    if not found and fit.provenance != now and with_same_forces(fit, job.reviews, job.settings) is None:
+        found.append("the flags")
+    return found
+
+
+def _as_of_now(fit: Fit, job: Job) -> Fit:
+    """A fit that nothing has changed, with what people say now of its forces and is known of its inputs."""
+    now = provenance_of(job.subject, _wanted(job.subject, job.trials), job.reviews, job.extension)
+    notes = tuple(dict.fromkeys((*fit.subject.notes, *job.subject.notes)))
+    if fit.provenance != now:
+        fit = with_same_forces(fit, job.reviews, job.settings) or fit
+    return replace(fit, subject=replace(fit.subject, notes=notes), provenance=now)
+
+
+def _left_out(fit: Fit) -> str:
+    """Which trials the fit is without, and why."""
+    said = [f"{one.name or 'the static trial'} ({one.file.file}: {one.file.reason})" for one in fit.unread]
+    return f"without {', '.join(said)}" if said else ""
+
+
+def _date(results: Path) -> str:
+    """When the kept fit was written."""
+    when = datetime.fromtimestamp((results / "fit.json").stat().st_mtime).astimezone()
+    return f"{when:%Y-%m-%d %H:%M}"
 
 
 def _written(results: Path) -> tuple[int, int] | None:
@@ -180,7 +279,7 @@ def judged(job: Job, progress: Progress = silent) -> Fit:
     The latter takes seconds; it isn't kept, because it doesn't obey the forces.
     """
     kept = last_fit(job)
-    if kept is not None and _is_current(kept, job):
+    if kept is not None and not kept.heldout_due and not changes(kept, job):
         return kept
     alone = replace(job.settings, trajectory=replace(job.settings.trajectory, enabled=False))
     return solve(job.subject, alone, trials=job.trials, reviews=job.reviews, progress=progress)
@@ -194,20 +293,6 @@ def last_fit(job: Job) -> Fit | None:
         return load_fit(job.results, job.subject.folder)
     except ResultsError:
         return None
-
-
-def _with_notes_of_now(fit: Fit, job: Job) -> Fit:
-    """A kept fit with what has become known of its inputs since, though it changed none of them."""
-    notes = tuple(dict.fromkeys((*fit.subject.notes, *job.subject.notes)))
-    return replace(fit, subject=replace(fit.subject, notes=notes))
-
-
-def _is_current(fit: Fit, job: Job) -> bool:
-    """Whether a fit is that of these files, flags, settings and versions, and whole."""
-    inputs = provenance_of(job.subject, _wanted(job.subject, job.trials), job.reviews, job.extension)
-    return (
-        fit.provenance == inputs and decide_the_same_fit(fit.settings, job.settings) and not fit.heldout_due
-    )
 
 
 def _wanted(subject: Subject, trials: Sequence[str] | None) -> list[TrialFiles]:

@@ -18,22 +18,23 @@ class FitReplacedError(Exception):
 
 
 class Withholding:
-    """Judges a kept fit; `fit` has what came so far, also after an interruption."""
+    """Judges a fit, and keeps that with it; `fit` has what came so far, also after an interruption."""
 
-    def __init__(self, fit: Fit, folder: Path, solve: str) -> None:
+    def __init__(self, fit: Fit, folder: Path, solve: str | None) -> None:
         """Nothing is computed yet.
 
         Args:
             fit: as it is kept.
             folder: the results folder.
-            solve: the name, in it, of the folder that holds the fit.
+            solve: the name, in it, of the folder that holds the fit; None: it is not kept.
         """
         self.fit, self._folder, self._solve = fit, folder, solve
 
     @property
     def is_due(self) -> bool:
-        """Whether layouts are left, and can be kept."""
-        return bool(layouts_due(self.fit)) and os.access(self._folder / self._solve, os.W_OK | os.X_OK)
+        """Whether layouts are left, and can be kept with a fit that is."""
+        can_be_kept = self._solve is None or os.access(self._folder / self._solve, os.W_OK | os.X_OK)
+        return can_be_kept and bool(layouts_due(self.fit))
 
     def run(self, settings: Settings, progress: Progress, extension: Extension | None) -> None:
         """Judge what is left.
@@ -51,5 +52,5 @@ class Withholding:
 
     def _came(self, layout: WithheldLayout) -> None:
         self.fit = replace(self.fit, withheld=(*self.fit.withheld, layout))
-        if not add_withheld(self.fit, self._folder, self._solve):
+        if self._solve is not None and not add_withheld(self.fit, self._folder, self._solve):
             raise FitReplacedError

@@ -29,6 +29,7 @@ class Fitting:
     waiting: tuple[str, ...] = ()
     fitted: int = 0
     failures: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))  # why, by subject
+    warnings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))  # likewise of what came
     held_up: bool = False  # by what people have asked for
     seconds: float = 0.0  # since it began
 
@@ -74,6 +75,7 @@ class FitAll:
         self._thread: threading.Thread | None = None
         self._waiting: list[str] = []
         self._failures: dict[str, str] = {}
+        self._warnings: dict[str, str] = {}
         self._subject, self._by, self._fitted, self._began, self._ended_after = "", "", 0, 0.0, 0.0
         self._said: tuple[str, float | None] = ("", None)
         self._held_up = False
@@ -92,6 +94,7 @@ class FitAll:
                 waiting=tuple(self._waiting),
                 fitted=self._fitted,
                 failures=MappingProxyType(dict(self._failures)),
+                warnings=MappingProxyType(dict(self._warnings)),
                 held_up=self._held_up,
                 seconds=time.monotonic() - self._began if running else self._ended_after,
             )
@@ -114,8 +117,10 @@ class FitAll:
             self._waiting += new
             for name in new:
                 self._failures.pop(name, None)
+                self._warnings.pop(name, None)
             if new and self._thread is None:
                 self._failures.clear()
+                self._warnings.clear()
                 self._by, self._fitted, self._began = by, 0, time.monotonic()
                 self._stop.clear()
                 self._thread = threading.Thread(target=self._work, name="fits of all", daemon=True)
@@ -143,10 +148,11 @@ class FitAll:
             outcome = None if fitted else self._fit(name, folder, results)
             with self._lock:
                 self._subject, self._said = "", ("", None)
+                why = "" if outcome is None else outcome.error.replace(f"{folder.absolute()}{os.sep}", "")
                 if outcome is None or outcome.succeeded:
                     self._fitted += 1
+                    self._warnings |= {name: why} if why else {}
                 elif not outcome.cancelled:
-                    why = outcome.error.replace(f"{folder.absolute()}{os.sep}", "")
                     self._failures[name] = why or "it ended without a word; is there enough memory?"
             self._changed(name)
         self._changed("")

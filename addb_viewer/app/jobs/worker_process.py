@@ -18,6 +18,7 @@ from addb_viewer.own_packages import own_process
 LOWEST = 19  # of 19: what nobody waits for
 NICE = 10  # of 19: the less, the sooner it gets the processor; the app itself has 0
 CANCELLED = 143  # exit status, as shells count it
+OWN = "addb-viewer: "  # begins lines of a command's own on stderr
 PATIENCE_S = 5.0  # for a process that was told to end
 TURNS = Turns()
 
@@ -29,7 +30,7 @@ class Outcome:
     succeeded: bool
     cancelled: bool
     said: str  # on stdout, progress aside
-    error: str  # the last line on stderr
+    error: str  # the last line on stderr; of one that succeeded, what it warned of
 
 
 def progress_line(stage: str, fraction: float) -> str:
@@ -116,7 +117,9 @@ class WorkerProcess:
             last = next(reversed([text for text in errors.read().splitlines() if text.strip()]), "")
         with self._lock:
             self._process, cancelled = None, self._cancelled
-        self._ended(Outcome(status == 0, cancelled, "".join(said), last.removeprefix("addb-viewer: ")))
+        if status == 0 and not last.startswith(OWN):
+            last = ""
+        self._ended(Outcome(status == 0, cancelled, "".join(said), last.removeprefix(OWN)))
 
 
 def give_way(process: int, nice: int = NICE) -> None:

@@ -124,6 +124,7 @@ def live_words(
                 "heldUp": state.held_up,
                 "left": state.seconds_left,
                 "failures": dict(state.failures),
+                "warnings": dict(state.warnings),
                 "waiting": list(state.waiting),
             }
             for kind, state in states.items()

@@ -11,7 +11,7 @@ import typer
 
 from addb_viewer.app.jobs.worker_process import LOWEST, end_in_order, give_way, print_progress
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.jobs.solving import job_for, solved
+from addb_viewer.jobs.solving import job_for, kept_fit
 
 
 def main() -> int:
@@ -21,7 +21,7 @@ def main() -> int:
     folder, results = Path(sys.argv[1]), Path(sys.argv[2])
     try:
         with errors_as_lines(debug=False):
-            solved(job_for(folder, out=results), progress=print_progress)
+            kept_fit(job_for(folder, out=results), progress=print_progress)
     except typer.Exit as ending:
         return ending.exit_code
     return 0

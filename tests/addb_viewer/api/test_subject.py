@@ -28,6 +28,9 @@ def solves(monkeypatch, small_fit):
     """What reached the solver, which answers with a fit made by hand."""
     asked = []
 
+    def masked(mask, reviews):
+        return mask and replace(mask, counts=mask.counts & (not reviews))
+
     def solve(subject, settings, *, trials, reviews, progress, extension=None, **_):
         asked.append({"trials": trials, "reviews": dict(reviews), "settings": settings})
         progress("scaling", 0.1)
@@ -37,7 +40,7 @@ def solves(monkeypatch, small_fit):
             small_fit,
             subject=subject,
             trials=tuple(
-                replace(fit, capture=replace(fit.capture, name=files.name))
+                replace(fit, capture=replace(fit.capture, name=files.name), mask=masked(fit.mask, reviews))
                 for fit, files in zip(small_fit.trials, chosen, strict=False)
             ),
             settings=as_dict(settings),

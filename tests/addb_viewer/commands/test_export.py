@@ -1,4 +1,4 @@
-"""`addb-viewer export`: solves only where the kept fit is no longer that of the files."""
+"""`addb-viewer export`: of the kept fit; solves where none is kept."""
 
 import pytest
 
@@ -68,27 +68,6 @@ def test_a_current_fit_is_not_solved_again(command_line, exported):
     command_line("export", folder, "--to", "opensim")
     assert len(command_line.solves) == 1
     assert len(exported) == 1
-
-
-def test_edited_markers_settings_or_another_choice_of_trials_are_solved_again(command_line, exported):
-    folder = command_line.subject.folder
-    command_line("fit", folder)
-    command_line.subject.trials[0].markers.write_text("edited")
-    command_line("export", folder, "--to", "opensim")
-    assert len(command_line.solves) == 2
-    (folder / "settings.toml").write_text("[kinematics]\niterations = 3\n")
-    command_line("export", folder, "--to", "opensim")
-    assert len(command_line.solves) == 3
-    command_line("export", folder, "--to", "opensim", "--trial", "walk")
-    assert command_line.solves[3:] == [("walk",)]
-
-
-def test_a_broken_fit_is_solved_again(command_line, exported):
-    folder = command_line.subject.folder
-    command_line("fit", folder)
-    (folder / "results" / "solve-1" / "skeleton.json").write_text("{")
-    assert command_line("export", folder, "--to", "opensim").exit_code == 0
-    assert len(command_line.solves) == 2
 
 
 def test_several_formats_are_written_by_one_command(command_line):

@@ -124,15 +124,17 @@ function tellOrder() {
 function drawBatches() {
   const words = { fit: "Fitting", diagnose: "Diagnosing", export: "Exporting" };
   const running = Object.entries(live.batches).filter(([, batch]) => batch.running);
-  const failed = Object.values(live.batches).reduce((sum, batch) => sum + Object.keys(batch.failures).length, 0);
+  const told = (what) => Object.values(live.batches)
+    .flatMap((batch) => Object.entries(batch[what]).map(([name, why]) => `${name}: ${why}`));
+  const failed = told("failures"), warned = told("warnings");
   const said = running.map(([kind, batch]) => {
     const rest = batch.left === null ? "" : `, ${hours(batch.left / 3600)} left`;
     return `${words[kind]} ${Math.min(batch.done + 1, batch.total)} of ${batch.total}${batch.heldUp ? ", waits its turn" : rest}`;
   });
-  if (failed) said.push(`${failed} failed`);
+  if (failed.length) said.push(`${failed.length} failed`);
+  if (warned.length) said.push(`${warned.length} with a warning`);
   at("batch-words").textContent = said.join(" · ");
-  at("batch-words").title = Object.values(live.batches)
-    .flatMap((batch) => Object.entries(batch.failures).map(([name, why]) => `${name}: ${why}`)).join("\n");
+  at("batch-words").title = [...failed, ...warned].join("\n");
   at("cancel").hidden = !running.length;
 }
 

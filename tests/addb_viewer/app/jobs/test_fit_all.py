@@ -7,6 +7,7 @@ import pytest
 from addb_viewer.app.jobs import fit_all
 from addb_viewer.app.jobs.fit_all import FitAll, Fitting
 from addb_viewer.app.queue.html import fitting_html, words_of_rows
+from addb_viewer.app.queue.page_words import live_words
 from tests.patience import PATIENCE_S
 
 SPITEFUL = "<script>alert(1)</script>"
@@ -42,7 +43,7 @@ def fits(tmp_path):
                 thread.join(PATIENCE_S)
             assert not self.state.running
 
-    for name in ("anna", "ben", "broken", "carl", "long"):
+    for name in ("anna", "ben", "broken", "carl", "long", "old"):
         (tmp_path / name).mkdir()
     made = All()
     yield made
@@ -69,6 +70,15 @@ def test_one_after_another_and_what_fails_stops_none(fits, tmp_path):
     assert all(
         bool(s.subject) + len(s.waiting) + s.fitted + len(s.failures) == 3 for s in fits.states if s.running
     )
+
+
+def test_what_came_with_a_warning_is_told_and_counts(fits):
+    fits.start(["anna", "old"], "Zoë")
+    fits.join()
+    assert (fits.state.fitted, dict(fits.state.failures)) == (2, {})
+    assert dict(fits.state.warnings) == {"old": "the kept fit is out of date (walk.trc)"}
+    (told,) = live_words({}, (), {}, {"export": fits.state})["batches"].values()
+    assert told["warnings"] == dict(fits.state.warnings)
 
 
 def test_people_go_first(fits):
