@@ -173,12 +173,16 @@ class Visitor:
         return [{"kind": "told", "bad": False, "text": f"{counted(count, 'subject')} in line."}]
 
     def _order(self, asked: Asked) -> None:
-        """From now on T goes through these trials, in this order, in this browser."""
+        """From now on T goes through these trials, in this order, in this browser; a page has one of each."""
         if not asked.text:
             return
-        self._browser = asked.text
-        if self._trials.orders.get(asked.text) != asked.places:
-            self._trials.orders[asked.text] = asked.places
+        if asked.text != self._browser:
+            self.leave()
+            self._browser = asked.text
+        known = {(row.subject, row.trial) for row in self._trials.rows()}
+        places = tuple(place for place in dict.fromkeys(asked.places) if place in known)
+        if self._trials.orders.get(asked.text) != places:
+            self._trials.orders[asked.text] = places
             self._trials.people.queue_changed()
 
     def _say(self, asked: Asked) -> list[Message]:

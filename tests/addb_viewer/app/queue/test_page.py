@@ -169,6 +169,16 @@ def test_while_a_browsers_queue_page_is_open_t_goes_through_what_it_shows(app, o
     assert len(queue.let_through()) == 3
 
 
+def test_a_page_has_one_order_of_trials_that_there_are_however_many_it_sends(app, open_queue):
+    page = open_queue()
+    for number in range(12):
+        made_up = [["S1", f"{number} {k}"] for k in range(20_000)]
+        page.say("order", text=f"browser {number}", places=[*made_up, ["S2", "walk"], ["S2", "walk"]])
+    page.say("people")
+    page.told("people")
+    assert app.queue.orders == {"browser 11": (("S2", "walk"),)}
+
+
 MALFORMED = [
     "[]",
     "{",
