@@ -3,6 +3,7 @@
 from enum import StrEnum
 from pathlib import Path
 
+from solver.capture.atomic import files_together
 from solver.export.b3d.from_fit import export_b3d
 from solver.export.c3d import export_c3d
 from solver.export.opensim import export_opensim
@@ -24,7 +25,7 @@ class Format(StrEnum):
 
 
 def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
-    """Write a fit for other tools.
+    """Write a fit for other tools; all of its files or none.
 
     Args:
         fit: the solved subject.
@@ -37,6 +38,12 @@ def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
     Raises:
         FitError, CaptureError: the folder cannot be made, or not written to.
     """
+    with files_together(folder) as draft:
+        files, notes = _written(fit, to, draft)
+    return [folder / path.relative_to(draft) for path in files], notes
+
+
+def _written(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
     match to:
         case Format.opensim:
             files = export_opensim(fit, folder / "opensim")

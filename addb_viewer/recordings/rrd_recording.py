@@ -1,13 +1,11 @@
 """Rerun recordings: one a trial, all in one .rrd file."""
 
-import errno
-import os
 import re
 import shutil
 import subprocess
-import threading
 from collections.abc import Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import rerun as rr
 
@@ -22,10 +20,6 @@ from solver.capture.atomic import draft_folder, whole_file
 from solver.errors import CaptureError
 
 PROGRAM = "addb-viewer"
-LOOKS_S = 0.5  # between looks at whether rerun has ended
-FULL_S = 20.0  # after which a full disk is taken for the reason why it has not
-LEAST_ROOM_BYTES = 1 << 20
-_NO_SPACE = os.strerror(errno.ENOSPC)
 
 
 def write_rrd(recording: Recording, file: Path) -> Path:
@@ -42,68 +36,47 @@ def write_rrd(recording: Recording, file: Path) -> Path:
         CaptureError: the folder cannot be written to, or has no room for the recording twice.
     """
     with whole_file(file) as draft, draft_folder(file.parent) as folder:
-        parts = []
-        for i, record in enumerate(recording.trials):
-            parts.append(folder / f"{i}.rrd")
-            try:
-                _write_trial(recording, record, parts[-1])
-            except RuntimeError as error:  # as rerun tells what the system said
-                if _NO_SPACE not in str(error):
-                    raise
-                raise OSError(errno.ENOSPC, _NO_SPACE, str(file)) from error
-        if len(parts) > 1:
-            parts = [_merged(parts, file)]
-        with parts[0].open("rb") as whole:
-            shutil.copyfileobj(whole, draft)
+        parts = [folder / f"{i}.rrd" for i in range(len(recording.trials))]
+        for record, part in zip(recording.trials, parts, strict=True):
+            with part.open("wb") as begun:
+                _write_trial(recording, record, begun)
+        _merge(parts, draft, file)
     return file
 
 
-def _merged(parts: Sequence[Path], file: Path) -> Path:
-    """One file beside the parts, by rerun's own program."""
+def _merge(parts: Sequence[Path], draft: BinaryIO, file: Path) -> None:
+    """Put the parts into one file, with its table of contents, by rerun's own program."""
     folder = parts[0].parent
-    merged = folder / "merged.rrd"
-    command = [*rerun_command(), "rrd", "merge", *map(str, parts), "-o", str(merged)]
-    run = subprocess.run(command, check=False, capture_output=True, text=True, env=rerun_environment(folder))
+    command = [*rerun_command(), "rrd", "merge", *map(str, parts)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=rerun_environment(folder)
+    ) as run:
+        assert run.stdout is not None
+        assert run.stderr is not None
+        try:
+            shutil.copyfileobj(run.stdout, draft)
+        except BaseException:
+            run.kill()
+            raise
+        said = run.stderr.read().decode(errors="replace")
     if run.returncode:
-        said = " ".join(run.stderr.split()) or f"status {run.returncode}"
-        if _NO_SPACE in said:
-            raise OSError(errno.ENOSPC, _NO_SPACE, str(file))
-        raise CaptureError(f"{file}: rerun's program could not merge the trials ({said}).")
-    return merged
+        why = " ".join(said.split()) or f"status {run.returncode}"
+        raise CaptureError(f"{file}: rerun's program could not merge the trials ({why}).")
 
 
-def _write_trial(recording: Recording, record: TrialRecord, file: Path) -> None:
+def _write_trial(recording: Recording, record: TrialRecord, part: BinaryIO) -> None:
+    """Rerun makes the bytes and we write them: its own writer may hang for ever where the disk is full."""
     replay = record.replay
     several = len(recording.trials) > 1
     name = f"{recording.subject}, {replay.name}"
     application = re.sub(r"[^A-Za-z0-9_.-]+", "-", f"{PROGRAM} {name}")  # each trial with a layout of its own
     with rr.RecordingStream(application, recording_id=name) as target:
-        target.save(file, default_blueprint=blueprint_of(record, several=several))
+        made = rr.binary_stream(target)
+        target.send_blueprint(blueprint_of(record, several=several), make_active=False, make_default=True)
         target.send_recording_name(name)
         stream = RrdStream(target, replay.times)
         write_scene(stream, record, recording)
+        part.write(made.read() or b"")
         write_series(stream, record)
         write_story(stream, record, recording)
-        _finished(target, file)
-
-
-def _finished(target: rr.RecordingStream, file: Path) -> None:
-    """Wait until all is written; on a full disk rerun may never say that it is."""
-    failed: list[BaseException] = []
-
-    def disconnect() -> None:
-        try:
-            target.disconnect()
-        except BaseException as error:  # told below, where somebody waits
-            failed.append(error)
-
-    ending = threading.Thread(target=disconnect, daemon=True)
-    ending.start()
-    waited = 0.0
-    while ending.is_alive():
-        ending.join(LOOKS_S)
-        waited += LOOKS_S
-        if ending.is_alive() and waited > FULL_S and shutil.disk_usage(file.parent).free < LEAST_ROOM_BYTES:
-            raise OSError(errno.ENOSPC, _NO_SPACE, str(file))
-    if failed:
-        raise failed[0]
+        part.write(made.read() or b"")

@@ -6,21 +6,23 @@ writes in the folder removes it.
 """
 
 import os
+import re
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import BinaryIO
 
 from solver.capture.b3d.places import belongs_to_b3d
-from solver.capture.disk_errors import writing_failed
+from solver.capture.disk_errors import ONLY_WRITING, writing_failed
 from solver.capture.file_lock import HAS_LOCKS, abandoned, taken
 from solver.capture.file_names import encoded
-from solver.errors import CaptureError
+from solver.errors import CaptureError, SolverError
 
 DRAFT = ".addb-draft-"  # how the names of drafts begin
+UNCHANGED = "Nothing was changed there."
 OWNER = ".owner"  # in a folder that is a draft: locked by its writer
 _PATIENCE_S = 5.0  # [s] that somebody may take to see that a draft is not an abandoned one
 
@@ -110,6 +112,43 @@ def draft_folder(beside: Path) -> Iterator[Path]:
     finally:
         shutil.rmtree(draft, ignore_errors=True)
         os.close(owner)
+
+
+@contextmanager
+def files_together(
+    home: Path, before_moving: Callable[[Sequence[Path]], None] = lambda _: None
+) -> Iterator[Path]:
+    """A folder to write into, whose files take their places elsewhere once the block has ended without error.
+
+    Args:
+        home: where they belong; made where it is missing.
+        before_moving: told the places; raises where one must not be replaced.
+
+    Raises:
+        CaptureError: the folder cannot be written to, or the disk is full: nothing was changed there.
+    """
+    with draft_folder(made_folder(home)) as draft:
+        try:
+            yield draft
+        except OSError as error:
+            if error.errno not in ONLY_WRITING:
+                raise
+            raise CaptureError(f"{writing_failed(home, error)} {UNCHANGED}") from error
+        except SolverError as error:
+            said = re.sub(rf"{re.escape(DRAFT)}[^/\\]*[/\\]", "", str(error))
+            disk = f" {UNCHANGED}" if isinstance(error.__cause__, OSError) else ""
+            raise type(error)(f"{said}{disk}") from error
+        files = drafted(draft)
+        before_moving([home / file for file in files])
+        for file in files:
+            made_folder((home / file).parent)
+            _moved(draft / file, home / file)
+
+
+def drafted(draft: Path) -> list[Path]:
+    """The files in a draft of a folder, seen from it."""
+    files = (path for path in draft.rglob("*") if path.is_file() and not path.name.startswith("."))
+    return sorted(path.relative_to(draft) for path in files)
 
 
 def move_draft_folder(draft: Path, place: Path) -> None:

@@ -1,14 +1,10 @@
 """One file to another, chosen by their endings. Nothing is overwritten, nothing lost in silence."""
 
-import re
-import shutil
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from solver.capture.atomic import DRAFT, draft_folder
-from solver.capture.disk_errors import ONLY_WRITING, writing_failed
+from solver.capture.atomic import drafted, files_together
 from solver.capture.file_names import distinct
 from solver.capture.text_table import some_of
 from solver.conversion.content import Content, Part, Trial
@@ -64,8 +60,7 @@ def convert(
             + _instead(missing, source, target)
         )
     read = _files_of(source, forces, model)
-    with _drafts_in_place(target):
-        files, notes = _written(content, target, writer, read, overwrite)
+    files, notes = _written(content, target, writer, read, overwrite)
     return Converted(files, (*content.notes, *notes, *_losses(content, writer, target)))
 
 
@@ -129,46 +124,19 @@ def _files_of(source: Path, forces: Path | None, model: Path | None) -> tuple[Pa
     return (source, *inside, *(path for path in (forces, model) if path is not None))
 
 
-@contextmanager
-def _drafts_in_place(target: Path) -> Iterator[None]:
-    """Errors name the file that was wanted, not its draft; a full disk is the target's."""
-    try:
-        yield
-    except CaptureError as error:
-        raise CaptureError(re.sub(rf"{re.escape(DRAFT)}[^/\\]*[/\\]", "", str(error))) from error
-    except OSError as error:
-        if error.errno not in ONLY_WRITING:
-            raise
-        raise CaptureError(writing_failed(target, error)) from error
-
-
 def _written(
     content: Content, target: Path, writer: Writer, read: Collection[Path], overwrite: bool
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Written in a hidden folder beside the target first, so that a failure leaves no half of it."""
     is_folder = target.suffix == FOLDER
-    home = target if is_folder else target.parent
-    try:
-        home.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise CaptureError(writing_failed(home, error)) from error
-    notes: list[str] = []
-    with draft_folder(home) as draft:
+    home, notes = target if is_folder else target.parent, list[str]()
+    with files_together(home, lambda places: _refuse_to_replace(places, read, overwrite)) as draft:
         if writer.holds_all_trials:
             notes += writer.write(content, draft if is_folder else draft / target.name)
         else:
             for trial, name in _names(content, target):
                 notes += writer.write(content.of([trial]), draft / name)
-        made = sorted(path.relative_to(draft) for path in draft.rglob("*") if _is_content(path))
-        _refuse_to_replace([home / path for path in made], read, overwrite)
-        for path in made:
-            (home / path).parent.mkdir(parents=True, exist_ok=True)
-            shutil.move(draft / path, home / path)
+        made = drafted(draft)
     return tuple(home / path for path in made), tuple(notes)
-
-
-def _is_content(path: Path) -> bool:
-    return path.is_file() and not path.name.startswith(".")
 
 
 def _names(content: Content, target: Path) -> list[tuple[Trial, str]]:

@@ -88,3 +88,26 @@ def test_figures_do_not_replace_the_kept_fit(command_line):
     run = command_line("fit", folder, "--json", kept)
     assert run.exit_code == 2
     assert kept.read_bytes() == before
+
+
+@pytest.mark.parametrize("to", ["csv", "parquet", "gltf", "mujoco", "c3d", "opensim"])
+@pytest.mark.parametrize("room", [4096, 8192, 16384, 32768])
+def test_an_export_that_finds_no_room_leaves_what_was_there(command_line, small_disk, to, room):
+    home = small_disk.folder / "results"
+    kept = home / to / "walk.csv"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("before")
+    command_line("fit", command_line.subject.folder, "--out", home)
+    before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
+    small_disk.fill(but=room)
+    run = command_line("export", command_line.subject.folder, "--to", to, "--out", home)
+    if run.exit_code == 0:
+        small_disk.empty()
+        assert all(
+            (home / line).is_file() for line in run.stdout.splitlines() if not line.startswith("note: ")
+        )
+        return
+    assert "free some space" in run.stderr
+    assert "Nothing was changed there." in run.stderr
+    small_disk.empty()
+    assert {path: path.read_bytes() for path in home.rglob("*") if path.is_file()} == before

@@ -245,8 +245,15 @@ def test_trials_are_merged_where_the_recording_goes_not_in_the_folder_of_tempora
     assert list(tmp_path.glob(f"{DRAFT}*")) == []
 
 
-def test_a_recording_that_finds_no_room_is_told_by_its_name_and_leaves_nothing(two_trials, small_disk):
-    small_disk.fill(but=100_000)
+@pytest.mark.parametrize("but", [20_000, 100_000, 180_000, 260_000, 340_000])
+def test_a_recording_that_finds_no_room_is_told_by_its_name_and_leaves_nothing(two_trials, small_disk, but):
+    small_disk.fill(but=but)
     with pytest.raises(CaptureError, match=r"walk\.rrd: cannot write here \(No space left.*free some space"):
         write_rrd(two_trials, small_disk.folder / "walk.rrd")
     assert [path.name for path in small_disk.folder.iterdir()] == ["filler"]
+
+
+def test_rerun_itself_writes_no_file(recording, tmp_path, monkeypatch):
+    """Its own writer may hang for ever where the disk is full."""
+    monkeypatch.delattr("rerun.RecordingStream.save")
+    assert len(chunk.RrdReader(write_rrd(recording, tmp_path / "walk.rrd")).recordings()) == 1

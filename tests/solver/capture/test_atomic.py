@@ -27,12 +27,10 @@ def test_a_missing_folder_is_named(tmp_path):
         write_whole(tmp_path / "nowhere" / "a.txt", "x")
 
 
-def test_the_old_file_stays_when_writing_fails(tmp_path):
+def test_the_name_of_another_program_is_written_as_it_is_shown(tmp_path):
     path = tmp_path / "a.txt"
-    write_whole(path, "old")
-    with pytest.raises(UnicodeEncodeError):
-        write_whole(path, "new \udc80")
-    assert path.read_text() == "old"
+    write_whole(path, "of \udce4.trc\n")
+    assert path.read_text(encoding="utf-8") == "of ä.trc\n"
     assert list(tmp_path.iterdir()) == [path]
 
 
