@@ -1,5 +1,6 @@
 """`addb-viewer recover` and `restore`: what a session log still holds, and its edits back in the store."""
 
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -9,14 +10,15 @@ import typer
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
 from addb_viewer.commands.reviewing import tell_unreadable
-from addb_viewer.jobs.reviewing import subject_in
+from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
 from addb_viewer.jobs.subject_checks import check_trials
 from addb_viewer.recordings.mcap_recovery import Found
 from addb_viewer.recordings.mcap_recovery import recover as recovered
-from addb_viewer.recordings.restoring import edits_in
+from addb_viewer.recordings.restoring import check_identity, edits_in
 from addb_viewer.recordings.restoring import restore as restored
 from addb_viewer.review_store import open_log
-from solver.errors import ResultsError
+from solver.capture.capture import Subject
+from solver.errors import CaptureError, ResultsError
 
 McapFile = Annotated[
     Path, typer.Argument(metavar="FILE", help="An MCAP file that this program wrote, cut or whole.")
@@ -43,13 +45,23 @@ def restore(file: McapFile, subject: SubjectFolder, debug: Debug = False) -> Non
         opened, edits = subject_in(subject), edits_in(file)
         if not edits:
             raise ResultsError(f"{file}: holds no edits of a review")
-        check_trials(opened, sorted({edit.trial for edit in edits}))
+        names = sorted({edit.trial for edit in edits})
+        check_trials(opened, names)
+        check_identity(file, edits, opened.name, _frames(opened, names))
         with open_log(subject) as log:
             done = restored(edits, log)
             tell_unreadable(log)
         typer.echo(f"edits restored: {done.added}; there already: {done.there}")
         if done.added and not done.with_dates:
             typer.echo("note: they stand behind the edits that were there, under the date of now")
+
+
+def _frames(subject: Subject, trials: list[str]) -> dict[str, int]:
+    frames = {}
+    for name in trials:
+        with suppress(CaptureError):  # a trial that cannot be read gets its edits back all the same
+            frames[name] = capture_of(subject, trial_of(subject, name)).markers.frames
+    return frames
 
 
 def _said(file: Path, found: Found) -> str:

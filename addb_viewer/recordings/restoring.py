@@ -1,16 +1,16 @@
 """The review log that an MCAP file holds, put back into a subject's store."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.recordings.mcap_recording import EDITS_TOPIC
+from addb_viewer.recordings.mcap_recording import ABOUT, EDITS_TOPIC
 from addb_viewer.recordings.mcap_recovery import Found, readable
 from annotations.errors import ReviewError
 from annotations.event_codec import decoded, encoded
-from annotations.events import Edit, Event, Redo, Undo
+from annotations.events import Edit, Event, ImportLabels, Redo, Undo
 from annotations.log import ReviewLog
 from annotations.reading import check_author, date_of
 from annotations.unreadable import is_text
@@ -46,6 +46,35 @@ def edits_in(file: Path) -> tuple[Edit, ...]:
             raise ReviewError(f"{file}: {EDITS_TOPIC}: an edit cannot be read: {error}") from error
         edits[edit.number] = edit
     return tuple(edits[number] for number in sorted(edits))
+
+
+def check_identity(file: Path, edits: Sequence[Edit], subject: str, frames: Mapping[str, int]) -> None:
+    """Refuse edits of another subject, or of another recording under a trial's name.
+
+    Args:
+        file: of the session or recording that holds them.
+        edits: to be restored.
+        subject: name of who gets them.
+        frames: how many each of its trials has, of those whose files can be read.
+
+    Raises:
+        ResultsError: they are another's.
+    """
+    about = (part.metadata for part in readable(file, Found()) if part.metadata is not None)
+    whose = next((each.metadata.get("subject") for each in about if each.name == ABOUT), None)
+    if whose not in (None, subject):
+        raise ResultsError(
+            f"{file}: its edits are of the subject '{whose}', and this one is '{subject}'. Give that one's "
+            "folder; one that was renamed needs its old name as long as you restore."
+        )
+    for edit in edits:
+        has, event = frames.get(edit.trial), edit.event
+        of = event.frames if isinstance(event, ImportLabels) else getattr(event, "end", 0)
+        if has is not None and (of > has or (isinstance(event, ImportLabels) and of != has)):
+            raise ResultsError(
+                f"{file}: edit {edit.number} is about {of} frames of {edit.trial}, which has {has} here: "
+                "another recording of that name? Nothing was restored."
+            )
 
 
 def _edit(told: Any) -> Edit:

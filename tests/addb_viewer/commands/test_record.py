@@ -1,10 +1,14 @@
 """`record`, `recover` and `restore` on the command line."""
 
+import shutil
+
+import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from addb_viewer.review_store import open_log
+from addb_viewer.review_store import has_log, open_log
 from annotations.events import FlagRange
+from solver.capture.capture import Capture, Markers
 
 
 def topics(file):
@@ -88,6 +92,24 @@ def test_edits_of_trials_that_the_subject_lacks_are_refused(command_line, tmp_pa
     done = command_line("restore", tmp_path / "a.mcap", folder)
     assert done.exit_code == 1
     assert "no trial 'jump'" in done.stderr
+
+
+def test_edits_of_another_subject_or_a_longer_recording_are_refused(command_line, tmp_path, monkeypatch):
+    folder, file = command_line.subject.folder, tmp_path / "a.mcap"
+    with open_log(folder) as log:
+        log.append("walk", FlagRange(1, 4, "forceDiscrepancy"), "anna")
+    command_line("record", folder, "--mcap", file)
+    others = tmp_path / "another person"
+    shutil.copytree(folder, others, ignore=shutil.ignore_patterns("annotations.sqlite*"))
+    done = command_line("restore", file, others)
+    assert done.exit_code == 1
+    assert "are of the subject 'Zoë Ørsted', and this one is 'another person'" in done.stderr
+    markers = Markers(("ASIS", "PSIS"), np.arange(18.0).reshape(3, 2, 3) % 2, 100.0)
+    monkeypatch.setattr("addb_viewer.commands.recover.capture_of", lambda *_: Capture("walk", markers))
+    done = command_line("restore", file, folder)
+    assert done.exit_code == 1
+    assert "edit 1 is about 4 frames of walk, which has 3 here" in done.stderr
+    assert not has_log(others)
 
 
 def test_a_file_without_edits_says_so(command_line, tmp_path):
