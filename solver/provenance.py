@@ -10,6 +10,7 @@ from pathlib import Path
 
 from solver.capture.capture import Subject, TrialFiles
 from solver.capture.file_names import readable
+from solver.capture.qtm_tsv import force_files
 from solver.contact.force_review import ForceReview, as_plain
 from solver.dynamics.extension import Extension
 
@@ -127,8 +128,9 @@ def _places(subject: Subject, *paths: Path | None) -> str:
 
 def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:
     shared = (subject.model, subject.static, subject.marker_map)
-    of_trials = (path for trial in trials for path in (trial.markers, trial.forces, *trial.reviews))
-    return dict.fromkeys(path for path in (*shared, *of_trials) if path is not None)
+    forces = (path for trial in trials if trial.forces for path in force_files(trial.forces))
+    of_trials = (path for trial in trials for path in (trial.markers, *trial.reviews))
+    return dict.fromkeys(path for path in (*shared, *of_trials, *forces) if path is not None)
 
 
 def _sha256(path: Path) -> str:

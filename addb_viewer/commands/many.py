@@ -18,14 +18,14 @@ from addb_viewer.commands.many_table import Outcome, Status, line_of, write_csv
 from addb_viewer.environment import ENDS_WITH_STDIN
 from addb_viewer.jobs.subject_checks import check_folder
 from addb_viewer.own_packages import own_process
-from solver.capture.b3d.places import recording_of
+from solver.capture.b3d.places import is_b3d, recording_of
+from solver.capture.recording_files import is_recording
 from solver.capture.small_files import json_content
 from solver.capture.subject import DESCRIPTIONS, open_subject
 from solver.errors import CaptureError
 from solver.results.store import write_json
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-_RECORDINGS = {".trc", ".c3d", ".b3d"}
 _LEFT_OUT = " is left out: "  # as `open_root` says it
 
 Row = dict[str, str | float | None]
@@ -249,7 +249,7 @@ def _holds_something(place: Path) -> bool:
     if place.is_file():
         return True
     return any(
-        file.name in DESCRIPTIONS or file.suffix.lower() in _RECORDINGS
+        file.name in DESCRIPTIONS or is_recording(file) or is_b3d(file)
         for file in place.rglob("*")
         if file.is_file()
     )

@@ -9,13 +9,13 @@ from solver.capture.description import Description, read_json
 from solver.capture.loose_files import (
     FoundTrials,
     files_in,
-    is_recording,
     is_static,
     natural_order,
     reviews_in,
     trials_among,
 )
 from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.recording_files import is_recording
 from solver.capture.trial_ranges import KEY as RANGES
 from solver.capture.trial_ranges import trial_ranges
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.storage import Storage
+from solver.capture.storage import PlateColumns, Storage
 from solver.errors import CaptureError
 
 FORCE, POINT, MOMENT = "force", "point", "moment"
@@ -21,16 +21,6 @@ KIND_OF_WORD = {
 GROUND_WORDS = frozenset({"ground", "grf", "grm", "fp", "plate", "forceplate", "platform"})
 FILLER_WORDS = frozenset({"reaction", "free", "center", "centre", "of"})
 AXIS_TOKEN = re.compile(r"(v|f|p|cop|m|t|force|torque|moment|point)?([xyz])")
-
-
-@dataclass(frozen=True)
-class PlateColumns:
-    """Column indices (x, y, z) of one plate; None where the file has no such columns."""
-
-    name: str  # the force columns' own prefix
-    force: tuple[int, int, int]
-    point: tuple[int, int, int] | None
-    moment: tuple[int | None, int, int | None] | None  # x and z are None where only the vertical one is given
 
 
 @dataclass(frozen=True)
@@ -56,6 +46,8 @@ def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, 
     Raises:
         CaptureError: there is no force column, or a plate lacks one of its columns.
     """
+    if storage.plates:
+        return storage.plates, ()
     labels = [label for k, text in enumerate(storage.labels) if (label := _parse(text, k))]
     if any(label.of_ground and label.kind == FORCE for label in labels):
         labels = [label for label in labels if label.of_ground or label.kind != FORCE]
@@ -96,14 +88,18 @@ def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, 
 
 
 def turned(storage: Storage, R_ground_lab: Float[np.ndarray, "3 3"]) -> Storage:
-    """The table with forces, centres of pressure and moments turned by a rotation."""
+    """The table with forces, centres of pressure, moments and corners turned by a rotation."""
     values = storage.values.copy()
     for plate in find_plates(storage)[0]:
         for columns in (plate.force, plate.point, plate.moment):
             xyz = [column for column in columns or () if column is not None]
             if len(xyz) == 3:
                 values[:, xyz] = storage.values[:, xyz] @ R_ground_lab.T
-    return replace(storage, values=values)
+    told = tuple(
+        plate if plate.corners is None else replace(plate, corners=plate.corners @ R_ground_lab.T)
+        for plate in storage.plates
+    )
+    return replace(storage, values=values, plates=told)
 
 
 def _parse(text: str, column: int) -> _Label | None:

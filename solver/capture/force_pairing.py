@@ -7,14 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.capture.axes import markers_y_up, vertical_axis
 from solver.capture.c3d import read_c3d
-from solver.capture.force_columns import find_plates, turned
 from solver.capture.loads_under_feet import NOTHING, Evidence, Feet, Loads, evidence, feet_of, loads_of
 from solver.capture.moment_convention import plates_from_storage
+from solver.capture.qtm_tsv import marker_stem
 from solver.capture.reading_settings import READING, ReadingSettings
-from solver.capture.storage import read_storage
-from solver.capture.trc import read_trc
+from solver.capture.recording_files import holds_table, loads_upright, read_forces, read_markers
 from solver.capture.trial_names import Relation, relation
 from solver.errors import CaptureError
 
@@ -54,8 +52,8 @@ def pair_forces(
 
     Args:
         folder: of the subject; names are compared as seen from there.
-        markers: .trc and .c3d files that have no forces yet.
-        tables: .mot and .sto files that hold columns of ground forces.
+        markers: files that have no forces yet.
+        tables: files that hold columns of ground forces and no markers.
         settings: how files are read, what counts as a load under a foot, and as a clear pair.
     """
     among = _Folder(folder, {path: _span(path, settings) for path in markers}, settings)
@@ -84,7 +82,8 @@ def pair_forces(
 
 def _weighed(among: _Folder, markers: Path, table: Path, loads: Loads) -> _Candidate:
     settings, odds = among.settings, among.settings.force_files
-    named = relation(markers.relative_to(among.path), table.relative_to(among.path))
+    of_table = table.relative_to(among.path).with_name(marker_stem(table) + table.suffix)
+    named = relation(markers.relative_to(among.path), of_table)
     feet = _feet(markers, _stamp(markers), settings)
     if feet is None:
         return _Candidate(markers, table, -np.inf, f"{markers.name} cannot be read")
@@ -184,12 +183,7 @@ def _evidence(
 def _feet(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> Feet | None:
     """The low markers of a file; None where it cannot be read."""
     try:
-        if path.suffix.lower() == ".c3d":
-            c3d = read_c3d(path, None, settings)
-            return feet_of(markers_y_up(c3d.markers, c3d.up), settings.under_feet)
-        markers = read_trc(path, settings).markers
-        up = vertical_axis(markers, default="y", settings=settings.axes)
-        return feet_of(markers_y_up(markers, up), settings.under_feet)
+        return feet_of(read_markers(path, None, settings).upright, settings.under_feet)
     except CaptureError:
         return None
 
@@ -203,19 +197,20 @@ def _own_forces(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -
 
 
 def holds_forces(path: Path, settings: ReadingSettings = READING) -> bool:
-    """Whether a C3D file brings loads of its own."""
-    return path.suffix.lower() == ".c3d" and _own_forces(path, _stamp(path), settings)
+    """Whether a file of markers brings loads of its own."""
+    if path.suffix.lower() == ".c3d":
+        return _own_forces(path, _stamp(path), settings)
+    return holds_table(path) and not isinstance(_loads(path, _stamp(path), settings), str)
 
 
 @lru_cache(maxsize=256)
 def _loads(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> Loads | str:
     """The loads of a table, or why there are none."""
     try:
-        storage = read_storage(path)
-        forces = [storage.values[:, list(plate.force)] for plate in find_plates(storage)[0]]
-        up = vertical_axis(None, forces, default="y", settings=settings.axes)
         plates, _ = plates_from_storage(
-            turned(storage, up.R_ground_lab), settings=settings.force_tables, clock_settings=settings.clock
+            loads_upright(read_forces(path), settings),
+            settings=settings.force_tables,
+            clock_settings=settings.clock,
         )
     except CaptureError as error:
         return f"forces that cannot be read: {error}"

@@ -1,5 +1,6 @@
 """Marker files and force tables in folders: which are trials, which belong together, which are left."""
 
+import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,16 +12,19 @@ from solver.capture.c3d_header import SIGNATURE
 from solver.capture.capture import TrialFiles
 from solver.capture.force_columns import find_plates
 from solver.capture.force_pairing import holds_forces, pair_forces
+from solver.capture.qtm_tsv import force_files, plates_beside
 from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.recording_files import TABLES, is_force_table, is_recording
 from solver.capture.same_motion import how_they_differ, twins_among
 from solver.capture.storage import read_columns
+from solver.capture.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.capture.trial_names import name_tokens
 from solver.errors import CaptureError
 
 FORCE_ENDINGS = ("_grf", "_forces", "")
-TABLES = (".mot", ".sto")
-RECORDINGS = (".trc", ".c3d")
 LEADS_OUT = "a link that leads out of the folder: copy the file into it, or name it in subject.toml"
+COPY = re.compile(r"( ?\(\d+\)| - \w+( \(\d+\))?)+$")  # X (2), X(1), X - Copy, X - Kopie (2)
+STANDING = "forces of the static trial, of which only the markers are used"
 STATIC = r"static|statisch|statique|estatic|calib|kalib|(?<![a-z])[nt]-?_?pose"
 
 
@@ -56,11 +60,6 @@ def leads_out(path: Path, folder: Path) -> bool:
     return path.is_symlink() and not path.resolve().is_relative_to(folder.resolve())
 
 
-def is_recording(path: Path) -> bool:
-    """Whether a file holds markers, by its ending."""
-    return path.suffix.lower() in RECORDINGS
-
-
 def holds_no_points(path: Path) -> bool:
     """Whether a file is a C3D file of analog channels alone, forces say: no trial. Damaged ones are not."""
     if path.suffix.lower() != ".c3d":
@@ -84,34 +83,54 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
         places: it, and those below it that are the subject's.
         settings: which force tables are taken for whose.
     """
-    files = [path for place in places for path in files_in(place)]
-    inside = {path for path in files if not leads_out(path, folder)}
+    everything = [path for place in places for path in files_in(place)]
+    inside = {path for path in everything if not leads_out(path, folder)}
+    copies = copies_among([path for path in everything if path in inside])
+    files = [path for path in everything if path not in copies]
     recordings = [p for p in files if is_recording(p) and not (p in inside and holds_no_points(p))]
     moving = [p for p in recordings if not is_static_file(p, folder)]
     statics = [p for p in recordings if is_static_file(p, folder)]
     claimed, notes = _by_exact_name(moving, files)
     twins, twin_notes = _twins(moving, inside)
     notes += twin_notes
-    tables = [p for p in files if p in inside and p.suffix.lower() in TABLES and holds_force_columns(p)]
-    paired = pair_forces(
-        folder,
-        [p for p in moving if p in inside and p not in claimed and p not in twins.values()],
-        [p for p in tables if p not in claimed.values()],
-        settings,
-    )
-    forces = {**claimed, **paired.forces}
-    left = dict(paired.left)
-    notes += paired.notes
+    tables = [p for p in files if p in inside and is_force_table(p) and holds_force_columns(p)]
+    tables = [p for p in tables if p == force_files(p)[0]]
+    forces = dict(claimed)
+    left: dict[Path, str] = {}
+    for written_with_text in (True, False):  # a text export's markers and forces first: one clock, one room
+        paired = pair_forces(
+            folder,
+            [
+                p
+                for p in moving
+                if p in inside
+                and p not in forces
+                and (_is_text(p) if written_with_text else p not in twins.values())
+            ],
+            [p for p in tables if p not in forces.values() and (_is_text(p) or not written_with_text)],
+            settings,
+        )
+        forces |= paired.forces
+        notes += paired.notes
+        left |= paired.left
+    left |= {plates: STANDING for still in statics if (plates := plates_beside(still)) is not None}
+    left = {
+        each: why
+        for table, why in left.items()
+        if table not in forces.values()
+        for each in force_files(table)
+    }
+    left |= {copy: f"a copy of {of.name}, byte for byte" for copy, of in copies.items()}
     kept: list[tuple[Path, Path | None]] = []
-    table_of = {recording: table for table, recording in twins.items()}
+    instead = _read_instead(twins, forces, settings)
     for markers in moving:
-        table, recording = table_of.get(markers), twins.get(markers)
-        if table is not None and table in forces:
-            left[markers] = f"the same motion as {table.name}, which is read with {forces[table].name}"
-            notes += (f"{markers.name}: left out, the trial is read from {table.name}",)
-        elif recording is not None and markers not in forces:
-            left[markers] = f"the same motion as {recording.name}, which is read"
-            notes += (f"{markers.name}: left out, the trial is read from {recording.name}",)
+        if markers in instead:
+            better = instead[markers]
+            table = forces.get(better)
+            left[markers] = f"the same motion as {better.name}, which is read" + (
+                f" with {table.name}" if table is not None else ""
+            )
+            notes += (f"{markers.name}: left out, the trial is read from {better.name}",)
         elif markers in forces and markers in inside and holds_forces(markers, settings):
             reason = f"{markers.name} holds its own forces; a subject.toml can name others"
             left[forces[markers]] = reason
@@ -127,6 +146,42 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
         for name, (markers, table) in zip(_names(folder, [m for m, _ in kept]), kept, strict=True)
     )
     return FoundTrials(trials, statics[0] if statics else None, notes, left)
+
+
+def copies_among(files: Sequence[Path]) -> dict[Path, Path]:
+    """Recordings and tables that are, byte for byte, others whose names differ by a copy's mark only."""
+    by_size: dict[tuple[str, int], list[Path]] = {}
+    for path in sorted(files, key=lambda p: (len(p.name), files.index(p))):
+        if is_recording(path) or is_force_table(path):
+            by_size.setdefault((COPY.sub("", path.stem), path.stat().st_size), []).append(path)
+    found: dict[Path, Path] = {}
+    for alike in by_size.values():
+        first_of: dict[bytes, Path] = {}
+        for path in alike if len(alike) > 1 else ():
+            with path.open("rb") as file:
+                first = first_of.setdefault(hashlib.file_digest(file, "sha256").digest(), path)
+            if first != path and first.suffix == path.suffix:
+                found[path] = first
+    return found
+
+
+def _read_instead(
+    twins: Mapping[Path, Path], forces: Mapping[Path, Path], settings: ReadingSettings
+) -> dict[Path, Path]:
+    """Of files of one motion, which is read in place of the others: the one with forces, or most in it."""
+    alike: dict[Path, list[Path]] = {}
+    for table, recording in twins.items():
+        alike.setdefault(recording, []).append(table)
+    instead: dict[Path, Path] = {}
+    for recording, tables in alike.items():
+        own = holds_forces(recording, settings) if any(map(_is_text, tables)) else False
+        best = next((p for p in tables if p in forces and not (own and _is_text(p))), recording)
+        instead |= {other: best for other in (recording, *tables) if other != best}
+    return instead
+
+
+def _is_text(path: Path) -> bool:
+    return path.suffix.lower() in TEXT_ENDINGS
 
 
 def find_models(folder: Path) -> list[Path]:
@@ -151,11 +206,18 @@ def reviews_in(place: Path) -> tuple[Path, ...]:
 def _by_exact_name(
     recordings: Iterable[Path], files: Sequence[Path]
 ) -> tuple[dict[Path, Path], tuple[str, ...]]:
-    """X_grf.mot, X_forces.mot, or X.mot where it holds forces, beside X.trc; and notes on what holds none."""
+    """X_grf.mot, X_forces.mot, or X.mot where it holds forces, beside X.trc; and notes on what holds none.
+
+    Beside X.tsv it is X_f_1.tsv, which stands for all of X_f_*.tsv.
+    """
     beside = {(p.parent, p.name.lower()): p for p in files}
     found: dict[Path, Path] = {}
     notes: tuple[str, ...] = ()
     for markers in recordings:
+        own = plates_beside(markers)
+        if own is not None:
+            found[markers] = own
+            continue
         for name in (f"{markers.stem}{ending}{suffix}" for ending in FORCE_ENDINGS for suffix in TABLES):
             table = beside.get((markers.parent, name.lower()))
             if table is None:
@@ -174,7 +236,7 @@ def _by_exact_name(
 
 
 def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> tuple[dict[Path, Path], tuple[str, ...]]:
-    """Which .c3d holds the same motion as which .trc: those of one name first, then by what they hold.
+    """Which file shows the motion of one that holds more: TRC of text exports, and both of C3D files.
 
     Two of one name that show two motions are two trials, and a note says what differs.
 
@@ -182,13 +244,21 @@ def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> tuple[dict[P
         recordings: marker files.
         inside: which of them may be looked into.
     """
+    c3ds = [p for p in recordings if p.suffix.lower() == ".c3d"]
+    texts = [p for p in recordings if _is_text(p)]
     tables = [p for p in recordings if p.suffix.lower() == ".trc"]
-    c3ds = {(p.parent, p.stem.lower()): p for p in recordings if p.suffix.lower() == ".c3d"}
-    named = {
-        table: c3ds.pop((table.parent, table.stem.lower()))
-        for table in tables
-        if (table.parent, table.stem.lower()) in c3ds
-    }
+    found, notes, differing = _twins_of([*tables, *texts], c3ds, inside)
+    rest = [p for p in tables if p not in found and p not in differing]
+    more, more_notes, _ = _twins_of(rest, [p for p in texts if p not in found], inside)
+    return found | more, notes + more_notes
+
+
+def _twins_of(
+    tables: Sequence[Path], recordings: Sequence[Path], inside: Collection[Path]
+) -> tuple[dict[Path, Path], tuple[str, ...], Collection[Path]]:
+    """Pairs of one name first, then by what they hold; notes; tables whose namesake is another motion."""
+    namesakes = {(p.parent, p.stem.lower()): p for p in recordings}
+    named = {t: namesakes[key] for t in tables if (key := (t.parent, t.stem.lower())) in namesakes}
     differing = {
         table: difference
         for table, recording in named.items()
@@ -199,13 +269,14 @@ def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> tuple[dict[P
         "as two trials. Rename one, or name the right one in a subject.toml"
         for table, difference in differing.items()
     )
-    named = {table: recording for table, recording in named.items() if table not in differing}
-    others = [p for p in tables if p not in named and p not in differing and p in inside]
-    return named | twins_among(others, [p for p in c3ds.values() if p in inside]), notes
+    same = {table: recording for table, recording in named.items() if table not in differing}
+    others = [p for p in tables if p not in named and p in inside]
+    unnamed = [p for p in recordings if p not in named.values() and p in inside]
+    return same | twins_among(others, unnamed), notes, differing
 
 
 def holds_force_columns(table: Path) -> bool:
-    """Whether a .mot or .sto file has columns of ground forces."""
+    """Whether a table has columns of ground forces."""
     status = table.stat()
     return _without_forces(table, (status.st_mtime_ns, status.st_size)) is None
 
@@ -214,7 +285,8 @@ def holds_force_columns(table: Path) -> bool:
 def _without_forces(table: Path, stamp: tuple[int, int]) -> str | None:
     """Why a table holds no forces; None where it does. Read again when its time or size has changed."""
     try:
-        find_plates(read_columns(table))
+        if table.suffix.lower() in TABLES:
+            find_plates(read_columns(table))
     except CaptureError as error:
         return str(error)
     return None

@@ -20,9 +20,9 @@ from solver.capture.capture import ForcePlate
 from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
 from solver.capture.clock import Clock, find_clock
 from solver.capture.clock_settings import CLOCK, ClockSettings
-from solver.capture.force_columns import PlateColumns, find_plates
+from solver.capture.force_columns import find_plates
 from solver.capture.force_settings import FORCE_TABLES, ForceTableSettings
-from solver.capture.storage import Storage
+from solver.capture.storage import PlateColumns, Storage
 from solver.errors import CaptureError
 
 CONVENTIONS = ("free", "ground", "plate")
@@ -79,8 +79,11 @@ def plates_from_storage(
     plates, unit_notes = _in_metres(plates, storage.path.name, settings)
     origins, convention_notes = _origins(plates, storage, moment_convention, settings)
     built = tuple(
-        _moved(_force_plate(plate, origin, clock.rate, clock.start_time, settings), clock)
-        for plate, origin in zip(plates, origins, strict=True)
+        replace(
+            _moved(_force_plate(plate, origin, clock.rate, clock.start_time, settings), clock),
+            corners_ground=told.corners,
+        )
+        for plate, origin, told in zip(plates, origins, columns, strict=True)
     )
     return built, storage.notes + notes + unit_notes + convention_notes
 

@@ -11,11 +11,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.axes import markers_y_up, vertical_axis
-from solver.capture.c3d import read_c3d_markers
 from solver.capture.capture import Markers
 from solver.capture.reading_settings import ForceFileSettings
-from solver.capture.trc import read_trc
+from solver.capture.recording_files import read_markers
 from solver.errors import CaptureError
 
 RATE = 50.0  # [Hz] that heights are compared at
@@ -134,10 +132,6 @@ def _heights(markers: Markers) -> Float[np.ndarray, "frames markers"]:
 def _markers(path: Path, stamp: tuple[int, int]) -> Markers | None:
     """Read again when the file's stamp, its time and size, has changed."""
     try:
-        if path.suffix.lower() == ".c3d":
-            c3d = read_c3d_markers(path)
-            return markers_y_up(c3d.markers, c3d.up)
-        markers = read_trc(path).markers
-        return markers_y_up(markers, vertical_axis(markers, default="y"))
+        return read_markers(path).upright
     except CaptureError:
         return None

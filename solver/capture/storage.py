@@ -27,6 +27,17 @@ TIME_LABEL = re.compile(r"time.*|t|t ?[(\[]s[)\]]", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
+class PlateColumns:
+    """Column indices (x, y, z) of one plate; None where the file has no such columns."""
+
+    name: str  # the force columns' own prefix
+    force: tuple[int, int, int]
+    point: tuple[int, int, int] | None
+    moment: tuple[int | None, int, int | None] | None  # x and z are None where only the vertical one is given
+    corners: Float[np.ndarray, "4 3"] | None = None  # [m] in the table's axes
+
+
+@dataclass(frozen=True)
 class Storage:
     """One table: a column of time and others, as the file has them (units, axes, NaN where blank)."""
 
@@ -39,6 +50,7 @@ class Storage:
     name: str = ""  # the header's own title
     lines: tuple[int, ...] = ()  # line number of each row, for messages
     notes: tuple[str, ...] = ()
+    plates: tuple[PlateColumns, ...] = ()  # where the file itself says which columns are whose
 
     def column(self, label: str) -> Float[np.ndarray, " rows"]:
         """Values of one column.

@@ -10,8 +10,10 @@ from solver.capture.b3d.subject import open_b3d_subject
 from solver.capture.capture import Subject
 from solver.capture.description import Description
 from solver.capture.file_names import readable
-from solver.capture.loose_files import FoundTrials, files_in, find_models, is_recording, trials_among
+from solver.capture.loose_files import FoundTrials, files_in, find_models, trials_among
+from solver.capture.qtm_tsv import force_files
 from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.recording_files import is_recording
 from solver.capture.small_files import BrokenFileError, lies_there
 from solver.capture.subject_layout import (
     DEEPEST,
@@ -24,7 +26,7 @@ from solver.capture.subject_layout import (
 from solver.capture.subject_toml import read_subject_toml
 from solver.capture.text_table import unique_names
 from solver.capture.trial_ranges import with_ranges
-from solver.capture.unused_files import read_with, unused_files
+from solver.capture.unused_files import read_with, unused_files, what_lies_in
 from solver.errors import CaptureError
 
 LISTED = 5  # folders in a message
@@ -220,7 +222,7 @@ def _used(subject: Subject) -> Iterator[Path]:
     for trial in subject.trials:
         yield trial.markers
         if trial.forces is not None:
-            yield trial.forces
+            yield from force_files(trial.forces)
         yield from read_with(trial.reviews)
 
 
@@ -252,5 +254,5 @@ def _what_was_sought(folder: Path, layout: Layout) -> str:
         )
     return (
         "Put files into trials/NAME/markers.trc, or X.trc beside X_grf.mot, or X.c3d, or name them in a "
-        f"subject.toml.{found}"
+        f"subject.toml.{found}{what_lies_in(folder)}"
     )

@@ -12,14 +12,8 @@ from pathlib import Path
 
 from solver.capture.b3d.places import belongs_to_b3d
 from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two
-from solver.capture.loose_files import (
-    TABLES,
-    files_in,
-    is_recording,
-    is_static_file,
-    leads_out,
-    natural_order,
-)
+from solver.capture.loose_files import files_in, is_static_file, leads_out, natural_order
+from solver.capture.recording_files import is_force_table, is_recording
 from solver.capture.same_motion import markers_of
 from solver.capture.trial_names import name_tokens
 
@@ -60,9 +54,7 @@ def layout_of(folder: Path) -> Layout:
     below = list(folders_below(folder))
     with_markers = [place for place in below if any(map(is_recording, files_in(place)))]
     with_tables = [
-        place
-        for place in below
-        if place not in with_markers and any(p.suffix.lower() in TABLES for p in files_in(place))
+        place for place in below if place not in with_markers and any(map(is_force_table, files_in(place)))
     ]
     others = {place: "set aside, by its name" for place in with_markers if _set_aside(place, folder)}
     for place in with_markers:

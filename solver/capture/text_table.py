@@ -16,6 +16,7 @@ MISSING = frozenset(
     {"nan", "+nan", "-nan", "nan(ind)", "-nan(ind)", "nan(snan)", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind"}
     | {"na", "n/a", "#n/a", "none", "null", "missing", "-", "--", "*"}
 )
+FIRST_ROWS = 100  # of a table, among which the fullest tells how numbers are written
 FORTRAN_EXPONENT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)[dD][+-]?\d+")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
@@ -118,6 +119,20 @@ def dialect_of(line: str) -> Dialect:
     return Dialect(separator, decimal_comma=commas and not any("." in cell for cell in cells))
 
 
+def dialect_of_rows(text: Text, first: int, end: int | None = None) -> Dialect:
+    """Separator and decimal sign of a table, judged by the fullest of its first rows.
+
+    Args:
+        text: the file.
+        first: index of the first row.
+        end: index behind the last row.
+    """
+    stop = min(len(text.lines) if end is None else end, first + FIRST_ROWS)
+    return dialect_of(
+        max((text.lines[k] for k in range(first, stop)), key=lambda x: len(re.sub(r"\W", "", x)))
+    )
+
+
 def starts_with_number(line: str) -> bool:
     """Whether the first cell that isn't blank is a number: the mark of a row of data."""
     cells = re.split(r"[\s;,]+", line.strip(), maxsplit=1)
@@ -130,6 +145,8 @@ def rows_of_numbers(
     first: int,
     dialect: Dialect,
     column_name: Callable[[int], str],
+    *,
+    end: int | None = None,
 ) -> list[Row]:
     """Parse every line from index `first` on that isn't blank.
 
@@ -139,12 +156,13 @@ def rows_of_numbers(
         first: index of the first line of data, from 0.
         dialect: how cells are written.
         column_name: what to call a column in a message, by its index from 0.
+        end: index behind the last line of data; all that follow by default.
 
     Raises:
         CaptureError: a cell is neither a number nor a blank nor a spelling of NaN.
     """
     numbers, lines, ends = array("d"), array("q"), array("q", [0])
-    for index in range(first, len(text.lines)):
+    for index in range(first, len(text.lines) if end is None else end):
         line = text.lines[index]
         if not line.strip():
             continue

@@ -15,7 +15,7 @@ from solver.capture.axes import (
 from solver.capture.b3d.places import SUFFIX
 from solver.capture.b3d.recording import B3dReview, read_b3d_trial
 from solver.capture.b3d.stored import StoredPass
-from solver.capture.c3d import read_c3d, read_c3d_markers
+from solver.capture.c3d import read_c3d
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.clock import ClockSettings
 from solver.capture.conditioning import of_a_person
@@ -26,17 +26,15 @@ from solver.capture.loads_under_feet import UnderFeetSettings, best_lag_s, feet_
 from solver.capture.marker_cleaning import clean_markers
 from solver.capture.moment_convention import plates_from_storage
 from solver.capture.plate_levels import levelled
+from solver.capture.qtm_tsv import force_files
 from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.recording_files import MarkersInLab, holds_table, read_forces, read_markers
 from solver.capture.review import imported_review
 from solver.capture.several_subjects import one_subject
-from solver.capture.storage import Storage, read_storage
+from solver.capture.storage import Storage
 from solver.capture.trajectory_joining import join_trajectories
-from solver.capture.trc import read_trc
 from solver.capture.trial_ranges import outside_ranges
 from solver.errors import CaptureError
-
-MARKER_KINDS = (".trc", ".c3d", SUFFIX)
-FORCE_KINDS = (".mot", ".sto", ".c3d")
 
 
 def read_trial(
@@ -92,7 +90,7 @@ def read_trial(
         markers=markers,
         plates=plates,
         notes=tuple(readable(note) for note in (*notes, *review_notes, *range_notes)),
-        files=tuple(path for path in (files.markers, files.forces, *files.reviews) if path is not None),
+        files=(files.markers, *(force_files(files.forces) if files.forces else ()), *files.reviews),
         imported_missing_force=mask,
         imported_reviewed=reviewed,
         outside_ranges=outside,
@@ -108,19 +106,10 @@ def read_static(path: Path, settings: ReadingSettings = READING) -> Capture:
         CaptureError: the file cannot be read.
     """
     path = Path(path)
-    lab = _markers_in_lab(path, None, settings)
-    markers, notes = _cleaned(markers_y_up(lab.markers, lab.up), path, settings)
+    lab = read_markers(path, None, settings)
+    markers, notes = _cleaned(lab.upright, path, settings)
     notes = (*lab.notes, *lab.up.notes(path.name), *notes)
     return Capture(readable(path.stem), markers, (), tuple(readable(note) for note in notes), (path,))
-
-
-@dataclass(frozen=True)
-class _MarkersInLab:
-    """Markers in the laboratory's axes, and which of these points up."""
-
-    markers: Markers
-    up: VerticalAxis
-    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -145,7 +134,7 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
         CaptureError: a file cannot be read, or not be understood without a guess.
     """
     up = vertical_axis_named(files.up) if files.up else None
-    kind = _kind(files.markers, MARKER_KINDS)
+    kind = files.markers.suffix.lower()
     if kind == SUFFIX:
         b3d = read_b3d_trial(files.markers, files.name, settings.edge_zeros)
         return Recording(b3d.markers, b3d.plates, b3d.notes, b3d.review, b3d.stored)
@@ -155,37 +144,22 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
         return Recording(
             markers_y_up(c3d.markers, c3d.up), plates, c3d.notes + c3d.up.notes(files.markers.name)
         )
-    lab = _markers_in_lab(files.markers, up, settings)
+    lab = read_markers(files.markers, up, settings)
+    if files.forces is None and holds_table(files.markers):
+        files = replace(files, forces=files.markers)
     if files.forces is None:
-        return Recording(markers_y_up(lab.markers, lab.up), (), lab.notes + lab.up.notes(files.markers.name))
+        return Recording(lab.upright, (), lab.notes + lab.up.notes(files.markers.name))
     if kind == ".c3d":
         note = f"{files.markers.name}: forces inside it, if any, are not used: {files.forces.name} is named"
         lab = replace(lab, notes=(*lab.notes, note))
-    if _kind(files.forces, FORCE_KINDS) == ".c3d":
+    if files.forces.suffix.lower() == ".c3d":
         c3d = read_c3d(files.forces, up, settings)
         return Recording(
-            markers_y_up(lab.markers, lab.up),
+            lab.upright,
             tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates),
             lab.notes + lab.up.notes(files.markers.name) + c3d.notes + c3d.up.notes(files.forces.name),
         )
     return _with_table(lab, files, up, settings)
-
-
-def _kind(path: Path, kinds: tuple[str, ...]) -> str:
-    if path.suffix.lower() not in kinds:
-        raise CaptureError(
-            f"{path}: files of that ending cannot be read here. Export one of {', '.join(kinds)}."
-        )
-    return path.suffix.lower()
-
-
-def _markers_in_lab(path: Path, up: VerticalAxis | None, settings: ReadingSettings) -> _MarkersInLab:
-    if _kind(path, MARKER_KINDS) == ".c3d":
-        c3d = read_c3d_markers(path, up, settings)
-        return _MarkersInLab(c3d.markers, c3d.up, c3d.notes)
-    trc = read_trc(path, settings)
-    up = up or vertical_axis(trc.markers, default="y", settings=settings.axes)
-    return _MarkersInLab(trc.markers, up, trc.notes)
 
 
 def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[Markers, tuple[str, ...]]:
@@ -198,20 +172,22 @@ def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[M
 
 
 def _with_table(
-    lab: _MarkersInLab, files: TrialFiles, told: VerticalAxis | None, settings: ReadingSettings
+    lab: MarkersInLab, files: TrialFiles, told: VerticalAxis | None, settings: ReadingSettings
 ) -> Recording:
-    """Markers with the plates of a .mot or .sto file, which mostly are in the same axes as the markers.
+    """Markers with the plates of a table, which mostly are in the same axes as the markers.
 
     Where markers and forces each say clearly that another axis is vertical, either somebody lies on the floor
     or one of the two files was turned: whichever brings the centres of pressure under the feet is true.
     """
     assert files.forces is not None
-    storage = read_storage(files.forces)
-    forces = [storage.values[:, list(plate.force)] for plate in find_plates(storage)[0]]
-    of_forces = told or vertical_axis(None, forces, default="y", settings=settings.axes)
+    storage = read_forces(files.forces)
+    columns = find_plates(storage)[0]
+    forces = [storage.values[:, list(plate.force)] for plate in columns]
+    corners = [plate.corners for plate in columns if plate.corners is not None]
+    of_forces = told or vertical_axis(None, forces, corners, default=lab.default, settings=settings.axes)
     if files.markers.suffix.lower() == ".c3d":
         return _turned(lab, files, storage, (lab.up, of_forces), settings)
-    both = told or vertical_axis(lab.markers, forces, default="y", settings=settings.axes)
+    both = told or vertical_axis(lab.markers, forces, corners, default=lab.default, settings=settings.axes)
     together = _turned(lab, files, storage, (both, both), settings)
     differ = (lab.up.axis, lab.up.sign) != (of_forces.axis, of_forces.sign)
     if not (differ and lab.up.certain and of_forces.certain):
@@ -224,7 +200,7 @@ def _with_table(
 
 
 def _turned(
-    lab: _MarkersInLab,
+    lab: MarkersInLab,
     files: TrialFiles,
     storage: Storage,
     ups: tuple[VerticalAxis, VerticalAxis],

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from solver.capture.atomic import drafted, files_together
 from solver.capture.file_names import distinct
+from solver.capture.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.capture.text_table import some_of
 from solver.conversion.content import Content, Part, Trial
 from solver.conversion.formats import FOLDER, READERS, WRITERS, Writer
@@ -17,7 +18,7 @@ from solver.skeleton.osim import load_skeleton
 
 TABLES = (".mot", ".sto")
 LISTED = 6  # files in a message
-MARKER_FILES = (".c3d", ".trc")
+MARKER_FILES = (".c3d", ".trc", *TEXT_ENDINGS)
 SET_FILES = (".osim", ".mot", ".sto", ".trc")  # what is read of a folder
 
 
@@ -77,7 +78,7 @@ def _writer(target: Path) -> Writer:
 def _read(source: Path, forces: Path | None, model: Path | None) -> Content:
     ending = source.suffix.lower()
     if forces is not None and ending not in MARKER_FILES:
-        raise CaptureError(f"{source}: forces of another file belong to a .trc or .c3d file of markers.")
+        raise CaptureError(f"{source}: forces of another file belong to a file of markers.")
     if model is not None and ending not in TABLES:
         raise CaptureError(
             f"{source}: a model is given to a .mot or .sto file of coordinates, which lacks one."

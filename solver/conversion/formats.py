@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from solver.capture.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.conversion.b3d import read_b3d_file
 from solver.conversion.b3d_writing import write_b3d_file
 from solver.conversion.content import Content, Part
@@ -11,6 +12,7 @@ from solver.conversion.opensim_set import write_opensim_set
 from solver.conversion.recordings import (
     read_force_table,
     read_marker_file,
+    read_text_export,
     write_c3d_file,
     write_mot,
     write_trc_file,
@@ -58,6 +60,7 @@ READERS: dict[str, Callable[[Path], Content]] = {
     ".trc": read_marker_file,
     ".mot": read_force_table,
     ".sto": read_force_table,
+    **dict.fromkeys(TEXT_ENDINGS, read_text_export),
     ".b3d": read_b3d_file,
     ".parquet": read_parquet,
 }

@@ -16,8 +16,9 @@ from solver.capture.capture import ForcePlate, Markers, TrialFiles
 from solver.capture.force_platform import CHANNELS_OF_TYPE
 from solver.capture.moment_convention import plates_from_storage
 from solver.capture.plate_levels import plate_witnesses
+from solver.capture.qtm_tsv import plates_beside
 from solver.capture.reading_settings import READING, ReadingSettings
-from solver.capture.storage import read_storage
+from solver.capture.recording_files import is_recording, loads_upright, read_forces
 from solver.capture.text_table import some_of
 from solver.capture.trc import write_trc
 from solver.capture.trial import read_recording
@@ -32,11 +33,13 @@ LABELS: dict[str, Label] = {"foot strike": "Foot Strike", "foot off": "Foot Off"
 
 
 def read_marker_file(path: Path, forces: Path | None = None, settings: ReadingSettings = READING) -> Content:
-    """A .trc or .c3d file, with forces of another file where one is named.
+    """A file of markers, with its own forces, or those of another file where one is named.
 
     Raises:
         CaptureError: a file cannot be read.
     """
+    if forces is None:
+        forces = plates_beside(path)
     found = read_recording(TrialFiles(path.stem, path, forces), settings)
     plates, sign_notes = on_the_person(found.plates, found.markers, settings)
     trial = Trial(path.stem, found.markers, plates)
@@ -45,15 +48,29 @@ def read_marker_file(path: Path, forces: Path | None = None, settings: ReadingSe
 
 
 def read_force_table(path: Path, settings: ReadingSettings = READING) -> Content:
-    """A .mot or .sto file of ground forces, y up.
+    """A file of ground forces, y up.
 
     Raises:
         CaptureError: the file cannot be read, or has no columns of ground forces.
     """
+    storage = read_forces(path)
+    if storage.plates:  # a text export is in the laboratory's axes, tables are y up
+        storage = loads_upright(storage, settings)
     plates, notes = plates_from_storage(
-        read_storage(path), settings=settings.force_tables, clock_settings=settings.clock
+        storage, settings=settings.force_tables, clock_settings=settings.clock
     )
     return Content(path, (Trial(path.stem, plates=plates),), notes=notes)
+
+
+def read_text_export(path: Path, settings: ReadingSettings = READING) -> Content:
+    """A .tsv, .csv or .txt file of a capture program: markers and what forces belong to it, or forces.
+
+    Raises:
+        CaptureError: the file cannot be read, or is no such export.
+    """
+    if is_recording(path):
+        return read_marker_file(path, None, settings)
+    return read_force_table(path, settings)
 
 
 def on_the_person(

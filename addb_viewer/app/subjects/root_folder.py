@@ -6,6 +6,7 @@ from pathlib import Path
 
 from solver.capture.b3d.places import recording_of, subject_folder_of
 from solver.capture.capture import Subject
+from solver.capture.qtm_tsv import force_files
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject import open_subject, subjects_in
 from solver.errors import CaptureError, SettingsError
@@ -140,5 +141,5 @@ def check_recorded(subject: Subject, fit: Fit) -> None:
 def _files(subject: Subject) -> tuple[Path, ...]:
     files = [subject.model, subject.static, subject.marker_map]
     for trial in subject.trials:
-        files += [trial.markers, trial.forces, *trial.reviews]
+        files += [trial.markers, *(force_files(trial.forces) if trial.forces else ()), *trial.reviews]
     return tuple(file for file in files if file is not None)

@@ -362,7 +362,7 @@ def test_names_that_are_clear_are_not_looked_into(lay_out, monkeypatch):
     def refuse(*_arguments, **_more):
         raise AssertionError("a recording was read although the names say everything")
 
-    for place in ("force_pairing.read_storage", "force_pairing.read_trc", "same_motion.read_trc"):
+    for place in ("force_pairing.read_forces", "force_pairing.read_markers", "same_motion.read_markers"):
         monkeypatch.setattr(f"solver.capture.{place}", refuse)
     (trial,) = open_subject(folder).trials
     assert trial.forces == folder / "walk_grf.mot"

@@ -212,6 +212,7 @@ def test_static_trials(real_data):
 
 @pytest.mark.parametrize("suffix", [".csv", ".mot", ""])
 def test_markers_of_unknown_kind(tmp_path, suffix):
+    (tmp_path / f"a{suffix}").write_text("a,b\n")
     with pytest.raises(CaptureError, match=r"cannot be read here. Export one of \.trc, \.c3d"):
         read_trial(TrialFiles("t", tmp_path / f"a{suffix}"))
 

@@ -310,7 +310,8 @@ def test_a_failure_leaves_nothing_behind(c3d_file, tmp_path, monkeypatch):
         ("walk.c3d walk.glb", "holds no model, motion. Fit it first"),
         ("walk.c3d walk.foo", r"not written. Choose one of \.c3d"),
         ("nothing.c3d walk.trc", "no file of that name"),
-        ("notes.txt walk.trc", "files of that ending are not read"),
+        ("notes.doc walk.trc", "files of that ending are not read"),
+        ("notes.txt walk.trc", "forces of that kind cannot be read here. Export one of"),
         ("forces.mot walk.c3d", "holds no markers"),
         ("forces.mot walk.glb", "Name the model of these coordinates with --model"),
         (". walk.trc", "no model with a motion"),
@@ -319,7 +320,8 @@ def test_a_failure_leaves_nothing_behind(c3d_file, tmp_path, monkeypatch):
 )
 def test_errors_say_what_to_do(c3d_file, recording, tmp_path, names, said):
     write_plates(tmp_path / "forces.mot", recording.plates)
-    (tmp_path / "notes.txt").write_text("")
+    for name in ("notes.txt", "notes.doc"):
+        (tmp_path / name).write_text("")
     (tmp_path / "table.parquet").write_text("no table")
     source, target = names.split()
     with pytest.raises(CaptureError, match=said):
@@ -328,7 +330,7 @@ def test_errors_say_what_to_do(c3d_file, recording, tmp_path, names, said):
 
 def test_forces_and_models_go_where_they_belong(c3d_file, recording, tmp_path):
     write_plates(tmp_path / "forces.mot", recording.plates)
-    with pytest.raises(CaptureError, match=r"belong to a \.trc or \.c3d file"):
+    with pytest.raises(CaptureError, match="belong to a file of markers"):
         convert(tmp_path / "forces.mot", tmp_path / "out.parquet", forces=tmp_path / "forces.mot")
     with pytest.raises(CaptureError, match=r"a model is given to a \.mot or \.sto file"):
         convert(c3d_file, tmp_path / "out.trc", model=tmp_path / "model.osim")
