@@ -50,6 +50,7 @@ class ForcePlate:
     start_time: float = 0.0  # [s] on the same clock as the markers
     corners_ground: Float[np.ndarray, "4 3"] | None = None  # [m]
     point_ground: Float[np.ndarray, "samples 3"] | None = None  # [m] NaN where the file says "none"
+    zero_ground: Float[np.ndarray, "6"] | None = None  # [N, N·m] its zero level, which reading took off
 
     @property
     def samples(self) -> int:

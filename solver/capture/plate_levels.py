@@ -14,12 +14,13 @@ from solver.capture.centre_of_pressure import Surface, centre_of_pressure, surfa
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.plate_sign import PlateWitness, weigh_signs
 from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
+from solver.capture.resting_level import resting_samples
 from solver.capture.vertical_momentum import vertical_momentum
+from solver.capture.zero_level import less, level_of
 from solver.errors import CaptureError
-from solver.plate_figures import CONTACT_N
+from solver.plate_figures import CONTACT_N, LOAD_N
 from solver.runs import runs
 
-LOAD_N = 150.0  # [N] a step departs at least as far from the zero level; less may be one foot at rest
 LEVEL_STDS = 2.0  # by which a level that was held may lie off what weight and motion ask for
 POINT_LOST_N = 50.0  # [N] with less, programs write no centre of pressure, or one that digits do not hold
 
@@ -43,12 +44,26 @@ def plate_witnesses(
         conditioning: how gaps and the plates' surface are judged.
         said: what a person said of plates; the others are weighed in this light.
     """
+    empty = [resting_samples(plate, markers, settings, conditioning) for plate in plates]
+    return _weighed(plates, markers, empty, mass_kg, (settings, conditioning), said=said)
+
+
+def _weighed(
+    plates: Sequence[ForcePlate],
+    markers: Markers,
+    empty: Sequence[Bool[np.ndarray, " samples"]],
+    mass_kg: float | None,
+    both: tuple[PlateSignSettings, ConditioningSettings],
+    *,
+    said: Sequence[PlateWord] = (),
+) -> tuple[PlateWitness, ...]:
+    settings, conditioning = both
     words = {word.name: word for word in said}
     given = [words.get(plate.name, PlateWord(plate.name)) for plate in plates]
     samples = vertical_momentum(plates, markers, settings, conditioning)
     held = [
-        word.zero_N if word.zero_N is not None else _held_level(plate, settings)
-        for plate, word in zip(plates, given, strict=True)
+        word.zero_N if word.zero_N is not None else _known_level(plate, resting, settings)
+        for plate, resting, word in zip(plates, empty, given, strict=True)
     ]
 
     def weighed(levels: Sequence[float | None]) -> tuple[PlateWitness, ...]:
@@ -91,29 +106,36 @@ def levelled(
     _refuse_strangers(words, [plate.name for plate in plates])
     if not plates:
         return (), ()
-    alone = plate_witnesses(plates, markers, mass_kg, settings, conditioning)
-    witnesses = (
-        plate_witnesses(plates, markers, mass_kg, settings, conditioning, said=said) if said else alone
-    )
+    empty = [resting_samples(plate, markers, settings, conditioning) for plate in plates]
+    given = (plates, markers, empty, mass_kg, (settings, conditioning))
+    alone = _weighed(*given)
+    witnesses = _weighed(*given, said=said) if said else alone
     settled, notes = [], []
-    for plate, witness, unasked in zip(plates, witnesses, alone, strict=True):
+    for plate, witness, unasked, seen_empty in zip(plates, witnesses, alone, empty, strict=True):
         word = words.get(plate.name, PlateWord(plate.name))
         if word.sign is not None or word.zero_N is not None:
             notes.append(_said_of(word, unasked, settings))
-        resting = _resting(plate, witness, settings)
-        may_lower = bool(
-            witness.has_known_level(settings)
-            and resting.any()
-            and np.nanmax(np.abs(plate.force_ground[:, 1] - witness.zero_N)) > LOAD_N
+        resting = seen_empty if seen_empty.any() else _resting(plate, witness, settings)
+        lowered = witness.is_untared(settings) and bool(
+            seen_empty.any()
+            or (
+                witness.has_known_level(settings)
+                and not witness.is_undecided(settings)
+                and resting.any()
+                and np.nanmax(np.abs(plate.force_ground[:, 1] - witness.zero_N)) > LOAD_N
+            )
         )
         changed = plate
         if word.zero_N is not None:
             changed = _lowered_by(changed, word.zero_N, resting, conditioning)
-        elif may_lower and witness.is_untared(settings) and not witness.is_undecided(settings):
-            changed = _lowered(changed, resting)
+        elif lowered:
+            changed = _lowered(changed, resting, conditioning)
         if word.sign == -1 or (word.sign is None and witness.is_turned(settings)):
             changed = replace(
-                changed, force_ground=-changed.force_ground, moment_ground=-changed.moment_ground
+                changed,
+                force_ground=-changed.force_ground,
+                moment_ground=-changed.moment_ground,
+                zero_ground=None if changed.zero_ground is None else -changed.zero_ground,
             )
         if changed is not plate and changed.point_ground is None:
             surface = surface_of(plate, conditioning)
@@ -124,7 +146,7 @@ def levelled(
             changed = replace(changed, cop_ground=np.where(known[:, None], centre, np.nan))
         settled.append(changed)
         if word.sign is None and word.zero_N is None:
-            notes += _sentences(plate, witness, lowered=may_lower, settings=settings)
+            notes += _sentences(plate, witness, lowered=lowered, settings=settings)
     return tuple(settled), tuple(notes)
 
 
@@ -161,36 +183,48 @@ def _said_of(word: PlateWord, unasked: PlateWitness, settings: PlateSignSettings
 def _sentences(
     plate: ForcePlate, witness: PlateWitness, *, lowered: bool, settings: PlateSignSettings
 ) -> list[str]:
-    if not witness.used:
-        return []
+    said = []
+    if lowered:
+        said.append(
+            f"{plate.name}: its zero level is off: it reads {witness.zero_N:.0f} N while nobody is on it; "
+            "taken off. Was it tared under a load, or not at all?"
+        )
+    elif (
+        witness.used
+        and witness.is_untared(settings)
+        and not witness.has_known_level(settings)
+        and not witness.is_undecided(settings)
+    ):
+        known = f" (± {witness.zero_std_N:.0f} N)" if np.isfinite(witness.zero_std_N) else ""
+        said.append(
+            f"{plate.name}: its zero level is off: by the person's weight and motion it would read "
+            f"{witness.zero_N:.0f} N unloaded{known}. Was it tared while something stood on it? This "
+            "recording does not show it empty, so nothing is taken off, and its forces are wrong by that "
+            "much: tare it empty and record again, or leave its forces out"
+        )
     if witness.is_undecided(settings):
-        return [
+        said.append(
             f"{plate.name}: the sign of its force cannot be determined from this recording (it reads "
             f"{np.nanmin(plate.force_ground[:, 1]):.0f} to {np.nanmax(plate.force_ground[:, 1]):.0f} N "
             "upwards); left unchanged. If that is not the force on the person, or if the plate was tared "
             "under a load, export it again with the right sign and zero level"
-        ]
-    said = []
-    if witness.is_turned(settings):
+        )
+    elif witness.is_turned(settings):
         said.append(
             f"{plate.name}: forces point downwards, on the plate; their sign is turned: only then do the "
             "plates carry the person's weight"
         )
-    if not witness.is_untared(settings) or (witness.has_known_level(settings) and not lowered):
-        return said
-    level = f"{plate.name}: its zero level is off: unloaded it would read {witness.zero_N:.0f} N"
-    if lowered:
-        said.append(
-            f"{level}, as it does while nobody is on it; taken off. Was it tared under a load, or not at all?"
-        )
-    else:
-        known = f" (± {witness.zero_std_N:.0f} N)" if np.isfinite(witness.zero_std_N) else ""
-        said.append(
-            f"{level}{known}. Was it tared while something stood on it? It is never unloaded here, so "
-            "nothing is taken off, and its forces are wrong by that much: tare it empty and record again, or "
-            "leave its forces out"
-        )
     return said
+
+
+def _known_level(
+    plate: ForcePlate, resting: Bool[np.ndarray, " samples"], settings: PlateSignSettings
+) -> float | None:
+    """The vertical reading of the empty plate, where the recording shows it [N]; 0 for what a tare leaves."""
+    if not resting.any():
+        return _held_level(plate, settings)
+    level = float(np.median(plate.force_ground[resting, 1]))
+    return level if abs(level) > settings.tare_N else 0.0
 
 
 def _held_level(plate: ForcePlate, settings: PlateSignSettings) -> float | None:
@@ -250,27 +284,18 @@ def _lowered_by(
     if zero_N == 0.0:
         return plate
     if resting.any():
-        return _lowered(plate, resting)
-    level = np.array([0.0, zero_N, 0.0])
-    return replace(
-        plate,
-        force_ground=plate.force_ground - level,
-        moment_ground=plate.moment_ground - np.cross(surface_of(plate, conditioning).point_ground, level),
-        point_ground=None,
-    )
+        return _lowered(plate, resting, conditioning)
+    force = np.array([0.0, zero_N, 0.0])
+    level = np.concatenate([force, np.cross(surface_of(plate, conditioning).point_ground, force)])
+    return replace(less(plate, level[None]), point_ground=None, zero_ground=level)
 
 
-def _lowered(plate: ForcePlate, resting: Bool[np.ndarray, " samples"]) -> ForcePlate:
+def _lowered(
+    plate: ForcePlate, resting: Bool[np.ndarray, " samples"], conditioning: ConditioningSettings
+) -> ForcePlate:
     """The plate less what it reads at rest, all six components; centres of pressure follow from the rest."""
-    level: Float[np.ndarray, "2 3"] = np.median(
-        np.stack([plate.force_ground[resting], plate.moment_ground[resting]]), axis=1
-    )
-    return replace(
-        plate,
-        force_ground=plate.force_ground - level[0],
-        moment_ground=plate.moment_ground - level[1],
-        point_ground=None,
-    )
+    level = level_of(plate, resting, conditioning)
+    return replace(less(plate, level), point_ground=None, zero_ground=np.median(level, axis=0))
 
 
 def moments_lost(plate: ForcePlate) -> Bool[np.ndarray, " samples"]:

@@ -11,7 +11,7 @@ No model of the body is needed: the trunk's markers stand for the centre of mass
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -48,24 +48,32 @@ class PlateWitness:
 
     def is_untared(self, settings: PlateSignSettings = PLATE_SIGN) -> bool:
         """Whether it has a zero level beyond what taring leaves, clearly."""
-        return self.zero_nats >= settings.clear_nats and abs(self.zero_N) > settings.level_known_N
+        seen_empty = self.zero_std_N == 0.0
+        least_N = settings.tare_N if seen_empty else settings.level_known_N
+        return self.zero_nats >= settings.clear_nats and abs(self.zero_N) > least_N
 
     def sentence(self, settings: PlateSignSettings = PLATE_SIGN) -> str:
-        """The verdict in words, with its evidence."""
+        """The verdict in words, with how sure it is."""
         if not self.used:
             return "it carried nobody, so its sign cannot be determined"
         way = "the force on the person" if self.sign > 0 else "the force on the plate"
-        said = f"it reads {way} ({self.sign_nats:.0f} nats ahead of the other sign)"
         if self.is_undecided(settings):
-            said = f"its sign is uncertain; {way} is more likely ({self.sign_nats:.0f} nats)"
+            said = f"its sign is uncertain; {way} is more likely"
+        else:
+            said = f"it reads {way} ({_sure(self.sign_nats, settings)})"
         if not self.is_untared(settings):
             return said
-        known = f"{self.zero_N:.0f} ± {self.zero_std_N:.0f} N"
-        return f"{said}; unloaded it reads {known} ({self.zero_nats:.0f} nats ahead of a tared plate)"
+        known = f"± {self.zero_std_N:.0f} N; {_sure(self.zero_nats, settings)}"
+        seen = "it rests there while nobody is on it" if self.zero_std_N == 0.0 else known
+        return f"{said}; unloaded it reads {self.zero_N:.0f} N ({seen})"
 
     def has_known_level(self, settings: PlateSignSettings = PLATE_SIGN) -> bool:
         """Whether the recording tells how high its zero level is."""
         return self.zero_std_N <= settings.level_known_N
+
+
+def _sure(nats: float, settings: PlateSignSettings) -> str:
+    return "clearly" if nats > 2 * settings.clear_nats else "most likely"
 
 
 UNUSED = PlateWitness(sign=1, sign_nats=0.0, zero_N=0.0, zero_std_N=np.inf, zero_nats=0.0, used=False)
@@ -96,9 +104,12 @@ def weigh_signs(
     """
     count = vertical_N.shape[1]
     held = list(held_N) or [None] * count
-    used = np.flatnonzero(_is_used(vertical_N, settings))
+    used = np.flatnonzero(_is_used(vertical_N, held, settings))
+    witnesses = [
+        replace(UNUSED, zero_N=level, zero_std_N=0.0, zero_nats=np.inf) if level else UNUSED for level in held
+    ]
     if not len(used):
-        return (UNUSED,) * count
+        return tuple(witnesses)
     recording = Hypotheses(
         vertical_N[:, used],
         acceleration,
@@ -110,7 +121,6 @@ def weigh_signs(
     given = [said[int(k)] if said else None for k in used]
     explanations = [recording.best(signs) for signs in _choices(given)]
     top = max(explanations, key=lambda one: one.evidence)
-    witnesses = [UNUSED] * count
     for place, k in enumerate(used):
         others = [one.evidence for one in explanations if one.signs[place] != top.signs[place]]
         zero_nats = 0.0
@@ -130,11 +140,14 @@ def weigh_signs(
 
 
 def _is_used(
-    vertical_N: Float[np.ndarray, "samples plates"], settings: PlateSignSettings
+    vertical_N: Float[np.ndarray, "samples plates"],
+    held_N: Sequence[float | None],
+    settings: PlateSignSettings,
 ) -> Bool[np.ndarray, " plates"]:
     if not len(vertical_N):
         return np.zeros(vertical_N.shape[1], dtype=bool)
-    constant = np.abs(np.median(vertical_N, axis=0)) > settings.used_N
+    zeros = np.array([level or 0.0 for level in held_N])
+    constant = np.abs(np.median(vertical_N, axis=0) - zeros) > settings.used_N
     return constant | (np.ptp(vertical_N, axis=0) > settings.used_N)
 
 

@@ -25,10 +25,9 @@ def zeroed(
     unloaded = unloaded_stretches(plate, settings)
     if not unloaded.any():
         return plate, ()
-    force = np.median(plate.force_ground[unloaded], axis=0)
-    moment = np.median(plate.moment_ground[unloaded], axis=0)
-    size = float(np.linalg.norm(force))
-    if size < settings.zero_smallest_N:
+    level = level_of(plate, unloaded, settings)
+    force = np.median(level[:, :3], axis=0)
+    if float(np.linalg.norm(force)) < settings.zero_smallest_N:
         return plate, ()
     seconds = unloaded.sum() / plate.rate
     listed = ", ".join(f"{component:.1f}" for component in force)
@@ -36,14 +35,41 @@ def zeroed(
         f"{plate.name}: reads {listed} N (x, y, z) while unloaded ({seconds:.2f} s); taken off as its zero "
         "level",
     )
-    levels = [float(np.median(plate.force_ground[start:end, 1])) for start, end in runs(unloaded)]
-    if abs(levels[-1] - levels[0]) > settings.zero_drift_N:
+    if np.ptp(level[:, 1]):
         notes += (
-            f"{plate.name}: its zero level drifts from {levels[0]:.1f} to {levels[-1]:.1f} N vertically",
+            f"{plate.name}: its zero level drifts from {level[0, 1]:.1f} to {level[-1, 1]:.1f} N vertically; "
+            "the drift is taken off as well",
         )
+    return less(plate, level), notes
+
+
+def level_of(
+    plate: ForcePlate, resting: Bool[np.ndarray, " samples"], settings: ConditioningSettings
+) -> Float[np.ndarray, "samples 6"]:
+    """Force and moment of the empty plate: constant, or along a line between the rests if that drifts.
+
+    Args:
+        plate: as it is.
+        resting: its empty samples.
+        settings: from which drift on.
+    """
+    wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+    levels = [float(np.median(wrench[start:end, 1])) for start, end in runs(resting)]
+    constant = np.median(wrench[resting], axis=0)
+    if abs(levels[-1] - levels[0]) <= settings.zero_drift_N:
+        return np.tile(constant, (plate.samples, 1))
+    order = np.flatnonzero(resting)
+    slope, at_zero = np.polyfit(order, wrench[resting], 1)
+    return np.clip(np.arange(plate.samples), order[0], order[-1])[:, None] * slope + at_zero
+
+
+def less(plate: ForcePlate, level: Float[np.ndarray, "samples 6"]) -> ForcePlate:
+    """The plate less a zero level."""
     return replace(
-        plate, force_ground=plate.force_ground - force, moment_ground=plate.moment_ground - moment
-    ), notes
+        plate,
+        force_ground=plate.force_ground - level[:, :3],
+        moment_ground=plate.moment_ground - level[:, 3:],
+    )
 
 
 def unloaded_stretches(plate: ForcePlate, settings: ConditioningSettings) -> Bool[np.ndarray, " samples"]:
@@ -63,7 +89,7 @@ def unloaded_stretches(plate: ForcePlate, settings: ConditioningSettings) -> Boo
     low = vertical[np.abs(vertical) <= limit]
     if len(low) < fewest:
         return nobody
-    level = _commonest(low, settings.zero_bin_N)
+    level = commonest(low, settings.zero_bin_N)
     near = np.abs(vertical - level) <= settings.zero_noise_N
     for start, end in runs(near):
         if end - start >= fewest:
@@ -72,7 +98,7 @@ def unloaded_stretches(plate: ForcePlate, settings: ConditioningSettings) -> Boo
     return np.zeros_like(nobody) if rings else nobody
 
 
-def _commonest(values: Float[np.ndarray, " values"], bin_width: float) -> float:
+def commonest(values: Float[np.ndarray, " values"], bin_width: float) -> float:
     """Middle of the fullest bin of a histogram smoothed over three bins."""
     low = np.floor(values.min() / bin_width) * bin_width
     counts = np.bincount(((values - low) / bin_width).astype(int))

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.conditioning import contact_samples, gaps_filled
-from solver.capture.zero_level import unloaded_stretches
+from solver.capture.zero_level import less, unloaded_stretches
 from solver.effects.about import About, Entry, Named, Size
 from solver.effects.effect import Candidate, Corrected, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
@@ -154,9 +154,9 @@ class PlateBiasTakenOff(Corrected):
 
 
 def taken_off(plate: PlateScene) -> Float[np.ndarray, "6"] | None:
-    """Force [N] and moment about the ground origin [N·m] that conditioning took off; None if nothing."""
+    """Force [N] and moment about the ground origin [N·m] that came off; None if nothing."""
     whole, _ = _untared(plate)
-    level = (_wrench(whole) - plate.loads.raw_ground)[0]
+    level = np.median(_wrench(whole) - plate.loads.raw_ground, axis=0)
     return level if level.any() else None
 
 
@@ -177,7 +177,8 @@ def _found(scene: Scene, target: str) -> PlateScene | None:
 def _untared(plate: PlateScene) -> tuple[ForcePlate, Bool[np.ndarray, " samples"]]:
     """The plate conditioned but for its zero level, and which samples were recorded."""
     whole, recorded, _ = gaps_filled(plate.plate, plate.conditioning)
-    return whole, recorded
+    level = plate.plate.zero_ground
+    return whole if level is None else less(whole, -level[None]), recorded
 
 
 def _wrench(plate: ForcePlate) -> Float[np.ndarray, "samples 6"]:
@@ -186,8 +187,10 @@ def _wrench(plate: ForcePlate) -> Float[np.ndarray, "samples 6"]:
 
 def _level_std_N(plate: PlateScene) -> Float[np.ndarray, "3"]:
     """Of the level: what the unloaded plate scatters, by the number of stretches that tell it apart."""
-    whole, _ = _untared(plate)
+    whole, _, _ = gaps_filled(plate.plate, plate.conditioning)
     unloaded = unloaded_stretches(whole, plate.conditioning)
+    if not unloaded.any():
+        return np.zeros(3)
     stretches = unloaded.sum() / (plate.conditioning.zero_stretch_s * whole.rate)
     return np.asarray(whole.force_ground[unloaded].std(axis=0) / np.sqrt(max(stretches, 1.0)))
 

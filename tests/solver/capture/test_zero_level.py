@@ -134,7 +134,7 @@ def test_gaps_do_not_disturb():
 def test_no_real_file_here_needs_taring(real_data):
     """All of them were tared or thresholded upstream; a taring that fires on them would invent an offset."""
     for path in real_data.rglob("*.mot"):
-        if path.parent.name != "reference":
+        if path.parent.name != "reference" and "wild" not in path.parts:
             for each in plates_from_storage(read_storage(path))[0]:
                 assert zeroed(each)[1] == (), path
 
