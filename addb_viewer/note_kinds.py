@@ -155,6 +155,9 @@ KINDS = (
         "height not given",
         "sex not given",
         "own scaled model",
+        ": stated in ",
+        "trials of one person",
+        "so it is the static trial",
     ), False),
     NoteKind("frames and values left out", (
         "are not used: outside",

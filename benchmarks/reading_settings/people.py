@@ -8,8 +8,8 @@ from itertools import combinations
 from benchmarks.reading_settings.bench import captures
 from solver.capture.body_lengths import BodyLengthSettings, Lengths, body_lengths, odds_for_two
 from solver.capture.capture import Markers
-from solver.capture.subject_layout import TWO_PEOPLE
 
+TWO_PEOPLE = 3.0  # [log odds] 20 to 1, of body lengths
 ONE, TWO, NOT_TOLD = "one person", "two people", "not told"
 TALLER = 1.06  # as far as a bone's length scatters among adults
 

@@ -9,13 +9,14 @@ from solver.capture.description import Description, read_json
 from solver.capture.loose_files import (
     FoundTrials,
     files_in,
-    is_static,
+    leads_out,
     natural_order,
     reviews_in,
     trials_among,
 )
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.recording_files import is_recording
+from solver.capture.statics import is_static, moves
 from solver.capture.trial_ranges import KEY as RANGES
 from solver.capture.trial_ranges import trial_ranges
 
@@ -74,7 +75,7 @@ def trials_of(folder: Path, settings: ReadingSettings = READING) -> FoundTrials:
             static = static or found.static
             if not found.trials:
                 notes.append(f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out")
-        elif is_static(place.name):
+        elif is_static(place.name) and not (markers and not leads_out(markers, folder) and moves(markers)):
             markers = markers or next((p for p in files.values() if is_recording(p)), None)
             if markers is None:
                 notes.append(f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out")

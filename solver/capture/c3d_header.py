@@ -5,17 +5,20 @@ ezc3d ends the whole program on some damaged parameter sections, so the chain of
 
 import math
 import struct
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
+from solver.capture.file_names import decoded
 from solver.errors import CaptureError
 
 BLOCK = 512  # bytes; all addresses in a C3D file count blocks from 1
 SIGNATURE = 0x50
 INTEL, DEC, MIPS = 84, 85, 86
+LARGEST_PARAMETERS = 2**18  # bytes; 255 blocks are the most that a header counts
 LARGEST_COUNT = 65535  # the header's frame numbers are 16 bits; longer files keep theirs elsewhere
 TEXT = 255
 SIZES = {1: 1, 2: 2, 4: 4, TEXT: 1}  # of a parameter's values [bytes], by the number of their type
@@ -179,10 +182,59 @@ def _check_length(path: Path, header: C3dHeader) -> None:
         )
 
 
+def parameters_in(path: Path, groups: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """Parameters of some groups as texts, by "GROUP:NAME" in capitals; no sample is read.
+
+    Empty where the file is none that `read_header` would read.
+    """
+    with path.open("rb") as file:
+        data = file.read(LARGEST_PARAMETERS)
+    start = (data[0] - 1) * BLOCK if len(data) > BLOCK and data[1] == SIGNATURE else len(data)
+    processor = data[start + 3] if start + 3 < len(data) else 0
+    if processor not in (INTEL, DEC):
+        return {}
+    try:
+        records = _parameters(path, data, start)
+    except CaptureError:
+        return {}
+    return {
+        name: _texts(record, processor) for name, _, record in records if name.partition(":")[0] in groups
+    }
+
+
+def _texts(record: bytes, processor: int) -> tuple[str, ...]:
+    """The values of a parameter, from its type on."""
+    extents = record[2 : 2 + record[1]]
+    values, size = record[2 + record[1] :], SIZES[record[0]]
+    count = math.prod(extents)
+    if record[0] == TEXT:
+        length = extents[0]
+        pieces = [values[k : k + length] for k in range(0, count, max(1, length))]
+        return tuple(decoded(piece).strip(" \0") for piece in pieces)
+    if size == 4:
+        return tuple(f"{_number(values, 4 * k, processor):.7g}" for k in range(count))
+    return tuple(str(x) for x in struct.unpack_from(f"<{count}{'b' if size == 1 else 'h'}", values))
+
+
 def _check_parameters(path: Path, data: bytes, start: int) -> frozenset[str]:
     """Walk the chain of groups and parameters to its end; those that hold numbers, as in "ANALOG:SCALE"."""
+    numbers = set()
+    for name, at, record in _parameters(path, data, start):
+        if record[0] != TEXT and math.prod(record[2 : 2 + record[1]]) > 0:
+            numbers.add(name)
+        elif name in SINGLE:
+            raise _damaged(path, at)
+    return frozenset(numbers)
+
+
+def _parameters(path: Path, data: bytes, start: int) -> list[tuple[str, int, bytes]]:
+    """The parameters by name, as in "ANALOG:SCALE", where each begins, and what follows its name.
+
+    Raises:
+        CaptureError: the chain of groups and parameters is broken.
+    """
     groups: dict[int, str] = {}
-    found: list[tuple[int, str, int, bool]] = []
+    found: list[tuple[int, str, int, bytes]] = []
     at = start + 4
     while at + 2 < len(data) and data[at]:
         length, group = abs(struct.unpack_from("<b", data, at)[0]), struct.unpack_from("<b", data, at + 1)[0]
@@ -197,18 +249,13 @@ def _check_parameters(path: Path, data: bytes, start: int) -> frozenset[str]:
         if group < 0:
             groups[-group] = name
         else:
-            numbers = record[0] != TEXT and math.prod(record[2 : 2 + record[1]]) > 0
-            found.append((group, name, at, numbers))
+            found.append((group, name, at, record))
         if step == 0:
             break
         at = pointer + step
     if at + 2 >= len(data):
         raise _damaged(path, len(data))
-    named = [(f"{groups.get(group)}:{name}", at, numbers) for group, name, at, numbers in found]
-    for name, at, numbers in named:
-        if name in SINGLE and not numbers:
-            raise _damaged(path, at)
-    return frozenset(name for name, _, numbers in named if numbers)
+    return [(f"{groups.get(group)}:{name}", at, record) for group, name, at, record in found]
 
 
 def _check_analog(path: Path, header: C3dHeader, parameters: frozenset[str]) -> None:

@@ -15,8 +15,8 @@ from solver.capture.small_files import BrokenFileError, json_content, toml_table
 from solver.errors import CaptureError
 
 SEXES = {
-    **dict.fromkeys(("male", "m", "man"), "male"),
-    **dict.fromkeys(("female", "f", "w", "woman"), "female"),
+    **dict.fromkeys(("male", "m", "man", "männlich", "mann", "h", "homme", "masculin"), "male"),
+    **dict.fromkeys(("female", "f", "w", "woman", "weiblich", "frau", "femme", "féminin"), "female"),
 }
 LARGEST = {"mass": (500.0, "kg"), "height": (3.0, "m"), "age": (130.0, "years")}
 

@@ -15,7 +15,8 @@ from solver.capture.force_pairing import holds_forces, pair_forces
 from solver.capture.qtm_tsv import force_files, plates_beside
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.recording_files import TABLES, is_force_table, is_recording
-from solver.capture.same_motion import how_they_differ, twins_among
+from solver.capture.same_motion import how_they_differ, is_part_of, twins_among
+from solver.capture.statics import static_among
 from solver.capture.storage import read_columns
 from solver.capture.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.capture.trial_names import name_tokens
@@ -25,7 +26,6 @@ FORCE_ENDINGS = ("_grf", "_forces", "")
 LEADS_OUT = "a link that leads out of the folder: copy the file into it, or name it in subject.toml"
 COPY = re.compile(r"( ?\(\d+\)| - \w+( \(\d+\))?)+$")  # X (2), X(1), X - Copy, X - Kopie (2)
 STANDING = "forces of the static trial, of which only the markers are used"
-STATIC = r"static|statisch|statique|estatic|calib|kalib|(?<![a-z])[nt]-?_?pose"
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,6 @@ def natural_order(name: str) -> tuple[tuple[int, str], ...]:
     return tuple((int(piece), "") if piece.isdigit() else (-1, piece) for piece in pieces)
 
 
-def is_static(name: str) -> bool:
-    """Whether a trial of that name is a standing calibration, not a motion."""
-    return bool(re.search(STATIC, name.lower()))
-
-
 def leads_out(path: Path, folder: Path) -> bool:
     """Whether a file is a link to somewhere else; such a one is never looked into."""
     return path.is_symlink() and not path.resolve().is_relative_to(folder.resolve())
@@ -70,11 +65,6 @@ def holds_no_points(path: Path) -> bool:
     return is_whole and head[2:4] == b"\0\0"  # the number of points, in either order of bytes
 
 
-def is_static_file(path: Path, folder: Path) -> bool:
-    """Whether a marker file of a subject is a standing calibration, by its name or that of its place."""
-    return is_static(path.stem) or (path.parent != folder and is_static(path.parent.name))
-
-
 def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings = READING) -> FoundTrials:
     """Trials and static trial among the files of a subject's folders.
 
@@ -88,11 +78,12 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
     copies = copies_among([path for path in everything if path in inside])
     files = [path for path in everything if path not in copies]
     recordings = [p for p in files if is_recording(p) and not (p in inside and holds_no_points(p))]
-    moving = [p for p in recordings if not is_static_file(p, folder)]
-    statics = [p for p in recordings if is_static_file(p, folder)]
+    statics = static_among(recordings, inside, folder)
+    standing = [p for p in (statics.static, *statics.others) if p is not None]
+    moving = [p for p in recordings if p not in standing]
     claimed, notes = _by_exact_name(moving, files)
     twins, twin_notes = _twins(moving, inside)
-    notes += twin_notes
+    notes += (*twin_notes, *statics.notes)
     tables = [p for p in files if p in inside and is_force_table(p) and holds_force_columns(p)]
     tables = [p for p in tables if p == force_files(p)[0]]
     forces = dict(claimed)
@@ -113,7 +104,7 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
         forces |= paired.forces
         notes += paired.notes
         left |= paired.left
-    left |= {plates: STANDING for still in statics if (plates := plates_beside(still)) is not None}
+    left |= {plates: STANDING for still in standing if (plates := plates_beside(still)) is not None}
     left = {
         each: why
         for table, why in left.items()
@@ -130,6 +121,8 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
             left[markers] = f"the same motion as {better.name}, which is read" + (
                 f" with {table.name}" if table is not None else ""
             )
+            if markers in forces:
+                left[forces[markers]] = f"forces of {markers.name}, in place of which {better.name} is read"
             notes += (f"{markers.name}: left out, the trial is read from {better.name}",)
         elif markers in forces and markers in inside and holds_forces(markers, settings):
             reason = f"{markers.name} holds its own forces; a subject.toml can name others"
@@ -138,14 +131,13 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
             kept.append((markers, None))
         else:
             kept.append((markers, forces.get(markers)))
-    for other in statics[1:]:
-        left[other] = f"another static trial; {statics[0].name} is used"
-        notes += (f"{other.name}: {left[other]}",)
+    if statics.static is not None:
+        left |= dict.fromkeys(statics.others, f"another static trial; {statics.static.name} is used")
     trials = tuple(
         TrialFiles(name, markers, table, _reviews(markers.parent, kept))
         for name, (markers, table) in zip(_names(folder, [m for m, _ in kept]), kept, strict=True)
     )
-    return FoundTrials(trials, statics[0] if statics else None, notes, left)
+    return FoundTrials(trials, statics.static, notes, left)
 
 
 def copies_among(files: Sequence[Path]) -> dict[Path, Path]:
@@ -168,14 +160,18 @@ def copies_among(files: Sequence[Path]) -> dict[Path, Path]:
 def _read_instead(
     twins: Mapping[Path, Path], forces: Mapping[Path, Path], settings: ReadingSettings
 ) -> dict[Path, Path]:
-    """Of files of one motion, which is read in place of the others: the one with forces, or most in it."""
+    """Of files of one motion, which is read in place of the others: the one with forces, or most in it.
+
+    A recording with forces of its own is read rather than a part that was cut from it.
+    """
     alike: dict[Path, list[Path]] = {}
     for table, recording in twins.items():
         alike.setdefault(recording, []).append(table)
     instead: dict[Path, Path] = {}
     for recording, tables in alike.items():
-        own = holds_forces(recording, settings) if any(map(_is_text, tables)) else False
-        best = next((p for p in tables if p in forces and not (own and _is_text(p))), recording)
+        asked = [p for p in tables if p in forces and (_is_text(p) or is_part_of(p, recording))]
+        lesser = asked if asked and holds_forces(recording, settings) else ()
+        best = next((p for p in tables if p in forces and p not in lesser), recording)
         instead |= {other: best for other in (recording, *tables) if other != best}
     return instead
 

@@ -21,6 +21,7 @@ MOVES_M = 0.03  # deviation over time; heights that hardly change are alike in a
 ALIKE = 0.12  # of a marker's own deviation: filters and resampling stay below, two steps of one person do not
 OF_MARKERS = 0.8  # that must be alike; some have gaps or were filled
 PLACES_M = 0.02  # between heights of a marker that stands still: two exports differ by rounding and filters
+PART = 0.9  # of the time; exports of a whole trial differ by frames at its ends
 FEWEST = 3  # markers that move
 OVERLAP = ForceFileSettings.least_overlap  # of the shorter recording
 
@@ -45,6 +46,12 @@ def twins_among(tables: Sequence[Path], recordings: Sequence[Path]) -> dict[Path
                 found[table] = recording
                 break
     return found
+
+
+def is_part_of(table: Path, recording: Path) -> bool:
+    """Whether a file shows the person for a part of the time only that the other one of the motion does."""
+    one, other = markers_of(table), markers_of(recording)
+    return one is not None and other is not None and len(_heights(one)) < PART * len(_heights(other))
 
 
 def how_they_differ(table: Path, recording: Path) -> str:
@@ -93,7 +100,7 @@ def _same(one: Markers | None, other: Markers | None) -> bool:
 
 def same_motion(one: Markers, other: Markers) -> bool:
     """Whether two recordings, y up, are of one motion."""
-    a, b = _heights(one), _heights(other)
+    a, b = sorted((_heights(one), _heights(other)), key=lambda heights: heights.shape[1])  # fewer are asked
     shorter = min(len(a), len(b))
     if shorter < RATE * 0.2:
         return False
@@ -118,12 +125,20 @@ def _alike(a: Float[np.ndarray, "frames one"], b: Float[np.ndarray, "frames othe
 
 
 def _heights(markers: Markers) -> Float[np.ndarray, "frames markers"]:
-    """Heights [m] at a common rate, of markers that were seen on most frames; gaps are bridged."""
+    """Heights [m] at a common rate while the person is seen, of markers that are there throughout; no gaps.
+
+    Programs export a trial whole, with nobody in it at first, or cut.
+    """
     height = markers.positions_ground[:, :, 1]
     seen = np.isfinite(height)
+    share = seen.mean(axis=1) if markers.names else np.zeros(markers.frames)
+    present = np.flatnonzero((share > 0) & (share >= 0.5 * share.max(initial=0.0)))
+    if len(present) < 2:
+        return np.zeros((0, 0))
+    height, seen = (table[present[0] : present[-1] + 1] for table in (height, seen))
     often = np.flatnonzero(seen.mean(axis=0) > 0.9)
-    times = np.arange(0.0, (markers.frames - 1) / markers.rate, 1 / RATE)
-    own = np.arange(markers.frames) / markers.rate
+    own = np.arange(len(height)) / markers.rate
+    times = np.arange(0.0, own[-1], 1 / RATE)
     columns = [np.interp(times, own[seen[:, k]], height[seen[:, k], k]) for k in often]
     return np.stack(columns, axis=1) if columns else np.zeros((len(times), 0))
 

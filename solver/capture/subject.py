@@ -7,6 +7,7 @@ from pathlib import Path
 from solver.capture.addbiomechanics_folder import read_subject_json, trials_of
 from solver.capture.b3d.places import is_b3d, recording_of, subject_folder_of
 from solver.capture.b3d.subject import open_b3d_subject
+from solver.capture.c3d_person import stated_by
 from solver.capture.capture import Subject
 from solver.capture.description import Description
 from solver.capture.file_names import readable
@@ -76,6 +77,11 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
         model = described.model or (models[0] if len(models) == 1 else None)
         if described.trials is None:
             raise CaptureError(f"{folder}: no trials. {_what_was_sought(folder, layout)}")
+        recordings = (described.static, *(path for t in described.trials for path in (t.markers, t.forces)))
+        described = described.or_else(
+            stated_by(dict.fromkeys(path for path in recordings if path), described)
+        )
+        assert described.trials is not None
         trials, range_notes = with_ranges(described.trials, described.ranges)
         left = dict(found.left)
         if len(models) > 1:

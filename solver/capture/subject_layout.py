@@ -12,9 +12,11 @@ from pathlib import Path
 
 from solver.capture.b3d.places import belongs_to_b3d
 from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two
-from solver.capture.loose_files import files_in, is_static_file, leads_out, natural_order
+from solver.capture.c3d_person import stated_person
+from solver.capture.loose_files import files_in, leads_out, natural_order
 from solver.capture.recording_files import is_force_table, is_recording
-from solver.capture.same_motion import markers_of
+from solver.capture.same_motion import markers_of, same_motion
+from solver.capture.statics import is_static_file, moves
 from solver.capture.trial_names import name_tokens
 
 DESCRIBED_BY_HAND = "subject.toml"
@@ -37,7 +39,7 @@ SET_ASIDE = frozenset(
     }
 )
 DEEPEST = 3  # folders below the subject's that are looked into
-TWO_PEOPLE = 3.0  # [log odds] 20 to 1, of body lengths
+ONE_SEGMENT_M = 0.25  # longer distances may join two segments that keep still, as all do in a static trial
 
 
 @dataclass(frozen=True)
@@ -90,33 +92,66 @@ def _of_one_person(
     described = [name for name in DESCRIPTIONS if (folder / name).is_file()]
     if described:
         return named, (f"{listed}: trials of one person, described by {described[0]}",), {}
-    shared = [p.name for p in files_in(folder) if p.suffix.lower() == ".osim"]
-    shared += [p.name for p in files_in(folder) if is_recording(p) and is_static_file(p, folder)]
-    if not shared:
-        return (
-            (),
-            (),
-            dict.fromkeys(named, "a subject of its own: no static trial or model beside it"),
-        )
     recordings = {
         place: [p for p in files_in(place) if is_recording(p) and not leads_out(p, folder)]
         for place in (folder, *own, *named)
     }
     everyone = [path for paths in recordings.values() for path in paths]
+    shared, is_clear = _shared(folder, recordings, everyone)
+    if not shared:
+        alone = "a subject of its own: no static trial or model beside it, and no name of a person in both"
+        return (), (), dict.fromkeys(named, alone)
     if len([place for place in named if recordings[place]]) == 1 and len(everyone) == len(
         recordings[named[0]]
     ):
-        return named, (f"{listed}: trials of one person, with {shared[0]}",), {}
-    if people(everyone) != 1:
-        return (
-            (),
-            (),
-            dict.fromkeys(named, f"a subject of its own: {shared[0]} is shared, but body lengths differ"),
-        )
-    return (
-        named,
-        (f"{listed}: trials of one person: they share {shared[0]} and lengths of the body agree",),
-        {},
+        return named, (f"{listed}: trials of one person, with {shared}",), {}
+    found = people(everyone)
+    if found != 1 and not (found is None and is_clear):
+        why = "body lengths differ" if found else "nothing shows that it is one person"
+        return (), (), dict.fromkeys(named, f"a subject of its own: {shared} is shared, but {why}")
+    lengths = " and lengths of the body agree" if found else ""
+    return named, (f"{listed}: trials of one person: they share {shared}{lengths}",), {}
+
+
+def _shared(
+    folder: Path, recordings: Mapping[Path, Sequence[Path]], everyone: Sequence[Path]
+) -> tuple[str, bool]:
+    """What speaks for one person in several folders, empty if nothing; and whether that is enough alone.
+
+    A model or static trial beside the folders, or the only one in a folder of its own beside them; a
+    person's name in all C3D files; one motion in two folders.
+    """
+    models = [p.name for p in files_in(folder) if p.suffix.lower() == ".osim"]
+    statics = [p for p in everyone if is_static_file(p, folder) and not moves(p)]
+    of_static = {p.parent for p in statics}
+    beside = [place for place in recordings if recordings[place]]
+    names = [who.names for p in everyone if (who := stated_person(p)).names]
+    in_all = frozenset.intersection(*names) if len(names) > 1 else frozenset()
+    if in_all and len(of_static) < 2:
+        return f"the name {sorted(in_all)[0]} in their C3D files", True
+    if models or folder in of_static:
+        return (models or [p.name for p in statics if p.parent == folder])[0], False
+    if len(of_static) == 1:
+        place = of_static.pop()
+        near = [p for p in beside if p.parent == place.parent]
+        if len(statics) == len(recordings[place]) and all(
+            p in near or any(_share_a_motion(recordings[p], recordings[q]) for q in near) for p in beside
+        ):
+            return statics[0].name, False
+    if len(beside) > 1 and all(_share_a_motion(recordings[beside[0]], recordings[p]) for p in beside[1:]):
+        return "one motion", True
+    return "", False
+
+
+def _share_a_motion(some: Sequence[Path], others: Sequence[Path]) -> bool:
+    """Whether one folder holds another export of what the other one holds."""
+    return any(
+        p.suffix.lower() != q.suffix.lower()
+        and (one := markers_of(p)) is not None
+        and (other := markers_of(q)) is not None
+        and same_motion(one, other)
+        for p in some
+        for q in others
     )
 
 
@@ -139,7 +174,9 @@ def people(recordings: Sequence[Path]) -> int | None:
 def _lengths(path: Path, stamp: tuple[int, int]) -> Lengths | None:
     """The lengths in a file; read again when its time or size has changed. None where it cannot be read."""
     markers = markers_of(path)
-    return None if markers is None else body_lengths(markers)
+    if markers is None:
+        return None
+    return {pair: length for pair, length in body_lengths(markers).items() if length < ONE_SEGMENT_M}
 
 
 def _set_aside(place: Path, folder: Path) -> bool:

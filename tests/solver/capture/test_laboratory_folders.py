@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
+from solver.capture.recording_files import read_markers
 from solver.capture.same_motion import markers_of
 from solver.capture.storage import read_storage, write_storage
-from solver.capture.subject import open_subject
+from solver.capture.subject import open_subject, subjects_in
 from solver.capture.trc import read_trc, write_trc
 from solver.capture.trial import read_trial
 from solver.errors import CaptureError
@@ -354,13 +355,66 @@ def test_results_are_passed_over_and_a_laboratory_s_own_are_told(lay_out):
     assert [trial.name for trial in open_subject(folder).trials] == ["walk"]
 
 
+LAB = "c3d_lab_trials/lasem_FAILT01/FAILT01_{}.c3d"
+
+
+def test_folders_of_one_name_in_their_c3d_files_are_one_person(lay_out):
+    folder = lay_out(
+        {
+            "Static/FAILT01_static02.c3d": LAB.format("static02"),
+            "Straight/FAILT01_Walk01.c3d": LAB.format("Walk01"),
+            "Jump/FAILT01_SLDJ06.c3d": LAB.format("SLDJ06"),
+        }
+    )
+    subject = open_subject(folder)
+    assert subject.static == folder / "Static/FAILT01_static02.c3d"
+    assert {trial.name for trial in subject.trials} == {"FAILT01_Walk01", "FAILT01_SLDJ06"}
+
+
+@pytest.mark.parametrize("session", ["", "session1/"])
+def test_the_one_static_trial_in_a_folder_of_its_own_is_that_of_the_folders_beside_it(lay_out, session):
+    folder = lay_out(
+        {f"{session}cal/X1.trc": STATIC, f"{session}walks/X2.trc": WALK, f"{session}jumps/X3.trc": JUMP}
+    )
+    subject = open_subject(folder)
+    assert subject.static == folder / f"{session}cal/X1.trc"
+    assert len(subject.trials) == 2
+
+
+def test_people_in_folders_with_static_trials_of_their_own_stay_apart(lay_out):
+    folder = lay_out(
+        {
+            "A/static/X1.trc": STATIC,
+            "A/walk/X2.trc": WALK,
+            "B/static/X1.trc": OTHER_STATIC,
+            "B/walk/X2.trc": OTHER_WALK,
+        }
+    )
+    subjects, _ = subjects_in(folder)
+    assert [subject.folder.name for subject in subjects] == ["A", "B"]
+    assert all(subject.static is not None and len(subject.trials) == 1 for subject in subjects)
+
+
+def test_a_c3d_and_a_trc_cut_from_it_are_one_trial(lay_out):
+    folder = lay_out({"Walk.c3d": LAB.format("Walk01")})
+    whole = markers_of(folder / "Walk.c3d")
+    (folder / "Walk_L1").mkdir()
+    seen = np.flatnonzero(np.isfinite(whole.positions_ground).all(axis=2).mean(axis=1) > 0.9)
+    part = whole.positions_ground[seen[len(seen) // 4] : seen[3 * len(seen) // 4]]
+    write_trc(folder / "Walk_L1/markers.trc", Markers(whole.names, part, whole.rate, 7.0))
+    subject = open_subject(folder)
+    assert [trial.markers for trial in subject.trials] == [folder / "Walk.c3d"]
+    assert any("the same motion as Walk.c3d" in file.reason for file in subject.unused)
+
+
 def test_names_that_are_clear_are_not_looked_into(lay_out, monkeypatch):
     folder = lay_out(
         {"walk.trc": WALK, "walk_grf.mot": WALK_FORCES, "static.trc": STATIC, "generic.osim": MODEL}
     )
 
-    def refuse(*_arguments, **_more):
-        raise AssertionError("a recording was read although the names say everything")
+    def refuse(path, *_arguments, **_more):
+        assert path.name == "static.trc", "a recording was read although the names say everything"
+        return read_markers(path)  # whether somebody walks in it
 
     for place in ("force_pairing.read_forces", "force_pairing.read_markers", "same_motion.read_markers"):
         monkeypatch.setattr(f"solver.capture.{place}", refuse)

@@ -268,10 +268,10 @@ def test_no_folder_no_trials(folder):
         open_subject(folder)
 
 
-def test_only_a_static_trial(folder):
+def test_a_static_trial_and_nothing_else_is_a_trial(folder):
     put(folder, "static.trc")
-    with pytest.raises(CaptureError, match="no trials"):
-        open_subject(folder)
+    subject = open_subject(folder)
+    assert (names(subject), subject.static) == (["static"], None)
 
 
 # --- real recordings
