@@ -28,6 +28,7 @@ SINGLE = {  # parameters whose first number ezc3d takes without a look whether t
     *("TRIAL:ACTUAL_START_FIELD", "TRIAL:ACTUAL_END_FIELD"),
 }
 MOST_VALUES = 65535  # of a parameter, whose place is told in 16 bits; ezc3d makes room for empty texts, too
+LONGEST_DESCRIPTION = 127  # letters; of more, ezc3d takes the length for a negative number
 EXPORT_AGAIN = "Export the trial again, or copy the file again."
 
 
@@ -243,9 +244,16 @@ def _parameters(path: Path, data: bytes, start: int) -> list[tuple[str, int, byt
             raise _damaged(path, at)
         step = struct.unpack_from("<H", data, pointer)[0]
         record = data[pointer + 2 : pointer + step] if step else data[pointer + 2 :]
-        if not _fits(record, has_values=group > 0) or -group in groups:
+        described = _description(record, has_values=group > 0)
+        if described is None or -group in groups:
             raise _damaged(path, at)
         name = data[at + 2 : pointer].decode("latin-1").upper()
+        if record[described] > LONGEST_DESCRIPTION:
+            raise CaptureError(
+                f"{path}: byte {pointer + 2 + described}: the description of {name} has {record[described]} "
+                f"letters, of which {LONGEST_DESCRIPTION} can be read. Shorten it in a C3D editor; if it is "
+                "not so long there, the file is damaged: copy it again."
+            )
         if group < 0:
             groups[-group] = name
         else:
@@ -268,17 +276,17 @@ def _check_analog(path: Path, header: C3dHeader, parameters: frozenset[str]) -> 
             )
 
 
-def _fits(record: bytes, *, has_values: bool) -> bool:
-    """Whether what follows a record's name lies within it: values of a known type, then a description."""
+def _description(record: bytes, *, has_values: bool) -> int | None:
+    """Where in a record, behind values of a known type, its description begins; None where they reach out."""
     at = 0
     if has_values:
         if len(record) < 2 or record[0] not in SIZES or record[1] > 7:
-            return False
+            return None
         extents = record[2 : 2 + record[1]]
         if math.prod(extent or 1 for extent in extents) > MOST_VALUES or (record[0] == TEXT and not extents):
-            return False
+            return None
         at = 2 + record[1] + SIZES[record[0]] * math.prod(extents)
-    return at < len(record) and at + 1 + record[at] <= len(record)
+    return at if at < len(record) and at + 1 + record[at] <= len(record) else None
 
 
 def _damaged(path: Path, at: int) -> CaptureError:

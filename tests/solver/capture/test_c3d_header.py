@@ -121,6 +121,21 @@ def test_a_header_that_counts_too_many_analog_samples_is_refused(real_data, tmp_
         open_c3d(path)
 
 
+@pytest.mark.parametrize("letters", [128, 255])
+def test_a_description_longer_than_can_be_read_is_told_and_takes_no_room(real_data, tmp_path, letters):
+    data = bytearray((real_data / SMALL).read_bytes())
+    rate = data.index(b"RATE\x1b\x00\x04\x00") + len(b"RATE")
+    old = data[rate + 8]
+    data[rate + 8 : rate + 9 + old] = bytes([letters, *b"d" * letters])
+    data[rate : rate + 2] = (0x1B + letters - old).to_bytes(2, "little")
+    path = tmp_path / "told.c3d"
+    path.write_bytes(data)
+    before = getrusage(RUSAGE_SELF).ru_maxrss
+    with pytest.raises(CaptureError, match=f"the description of RATE has {letters} letters"):
+        open_c3d(path)
+    assert getrusage(RUSAGE_SELF).ru_maxrss - before < 100_000  # [kB]
+
+
 def test_frames_that_end_before_they_begin(real_data, tmp_path):
     data = bytearray((real_data / SMALL).read_bytes())
     data[6:10] = b"\x09\x00\x02\x00"
