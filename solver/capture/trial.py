@@ -25,6 +25,7 @@ from solver.capture.force_columns import find_plates, turned
 from solver.capture.loads_under_feet import UnderFeetSettings, best_lag_s, feet_of, loads_of, under_feet
 from solver.capture.marker_cleaning import clean_markers
 from solver.capture.moment_convention import plates_from_storage
+from solver.capture.plate_copies import without_copies
 from solver.capture.plate_levels import levelled
 from solver.capture.qtm_tsv import force_files
 from solver.capture.reading_settings import READING, ReadingSettings
@@ -59,7 +60,9 @@ def read_trial(
     if mask is None and inner is not None:
         mask = inner.missing
     outside, range_notes = outside_ranges(files.ranges, markers)
-    possible = [of_a_person(plate, settings.conditioning) for plate in recording.plates]
+    distinct, copy_notes = without_copies(recording.plates)
+    copies = {plate.name for plate in recording.plates} - {plate.name for plate in distinct}
+    possible = [of_a_person(plate, settings.conditioning) for plate in distinct]
     measured = [without_edge_zeros(plate, settings.edge_zeros) for plate, _ in possible]
     try:
         plates, level_notes = levelled(
@@ -68,11 +71,15 @@ def read_trial(
             mass_kg,
             settings.plate_signs,
             settings.conditioning,
-            said=files.plates,
+            said=[word for word in files.plates if word.name not in copies],
         )
     except CaptureError as error:
         raise CaptureError(f"{files.forces or files.markers}: {error}") from error
-    level_notes = (*(note for _, notes in (*possible, *measured) for note in notes), *level_notes)
+    level_notes = (
+        *copy_notes,
+        *(note for _, notes in (*possible, *measured) for note in notes),
+        *level_notes,
+    )
     level_notes += _unloaded(plates, settings.conditioning.threshold_N)
     recording = replace(recording, plates=plates)
     source = (files.forces or files.markers).name
