@@ -9,17 +9,25 @@ from solver.skeleton.rotations import nearest_rotation
 from solver.skeleton.skeleton import Skeleton
 
 FLEXED = {"hip_flexion": 1.4, "knee_angle": 1.4, "knee_flexion": 1.4}  # rad; sitting, squatting, landing
+ONE_WAY_RAD = 1.5  # range of a joint that may bend far to one side
+SLIGHTLY_BENT = 0.2  # of that range
 KEPT = 2  # starts a frame that are refined to the end
 REACHING = {"arm_flex": 1.2, "arm_add": -0.6, "elbow_flex": 1.2}  # rad; arms up and in front
 
 
 def start_postures(skeleton: Skeleton) -> Float[np.ndarray, "postures dofs"]:
-    """Upright, flexed, and upright with raised arms; by the field's coordinate names, within the ranges."""
-    upright = np.clip(
-        skeleton.default_q,
-        [c.range[0] for c in skeleton.free_coordinates],
-        [c.range[1] for c in skeleton.free_coordinates],
-    )
+    """Upright, flexed, and upright with raised arms; by the field's coordinate names, within the ranges.
+
+    Joints that bend one way, as elbows do, start a little bent: a straight one may as well bend backwards and
+    turn about itself, where one marker beyond it is all that tells.
+    """
+    low, high = np.array([c.range for c in skeleton.free_coordinates]).reshape(-1, 2).T
+    upright = np.clip(skeleton.default_q, low, high)
+    room = high - low
+    wide = np.isfinite(room) & (room > ONE_WAY_RAD) & (room < 2 * np.pi)
+    little = SLIGHTLY_BENT * np.where(wide, room, 0.0)
+    upright += np.where(upright - low < 0.5 * little, little, 0.0)
+    upright -= np.where(high - upright < 0.5 * little, little, 0.0)
     postures = [upright, _bent(skeleton, upright, FLEXED), _bent(skeleton, upright, REACHING)]
     return np.unique(np.array(postures), axis=0)
 
