@@ -8,8 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
+from solver.capture.text_table import some_of
 from solver.settings_field import setting
 
+_REPEATED = re.compile(r"(.+)#\d+")  # the reader's mark of a name that the file has more than once
 _NUMBERED = re.compile(r"[^a-z]*(m|u|c|unnamed|unlabell?ed|unknown|marker|point|traj\w*)?[^a-z]*\d+", re.I)
 
 
@@ -29,8 +31,9 @@ def join_trajectories(
 ) -> tuple[Markers, tuple[str, ...]]:
     """Give pieces of one marker's trajectory one label.
 
-    Two labels are one marker when one of them says nothing ("*12", "U_3"), no frame shows both, and the
-    markers that keep their distance to the one keep the same distance to the other.
+    Pieces of one name that no frame shows together are one marker. So are two labels when one of them says
+    nothing ("*12", "U_3"), no frame shows both, and the markers that keep their distance to the one keep the
+    same distance to the other.
 
     Args:
         markers: one trial [m], NaN where not seen.
@@ -43,6 +46,21 @@ def join_trajectories(
     names = list(markers.names)
     positions = markers.positions_ground.copy()
     joined: dict[str, list[str]] = {}
+
+    def join(piece: str, kept: str) -> None:
+        nonlocal positions
+        frames, dropped = _seen(positions, names, piece), names.index(piece)
+        positions[frames, names.index(kept)] = positions[frames, dropped]
+        joined.setdefault(kept, []).extend([piece, *joined.pop(piece, [])])
+        names.pop(dropped)
+        positions = np.delete(positions, dropped, axis=1)
+
+    for piece in markers.names:
+        repeated = _REPEATED.fullmatch(piece)
+        if repeated and repeated[1] in names:
+            both = _seen(positions, names, piece) & _seen(positions, names, repeated[1])
+            if not both.any():
+                join(piece, repeated[1])
     for piece in sorted(filter(_NUMBERED.fullmatch, names), key=lambda n: _seen(positions, names, n).sum()):
         fitting = [
             other
@@ -53,15 +71,10 @@ def join_trajectories(
         columns = [names.index(name) for name in fitting]
         if not fitting or not all(_one_marker(positions, columns[0], c, settings) for c in columns[1:]):
             continue
-        kept, dropped = columns[0], names.index(piece)
-        frames = _seen(positions, names, piece)
-        positions[frames, kept] = positions[frames, dropped]
-        joined.setdefault(fitting[0], []).extend([piece, *joined.pop(piece, [])])
-        names.pop(dropped)
-        positions = np.delete(positions, dropped, axis=1)
+        join(piece, fitting[0])
     if not joined:
         return markers, ()
-    listed = "; ".join(f"{name} with {', '.join(pieces)}" for name, pieces in joined.items())
+    listed = some_of([f"{name} with {', '.join(pieces)}" for name, pieces in joined.items()])
     note = f"pieces of one trajectory under several labels, joined: {listed}"
     return replace(markers, names=tuple(names), positions_ground=positions), (note,)
 

@@ -18,7 +18,7 @@ OTHER_SIDE = {"r": "l", "l": "r"}
 
 _PIECES = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 _FIRST_LETTER = re.compile(r"(?P<before>)(?P<side>[a-z])(?P<after>.*[a-z].*)")
-_LAST_LETTER = re.compile(r"(?P<before>.*[a-z0-9].*)(?P<side>[a-z])(?P<after>\d*(#\d+)?)")
+_LAST_LETTER = re.compile(r"(?P<before>.*[a-z0-9].*)(?P<side>[a-z])(?P<after>\d*)")
 _SEPARATOR = re.compile(r"[-_. |/]")
 _TWIN = re.compile(r"#\d+$")  # the reader's mark of a name that occurs twice
 # What plainly names a pelvic spine or the sacrum, whatever else is said ("Pelvis_RASIS", "hip.l.PSI") ...
@@ -58,6 +58,11 @@ class Reading:
     def key(self) -> str:
         """The words run together, as families' tables write them."""
         return "".join(self.words)
+
+
+def repeats_a_name(label: str) -> bool:
+    """Whether the recording has the same name before, for another point."""
+    return bool(_TWIN.search(label))
 
 
 def readings(label: str) -> list[Reading]:
@@ -160,7 +165,11 @@ def plain(labels: tuple[str, ...]) -> dict[str, str]:
 
 def _in_english(texts: dict[str, str], letters: str, pattern: re.Pattern[str]) -> dict[str, str]:
     """Labels that differ from another one in this letter alone, with R or L in front instead."""
-    parts = {label: found for label, text in texts.items() if (found := pattern.fullmatch(text.lower()))}
+    parts = {
+        label: found
+        for label, text in texts.items()
+        if (found := pattern.fullmatch(_TWIN.sub("", text.lower())))
+    }
     called = {(found["before"], found["side"], found["after"]) for found in parts.values()}
     sided = {}
     for label, found in parts.items():

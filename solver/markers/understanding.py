@@ -24,6 +24,7 @@ from solver.markers.label_parts import (
     Reading,
     plain,
     readings,
+    repeats_a_name,
     twins,
 )
 
@@ -110,6 +111,7 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     read = _doubted_without_twins({label: readings(short[label]) for label in names})
     paired = twins(read, INSIDE)
     meanings = {label: _meanings(read[label], label in paired) for label in names}
+    meanings |= {label: _with_inner_places(meanings[label]) for label in names if repeats_a_name(label)}
     explained = {f: _explained(f, meanings) for f in families()}
     most = max(explained.values(), default=0.0)
     weights = {f: (n / most) ** 2 if most else 0.0 for f, n in explained.items()} | {WORDS: WORDS_WEIGHT}
@@ -156,6 +158,16 @@ def _meanings(found: list[Reading], has_twin: bool) -> list[Meaning]:
         drop = {m.landmark for m in of_a_side} if has_twin and reading.side is None else set()
         meanings += [m for m in said if m.landmark not in drop]
     return meanings
+
+
+def _with_inner_places(meanings: list[Meaning]) -> list[Meaning]:
+    """Of a name that occurs twice: the second marker may as well be on the inner side of the joint."""
+    inner = [
+        replace(m, landmark=m.landmark.replace("_lateral", "_medial"), how=f"{m.how}, for the second time")
+        for m in meanings
+        if m.landmark.replace("_lateral", "_medial") != m.landmark
+    ]
+    return meanings + inner
 
 
 def _alike_on_both_sides(

@@ -59,3 +59,13 @@ def test_markers_seen_together_are_two(segment):
     markers = broken(segment, ("A", "B", "C", "D", "RTHI", "*17"), 60)
     markers.positions_ground[60, 4] = segment[60, 4]
     assert join_trajectories(markers) == (markers, ())
+
+
+def test_pieces_of_one_name_that_never_meet_are_one_marker(segment):
+    markers = broken(segment, ("A", "B", "C", "D", "RTHI", "RTHI#2"), 60, by=0.05)
+    joined, notes = join_trajectories(markers)
+    assert joined.names == ("A", "B", "C", "D", "RTHI")
+    assert np.isfinite(joined.positions_ground).all()
+    assert "RTHI with RTHI#2" in notes[0]
+    markers.positions_ground[60, 4] = segment[60, 4]
+    assert join_trajectories(markers) == (markers, ())

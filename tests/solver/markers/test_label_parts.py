@@ -79,3 +79,8 @@ def test_sides_are_the_letters_in_which_most_labels_differ(right, left, form):
 def test_letters_of_another_language_are_no_sides_where_most_are_r_and_l():
     labels = ("RTHAD", "RTHAG", "LTHAD", "LTHAG", "RKNE", "LKNE")
     assert plain(labels) == {label: label for label in labels}
+
+
+def test_a_name_that_occurs_twice_has_the_side_of_the_first():
+    labels = ("EIASD", "EIASG", "GENOUD", "GENOUG", "GENOUD#2")
+    assert plain(labels)["GENOUD#2"].startswith("R ")

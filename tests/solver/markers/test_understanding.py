@@ -277,3 +277,18 @@ def test_both_sides_of_a_pelvic_frame_are_believed_or_doubted_together(seed):
     for spine in wide:
         assert read[f"R{spine}"].used == read[f"L{spine}"].used
         assert abs(read[f"R{spine}"].confidence - read[f"L{spine}"].confidence) < 0.05
+
+
+def test_the_second_of_two_markers_of_one_name_is_the_inner_one():
+    outer = {
+        "ASI": "asis",
+        "PSI": "psis",
+        "THI": "thigh_wand",
+        "KNE": "knee_lateral",
+        "ANK": "ankle_lateral",
+        "HEE": "heel",
+    }
+    inner = {"KNE#2": "knee_medial", "ANK#2": "ankle_medial"}
+    marks = {f"{s}{k}": f"{v}_{s.lower()}" for k, v in (outer | inner).items() for s in "RL"}
+    rows = understand(list(marks), [moving(list(marks), list(marks.values()), seed=2)]).by_label()
+    assert {label: rows[label].landmark for label in marks if rows[label].used} == marks
