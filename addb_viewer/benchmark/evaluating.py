@@ -45,31 +45,38 @@ class FolderLog:
             rows.writerow(figures)
 
 
-def train(source: BenchmarkRelease, predictor: Predictor, course: Course, work: Path) -> None:
-    """Let a predictor learn, once for each tested part; nobody of that part is opened.
+def train(source: BenchmarkRelease, make: Callable[[], Predictor], course: Course, work: Path) -> Path:
+    """Let a new predictor learn for each tested part; nobody of that part is opened.
 
     Args:
         source: the release.
-        predictor: which.
+        make: a predictor that has learnt nothing yet, for each part.
         course: who is tested later.
-        work: folder for what it keeps; a folder for each part is made in it.
+        work: folder for what it keeps; a folder for each part is made in one of the predictor's name.
+
+    Returns:
+        The predictor's folder.
     """
     for part in course.parts:
+        predictor = make()
         _trained(source, predictor, source.parts(course.split, part), work / predictor.name / part)
+    return work / predictor.name
 
 
-def evaluate(source: BenchmarkRelease, predictor: Predictor, course: Course, work: Path) -> Result:
+def evaluate(source: BenchmarkRelease, make: Callable[[], Predictor], course: Course, work: Path) -> Result:
     """Train where that has not been done, predict the tested persons' motion, and score it.
 
     Args:
         source: the release.
-        predictor: which.
+        make: a predictor that has learnt nothing yet, for each part: what one learns in a fold from persons
+            whom another tests goes no further.
         course: who is tested.
         work: as for `train`.
 
     Raises:
         BenchmarkError: the predictor's answer cannot be used, or has seen the forces.
     """
+    predictor = make()
     markers = bool(getattr(predictor, "needs_markers", False))
     spent = 0.0
 
@@ -81,7 +88,8 @@ def evaluate(source: BenchmarkRelease, predictor: Predictor, course: Course, wor
         return foretold
 
     scores: list[Score] = []
-    for part in course.parts:
+    for k, part in enumerate(course.parts):
+        predictor = make() if k else predictor
         parts = source.parts(course.split, part)
         _trained(source, predictor, parts, work / predictor.name / part)
         scores += _scores(source, parts.test, timed, course.frames, markers)
@@ -154,4 +162,4 @@ def _notes(source: BenchmarkRelease, scores: Sequence[Score]) -> tuple[str, ...]
     without = [name for name in source.without_entered_mass if name in tested]
     if source.inertias == "fitted" or not without:
         return ()
-    return (f"{', '.join(without)}: no mass was entered; the fitted one is shown, which knows the forces",)
+    return (f"{', '.join(without)}: no mass was entered; the fitted body is shown, which knows the forces",)

@@ -45,6 +45,7 @@ class BenchmarkRelease:
 
     release: Release
     inertias: Inertias = "unfitted"
+    unweighed: bool = False  # test persons too whose mass nobody entered
 
     @cached_property
     def subjects(self) -> dict[str, dict[str, Any]]:
@@ -53,20 +54,29 @@ class BenchmarkRelease:
 
     @property
     def without_entered_mass(self) -> tuple[str, ...]:
-        """Subjects whose mass nobody entered: their fitted mass is shown instead, which knows the forces."""
+        """Subjects whose mass nobody entered: only a fitted body can be shown, which knows the forces."""
         return tuple(name for name, row in self.subjects.items() if row["mass_entered_kg"] is None)
+
+    @property
+    def testable(self) -> frozenset[str]:
+        """Persons who may be tested: all, or those of whom a body can be shown that knows no force."""
+        everybody = frozenset(row["person_id"] for row in self.subjects.values())
+        if self.inertias == "fitted" or self.unweighed:
+            return everybody
+        return everybody - {self.subjects[name]["person_id"] for name in self.without_entered_mass}
 
     def parts(self, split: str, part: str) -> Parts:
         """Who trains, who chooses and who is tested.
 
-        In a split into folds the tested one is `part`, the next one chooses, and all others train.
+        In a split into folds the tested one is `part`, the next one chooses, and all others train. Persons
+        who may not be tested take part in nothing of their fold.
 
         Args:
             split: its name in the release.
             part: that is tested: test, dev, or a fold.
 
         Raises:
-            BenchmarkError: nobody is in the part, or it is the one that trains.
+            BenchmarkError: nobody who may be tested is in the part, or it is the one that trains.
         """
         persons = self.release.split(split)
         names = sorted(set(persons.values()))
@@ -76,11 +86,17 @@ class BenchmarkRelease:
         def of(*wanted: str) -> frozenset[str]:
             return frozenset(person for person, name in persons.items() if name in wanted)
 
+        tested = of(part) & self.testable
+        if not tested:
+            raise BenchmarkError(
+                f"nobody in '{part}' has an entered mass, so that only bodies could be shown that know the "
+                "forces. Enter mass_kg in subject.toml and build the release again, or give --without-mass"
+            )
         if "train" in names:
-            return Parts(of("train"), of("dev") - of(part), of(part))
+            return Parts(of("train"), of("dev") - of(part), tested)
         choosing = names[(names.index(part) + 1) % len(names)] if len(names) > 2 else ""
         others = [name for name in names if name not in (part, choosing)]
-        return Parts(of(*others), of(choosing), of(part))
+        return Parts(of(*others), of(choosing), tested)
 
     def trials(self, persons: frozenset[str], *, markers: bool = False) -> "ReleaseTrials":
         """These persons' trials.
@@ -92,13 +108,16 @@ class BenchmarkRelease:
         return ReleaseTrials(self, persons, markers)
 
 
-def open_for_benchmark(path: Path, inertias: Inertias = "unfitted") -> BenchmarkRelease:
+def open_for_benchmark(
+    path: Path, inertias: Inertias = "unfitted", *, unweighed: bool = False
+) -> BenchmarkRelease:
     """A release by its folder.
 
     Args:
         path: its folder.
         inertias: which body is shown: "unfitted", which has the entered mass and inertias by table; or
             "fitted", whose mass and inertias were learnt from the forces, as in the paper.
+        unweighed: test persons too whose mass nobody entered: their fitted body is shown.
 
     Raises:
         ReleaseError: the folder is no release.
@@ -109,7 +128,7 @@ def open_for_benchmark(path: Path, inertias: Inertias = "unfitted") -> Benchmark
     if rate != RATE:
         own = "the recordings' own rates" if rate is None else f"{rate:g} Hz"
         raise BenchmarkError(f"{path}: the benchmark needs frames at 100 Hz, this release has {own}")
-    return BenchmarkRelease(release, inertias)
+    return BenchmarkRelease(release, inertias, unweighed)
 
 
 @dataclass(frozen=True)
@@ -152,7 +171,7 @@ class ReleaseTrials:
 
 
 def shown_skeleton(source: BenchmarkRelease, subject: str) -> Skeleton:
-    """The body that predictors are shown.
+    """The body that predictors are shown; the fitted one too where no mass was entered.
 
     Args:
         source: which says whether it is the fitted one.
@@ -161,27 +180,9 @@ def shown_skeleton(source: BenchmarkRelease, subject: str) -> Skeleton:
     Raises:
         ModelError: the release's model cannot be read.
     """
-    end = "osim" if source.inertias == "fitted" else "unfitted.osim"
-    skeleton = load_skeleton(source.release.path / "models" / f"{file_name_of(subject)}.{end}")
-    entered = source.subjects[subject]["mass_entered_kg"]
-    if source.inertias == "fitted" or entered is None:
-        return skeleton
-    return at_mass(skeleton, entered)
-
-
-def at_mass(skeleton: Skeleton, mass_kg: float) -> Skeleton:
-    """The skeleton with all masses and inertias scaled to a total mass.
-
-    Args:
-        skeleton: any.
-        mass_kg: wanted.
-    """
-    factor = mass_kg / skeleton.mass
-    bodies = [
-        replace(body, mass=factor * body.mass, inertia_body=factor * body.inertia_body)
-        for body in skeleton.bodies
-    ]
-    return replace(skeleton, bodies=tuple(bodies))
+    fitted = source.inertias == "fitted" or source.subjects[subject]["mass_entered_kg"] is None
+    end = "osim" if fitted else "unfitted.osim"
+    return load_skeleton(source.release.path / "models" / f"{file_name_of(subject)}.{end}")
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,9 @@ StayOut = Annotated[
     bool,
     typer.Option("--undecided-stay-out", help="Finish, and leave out what detection left out, undecided."),
 ]
+Unseen = Annotated[
+    bool, typer.Option("--unseen", help="Finish a trial of which the log has no edit by anybody.")
+]
 Wanted = Annotated[StatusWord, typer.Argument(metavar="STATUS", help=", ".join(StatusWord))]
 
 
@@ -40,6 +43,7 @@ def mark(
     status: Wanted,
     note: Note = "",
     undecided_stay_out: StayOut = False,
+    unseen: Unseen = False,
     author: Author = None,
     debug: Debug = False,
 ) -> None:
@@ -51,6 +55,11 @@ def mark(
         with open_log(subject) as log:
             left_out = None
             if status is StatusWord.FINISHED:
+                if not (unseen or log.history(trial) or files.has_review):
+                    raise ReviewError(
+                        f"{trial}: nobody has looked at it, as far as the log tells. Look at it with "
+                        "`addb-viewer open`, or finish it with --unseen"
+                    )
                 left_out = undecided(opened, files, capture, log.history(trial))
                 if left_out and not undecided_stay_out:
                     raise ReviewError(_asked(trial, left_out))

@@ -19,9 +19,9 @@ from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.manifest_file import FILE as MANIFEST
 from addb_viewer.dataset.manifest_file import read_manifest
 from addb_viewer.dataset.named_causes import fingerprint, named_causes
-from addb_viewer.dataset.options import BuildOptions
+from addb_viewer.dataset.options import BuildOptions, hash_of_person
 from addb_viewer.dataset.receipts import Receipt, valid_receipt
-from addb_viewer.dataset.scanning import ScannedSubject, scan, wanted_files
+from addb_viewer.dataset.scanning import WITHDRAWN, ScannedSubject, scan, wanted_files
 from addb_viewer.dataset.schema import FORMAT_VERSION, schema_json
 from addb_viewer.dataset.task import Task
 from addb_viewer.force_reviews import reviews_for_solve
@@ -32,7 +32,7 @@ from solver.results.store import default_folder
 from solver.settings import as_dict, settings_for
 
 BYTES_PER_FRAME = 16_000  # of all files of a subject: 9 to 13 kB with 40 to 60 markers
-PROGRAM = 4  # raised when the same inputs give other files
+PROGRAM = 5  # raised when the same inputs give other files
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,16 @@ class Plan:
     def wanted(self) -> tuple[ScannedSubject, ...]:
         """Subjects of which something is taken."""
         return tuple(one for one in self.subjects if one.trials)
+
+    def obeying(self, options: BuildOptions) -> "Plan":
+        """Without those who withdrew from an earlier build."""
+        gone = tuple(
+            ScannedSubject(one.subject, one.who, left_out=(WITHDRAWN,))
+            if options.leaves_out(one.who.person_id)
+            else one
+            for one in self.subjects
+        )
+        return replace(self, subjects=gone)
 
     @property
     def left_out(self) -> tuple[LeftOut, ...]:
@@ -79,12 +89,26 @@ def planned(
     """
     subjects, strange = scan(roots, options, told)
     persons = {one.who.person_id for one in subjects}
-    missing = sorted(set(options.without) - persons)
+    missing = sorted(
+        one for one in set(options.without) - persons if hash_of_person(one) not in options.withdrawn
+    )
     if missing:
         raise ReleaseError(
             f"--without {missing[0]}: nobody is called that; persons are SOURCE/PERSON, as {min(persons)}"
         )
     return Plan(subjects, strange)
+
+
+def continuing(options: BuildOptions, out: Path) -> BuildOptions:
+    """The options, with the withdrawals that the release at this place remembers.
+
+    Args:
+        options: of the build.
+        out: folder of the release; it need not be there.
+    """
+    if not (out / MANIFEST).is_file():
+        return options
+    return replace(options, withdrawn=tuple(read_manifest(out).get("withdrawn", ())))
 
 
 def build(
@@ -114,6 +138,8 @@ def build(
     """
     recovered(out)
     previous = _previous(out)
+    options = continuing(options, out)
+    plan = plan.obeying(options)
     work = out.with_name(out.name + ".work")
     _check_place(work, plan)
     began, clock = datetime.now(UTC), time.monotonic()
@@ -183,6 +209,7 @@ def task_of(one: ScannedSubject, options: BuildOptions, work: Path) -> Task:
         "settings": as_dict(settings_for(subject.folder)),
         "rate_hz": options.rate_hz,
         "names": options.names,
+        "b3d": options.b3d,
         "who": asdict(one.who),
         "causes": fingerprint(named_causes(subject)),
         "labels": _review_bytes(subject.folder),

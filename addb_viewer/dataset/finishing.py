@@ -21,6 +21,7 @@ from addb_viewer.dataset.parquet_files import write_parquet
 from addb_viewer.dataset.receipts import MadeFile, Receipt, made_file
 from addb_viewer.dataset.release_texts import citations, datasheet, licences, readme
 from addb_viewer.dataset.schema import LEFT_OUT, ROOT_TABLES, schema_json
+from addb_viewer.dataset.split_files import without_persons
 from solver.capture.atomic import write_whole
 
 SPLITS = "splits"
@@ -69,7 +70,7 @@ def finished(
         files[table.path] = made_file(partial / table.path, count)
     totals = totals_of(tables)
     if previous is not None:
-        _keep_splits(out, partial)
+        _keep_splits(out, partial, options)
     whole = _Made(out.name, options, receipts, files, tables, totals)
     manifest = _texts(partial, whole, previous=previous, published=published)
     write_whole(partial / LOG, _json(log))
@@ -163,10 +164,11 @@ def _link(source: Path, target: Path) -> None:
         shutil.copyfile(source, target)
 
 
-def _keep_splits(out: Path, partial: Path) -> None:
+def _keep_splits(out: Path, partial: Path, options: BuildOptions) -> None:
     """Splits were made from the release before; `split --previous` brings them up to date."""
     if (out / SPLITS).is_dir():
         shutil.copytree(out / SPLITS, partial / SPLITS)
+        without_persons(partial, options.leaves_out)
 
 
 def _sync(folder: Path) -> None:

@@ -136,7 +136,12 @@ _COUNTS = (
     Column("counts_r", "bool", "the right foot's force counts", source="review"),
     Column("counts_l", "bool", "the left foot's force counts", source="review"),
     Column("detected_ok", "bool", "detection finds no fault by itself, whoever reviewed", source="detection"),
-    Column("reviewed", "bool", "a person or an imported review has decided about the frame", source="review"),
+    Column(
+        "reviewed",
+        "bool",
+        "a person or an imported review has decided about the frame, or a person has finished the trial",
+        source="review",
+    ),
     Column("used", "bool", "counts and is 10 native frames or more from the trial's ends: what figures use"),
     Column("torque_inferred", "bool", "the torques rest on a foot's wrench that the motion demands"),
     Column("missing_reason", "text", "why it does not count; null where it does", nullable=True),

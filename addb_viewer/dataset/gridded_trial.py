@@ -56,7 +56,9 @@ class GriddedTrial:
         return self.trial.capture.name
 
 
-def on_grid(fit: Fit, trial: TrialFit, settings: Settings, rate: float | None) -> GriddedTrial:
+def on_grid(
+    fit: Fit, trial: TrialFit, settings: Settings, rate: float | None, *, finished: bool = False
+) -> GriddedTrial:
     """A trial of a solved subject at the release's frames, which at the recording's own rate is as it was.
 
     Args:
@@ -64,6 +66,7 @@ def on_grid(fit: Fit, trial: TrialFit, settings: Settings, rate: float | None) -
         trial: of it, with contacts, mask and dynamics.
         settings: of the fit.
         rate: of the release [Hz]; None: the recording's own.
+        finished: whether somebody has finished the trial's review.
 
     Raises:
         ModelError: the skeleton's root is not free to move in all six ways.
@@ -90,7 +93,9 @@ def on_grid(fit: Fit, trial: TrialFit, settings: Settings, rate: float | None) -
             settings=settings,
         )
     strange = given_to_no_foot(trial.contacts, trial.capture, settings)
-    verdicts = verdicts_on(trial, there.mask, there.contacts, grid, settings=settings, strange=strange)
+    verdicts = verdicts_on(
+        trial, there.mask, there.contacts, grid, settings=settings, strange=strange, finished=finished
+    )
     return GriddedTrial(
         grid=grid,
         trial=replace(

@@ -4,8 +4,8 @@ from dataclasses import asdict, dataclass
 
 REASONS = {
     "subject": {
-        "withdrawn": "the person was left out by --without; nothing else is told",
-        "no_licence": "no licence: neither in subject.toml nor by --licence",
+        "withdrawn": "the person was left out by --without, now or in an earlier build; nothing else is told",
+        "no_licence": "no licence, neither in subject.toml nor by --licence; or no SPDX identifier",
         "no_consent": "consent is not public",
         "unreadable": "the folder or file cannot be read",
         "not_two_contact_bodies": "forces act on other than two feet, or no name tells the right one",
@@ -17,6 +17,7 @@ REASONS = {
     },
     "trial": {
         "static": "it scales the body and is no trial",
+        "not_listed": "its markers belong to no trial of the subject: subject.toml does not name them",
         "unreadable": "its files cannot be read",
         "no_forces": "no force plate was recorded",
         "too_short": "fewer than 12 frames",

@@ -64,7 +64,8 @@ def manifest_of(
             "passes": 2,
         },
         "segments": {"longest": LONGEST, "shortest": SHORTEST},
-        "options": options.as_plain() | {"without": len(options.without)},
+        "options": _told(options),
+        "withdrawn": list(options.withdrawals),
         "gates": {level: dict(reasons) for level, reasons in REASONS.items()},
         "settings": dict(sorted(settings.items())),
         "subjects": subjects,
@@ -80,6 +81,13 @@ def manifest_of(
         )
         plain["previous"] = told
     return plain
+
+
+def _told(options: BuildOptions) -> dict[str, Any]:
+    """Options without the names and hashes of who withdrew."""
+    plain = options.as_plain()
+    del plain["withdrawn"]
+    return plain | {"without": len(options.without)}
 
 
 def next_version(previous: Mapping[str, Any] | None, now: Mapping[str, Any]) -> str:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
+
 from solver.capture.capture import ReleaseWords, Subject
 
 OLDEST_YEARS = 90.0  # told of everybody above 89: few are, so that a number would name them
@@ -43,6 +45,21 @@ class ReleaseSubject:
     def trial_id(self, name: str) -> str:
         """SOURCE/FOLDER/TRIAL."""
         return f"{self.subject_id}/{name}"
+
+
+NO_SPDX = (
+    "'{}' is no SPDX licence identifier (CC-BY-4.0, CC0-1.0 …; spdx.org/licenses lists them). A licence of "
+    "your own is LicenseRef-NAME"
+)
+
+
+def is_spdx(licence: str) -> bool:
+    """Whether a text is an SPDX expression: identifiers of their list, or LicenseRef-NAME."""
+    try:
+        canonicalize_license_expression(licence)
+    except InvalidLicenseExpression:
+        return False
+    return True
 
 
 def release_subject(subject: Subject, terms: Terms, root: str) -> ReleaseSubject:

@@ -15,10 +15,11 @@ from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import MassEstimate
 from solver.dynamics.extension import Extension
 from solver.dynamics.mass import mass_from_forces
-from solver.export.b3d.model import joints_in_order
 from solver.fit import Fit
+from solver.frames_at_once import by_frames
 from solver.gait.speed import overground_speed, treadmill_speed
 from solver.settings import Settings
+from solver.skeleton.forward import body_poses
 
 GAITS = ("walk", "run")
 
@@ -283,15 +284,18 @@ def average_speed(rows: TrialRows, stretch: Segment, labels: TrialLabels) -> Row
 
 
 def _on_belt(rows: TrialRows, stretch: Segment) -> float | None:
-    """By the ankles of standing feet; None where the model calls no joint an ankle."""
-    names = [rows.skeleton.joints[joint].name for joint in joints_in_order(rows.skeleton)]
-    ankles = [f"ankle_{side}" for side in rows.sides]
-    if not set(ankles) <= set(names):
-        return None
-    frames, grid = rows.gridded.grid.frames, rows.gridded.grid
-    centres = np.asarray(rows.first_pass.world_frame_joint_centers).reshape(frames, -1, 3)
-    on_ground = np.zeros((frames, len(rows.sides)), dtype=bool)
+    """By heels and toes of standing feet: origins of the feet and of the bodies that they carry."""
+    trial, skeleton = rows.gridded.trial, rows.skeleton
+    assert trial.contacts is not None
+    grid, places = rows.gridded.grid, []
+    for name in trial.contacts.foot_bodies:
+        foot = skeleton.body_index(name)
+        places.append([foot, *(body for body, joint in enumerate(skeleton.joints) if joint.parent == foot)])
+    on_ground = np.zeros((grid.frames, len(rows.sides)), dtype=bool)
     for phase in rows.gridded.phases:
         on_ground[phase.start : phase.end, phase.foot] = True
-    places = [names.index(name) for name in ankles]
-    return treadmill_speed(centres[stretch.rows][:, places], on_ground[stretch.rows], grid.rate)
+    low = min(map(len, places))
+    low_bodies = [own[:low] for own in places]
+    q = (trial.kinematics_only or trial).motion.q[stretch.rows]
+    points = by_frames(lambda q: body_poses(skeleton, q)[1][:, low_bodies], q)
+    return treadmill_speed(points, on_ground[stretch.rows], grid.rate)

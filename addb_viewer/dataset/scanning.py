@@ -12,7 +12,7 @@ from addb_viewer.dataset.grid import grid_of
 from addb_viewer.dataset.identifiers import labels_without_names, side_of
 from addb_viewer.dataset.left_out import LeftOut, hours_of
 from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import ReleaseSubject, release_subject
+from addb_viewer.dataset.release_subject import NO_SPDX, ReleaseSubject, is_spdx, release_subject
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
 from addb_viewer.dataset.segments import SHORTEST
 from addb_viewer.dataset.trial_labels import labels_of
@@ -21,6 +21,7 @@ from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.reading_settings import ReadingSettings
 from solver.capture.subject import subjects_in
 from solver.capture.trial import read_trial
+from solver.capture.unused_files import MARKERS
 from solver.errors import SolverError
 from solver.settings import settings_for
 
@@ -33,6 +34,8 @@ BETTER = (
     "more of its markers are seen",
 )
 """Of two recordings of the same: what one has before the other, the most important first."""
+WITHDRAWN = LeftOut("subject", "withdrawn", "withdrawn")
+"""Whoever it is."""
 KEPT_BYTES = 300_000_000  # of markers, while they are compared
 
 
@@ -113,6 +116,11 @@ def _scanned(subject: Subject, who: ReleaseSubject, options: BuildOptions, shown
     if gate is not None:
         return ScannedSubject(subject, who, left_out=(gate,))
     left = [] if subject.static is None else [_of(who, subject.static.stem, "static")]
+    left += [
+        _of(who, Path(file.file).with_suffix("").as_posix(), "not_listed", file.reason)
+        for file in subject.unused
+        if file.harm == MARKERS and (subject.static is None or subject.folder / file.file != subject.static)
+    ]
     files, captures = [], []
     for trial in subject.trials:
         try:
@@ -185,11 +193,13 @@ def _reading(subject: Subject) -> ReadingSettings:
 
 
 def _subject_gate(subject: Subject, who: ReleaseSubject, options: BuildOptions) -> LeftOut | None:
-    if who.person_id in options.without:
-        return LeftOut("subject", "withdrawn", "withdrawn")
+    if options.leaves_out(who.person_id):
+        return WITHDRAWN
     if who.licence is None:
         why = "add licence to [release] in its subject.toml, or give --licence"
         return LeftOut("subject", who.subject_id, "no_licence", why)
+    if not is_spdx(who.licence):
+        return LeftOut("subject", who.subject_id, "no_licence", NO_SPDX.format(who.licence))
     if who.consent != "public":
         return LeftOut("subject", who.subject_id, "no_consent", f"consent is {who.consent}")
     sides = sorted(str(side_of(body)) for body in subject.foot_bodies)

@@ -39,7 +39,7 @@ SUBJECTS = Table(
         Column("person_id", "text", "SOURCE/PERSON; a person may have several subjects"),
         Column("source", "text", "publication or laboratory's collection", source="subject.toml"),
         Column("laboratory", "text", "where it was recorded", source="subject.toml", nullable=True),
-        Column("licence", "text", "SPDX identifier or URL", source="subject.toml"),
+        Column("licence", "text", "SPDX expression", source="subject.toml"),
         Column("consent", "text", "public, restricted or unknown", source="subject.toml"),
         Column("citation", "text", "what to cite, as BibTeX or text", source="subject.toml", nullable=True),
         Column(
@@ -123,6 +123,7 @@ TRIALS = Table(
         Column("hicks_angular", "bool", "residual moment ≤ 0.01 body weights · height", nullable=True),
         Column("hicks_paper", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height", nullable=True),
         Column("extension_applied", "bool", "whether an accepted cause acts beside the forces"),
+        Column("concerns", "texts", "what somebody should look at: causes named, notes of the fit"),
     ),
     key=("trial_id",),
     order=("trial_id",),

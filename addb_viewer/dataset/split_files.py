@@ -1,7 +1,7 @@
 """A release's splits on disk: `splits/NAME.parquet` has a row a person, `NAME.json` how it was made."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -74,6 +74,23 @@ def write_split(
     told = {"name": name, "rule": RULE, **made_with, "persons": counts_of(persons, split)}
     write_whole(path.with_suffix(".json"), json.dumps(told, indent=1, ensure_ascii=False) + "\n")
     return path
+
+
+def without_persons(release: Path, gone: Callable[[str], bool]) -> None:
+    """Take persons out of all splits of a release, and of what is told of these.
+
+    Args:
+        release: its folder.
+        gone: whether a person is to go.
+    """
+    persons = persons_in(release)
+    for file in sorted((release / FOLDER).glob("*.parquet")):
+        split = read_split(file)
+        kept = {person: part for person, part in split.items() if not gone(person)}
+        if len(kept) < len(split):
+            told = json.loads(file.with_suffix(".json").read_text(encoding="utf-8"))
+            made_with = {key: told[key] for key in told if key not in ("name", "rule", "persons")}
+            write_split(release, file.stem, kept, tuple(p for p in persons if p.person_id in kept), made_with)
 
 
 def _table(file: Path) -> pa.Table:

@@ -32,6 +32,7 @@ from addb_viewer.dataset.root_rows import (
 from addb_viewer.dataset.schema import SUBJECT_TABLES
 from addb_viewer.dataset.segments import cuts_of
 from addb_viewer.dataset.task import Task
+from addb_viewer.dataset.triage import concerns_of
 from addb_viewer.dataset.trial_labels import TrialLabels
 from addb_viewer.dataset.trials_on_demand import TrialsOnDemand
 from solver.capture.atomic import write_whole
@@ -45,6 +46,7 @@ from solver.fit import Fit, TrialFit
 from solver.freed_memory import give_back
 from solver.settings import Settings, as_toml
 from solver.skeleton.osim_writer import skeleton_text
+from solver.skeleton.scaling import with_mass
 from solver.summary import all_notes
 
 
@@ -125,7 +127,7 @@ class SubjectWriting:
             table.file(self.stem): made_file(self.folder / table.file(self.stem), tables[table.name].rows)
             for table in SUBJECT_TABLES
         }
-        files |= self._models() | self._b3d(pieces)
+        files |= self._models() | (self._b3d(pieces) if self.task.options.b3d else {})
         return Receipt(
             self.task.key,
             files=files,
@@ -137,7 +139,9 @@ class SubjectWriting:
 
     def _on_grid(self, trial: TrialFit) -> tuple[TrialRows, B3dFile]:
         """A trial on the release's frames, and all passes of it, uncut."""
-        gridded = on_grid(self.fit, trial, self.settings, self.task.options.rate_hz)
+        finished = self.labels[trial.capture.name].finished
+        rate_hz = self.task.options.rate_hz
+        gridded = on_grid(self.fit, trial, self.settings, rate_hz, finished=finished)
         give_back()
         low = LowPassed(gridded.filtered.motion, gridded.filtered.marker_errors, gridded.cutoff_Hz)
         beside = tuple(gridded.trial if other is trial else other for other in self.fit.trials)
@@ -180,7 +184,9 @@ class SubjectWriting:
         """Its rows of the tables that the whole release shares."""
         labels = self.labels[one.gridded.name]
         extended = self.extension is not None and one.gridded.name in self.extension.trials
-        yield "trials", [trial_row(one, self.fit, labels, extended) | dict(starts)]
+        concerns = concerns_of(one.gridded.name, self.notes, named_causes(self.fit.subject))
+        row = trial_row(one, self.fit, labels, extended) | {"concerns": list(concerns)}
+        yield "trials", [row | dict(starts)]
         yield "segments", segment_rows(one, self.fit, labels)
         yield "contacts", contact_rows(one)
         yield "activities", activity_rows(one, labels)
@@ -205,8 +211,11 @@ class SubjectWriting:
         return {path: made_file(self.folder / path)}
 
     def _models(self) -> dict[str, MadeFile]:
-        made = {}
-        for name, skeleton in (("osim", self.fit.skeleton), ("unfitted.osim", unfitted(self.fit))):
+        """The fitted one; and at the entered mass, if any, that which has not seen the forces."""
+        made, models = {}, {"osim": self.fit.skeleton}
+        if self.fit.subject.mass_kg is not None:
+            models["unfitted.osim"] = with_mass(unfitted(self.fit), self.fit.subject.mass_kg)
+        for name, skeleton in models.items():
             path = f"models/{self.stem}.{name}"
             write_whole(self._place(path), skeleton_text(skeleton))
             made[path] = made_file(self.folder / path)

@@ -10,7 +10,7 @@ from addb_viewer.dataset.grid import Grid
 from solver.capture.b3d.reasons import REASONS
 from solver.contact.mask import ERRONEOUS, frame_mask
 from solver.contact.proposals import UNMEASURED_EXTERNAL_FORCE, sure_ranges
-from solver.contact.wrenches import FILE, PERSON, ContactWrenches, FrameMask
+from solver.contact.wrenches import DETECTION, FILE, PERSON, ContactWrenches, FrameMask
 from solver.export.b3d.reasons import decisive_reasons, reasons_per_frame
 from solver.fit import TrialFit
 from solver.settings import Settings
@@ -37,6 +37,7 @@ def verdicts_on(
     *,
     settings: Settings,
     strange: Bool[np.ndarray, " native"],
+    finished: bool,
 ) -> Verdicts:
     """A frame counts if both its neighbours do; else it has the reason of the nearest one that does not.
 
@@ -47,6 +48,8 @@ def verdicts_on(
         grid: of the release.
         settings: of the fit.
         strange: frames of the recording with a load that is no foot's.
+        finished: whether somebody has finished the trial's review: then every frame is reviewed but those
+            that detection alone leaves out.
     """
     assert trial.mask is not None
     assert trial.contacts is not None
@@ -58,6 +61,8 @@ def verdicts_on(
     numbers = np.where(numbers == 0, REASONS.index(UNMEASURED_EXTERNAL_FORCE), numbers)
     whose = _nearest_that_does_not(~known, grid)
     by_person = np.any(trial.mask.decided(PERSON, FILE), axis=1)
+    if finished:
+        by_person |= ~np.any(trial.mask.decided(DETECTION) & ~trial.mask.counts, axis=1)
     erroneous = np.zeros(grid.native_frames, dtype=bool)
     for start, end, _, reason in trial.mask.reasons:
         erroneous[start:end] |= reason == ERRONEOUS

@@ -39,7 +39,7 @@ def test_every_command_has_its_section():
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_section_names_the_options_that_there_are(name):
     table = "\n".join(line for line in SECTIONS[name].splitlines() if line.startswith("| `"))
-    documented = set(re.findall(r"`(--[a-z-]+)", table))
+    documented = set(re.findall(r"`(--[a-z0-9-]+)", table))
     assert documented == options(COMMANDS[name])
 
 

@@ -1,5 +1,6 @@
 """`addb-viewer benchmark evaluate`: predictors against the forces of persons they have not seen."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,7 @@ from addb_viewer.commands.benchmark.options import (
     SkeletonOption,
     SplitName,
     StartFrom,
+    WithoutMass,
     course_of,
     results_folder,
 )
@@ -41,6 +43,7 @@ def evaluate(
     split: SplitName = "default",
     part: Part = "test",
     skeleton: SkeletonOption = "unfitted",
+    without_mass: WithoutMass = False,
     frames: FramesOption = "scored",
     features: FeaturesOption = "plain",
     start_from: StartFrom = None,
@@ -59,7 +62,7 @@ def evaluate(
         from addb_viewer.benchmark.release_trials import open_for_benchmark  # noqa: PLC0415
         from addb_viewer.benchmark.results import Result, write_result  # noqa: PLC0415
 
-        source = open_for_benchmark(release, skeleton)
+        source = open_for_benchmark(release, skeleton, unweighed=without_mass)
         course, folder = course_of(source, split, part, frames), results_folder(release, out)
 
         def told(result: Result) -> None:
@@ -70,8 +73,8 @@ def evaluate(
 
         learning = predictors.Learning(features, start_from)
         for name in predictor or ():
-            made = predictors.predictor(name, learning)
-            told(evaluating.evaluate(source, made, course, folder / "work"))
+            make = partial(predictors.predictor, name, learning)
+            told(evaluating.evaluate(source, make, course, folder / "work"))
         for file in outside or ():
             told(evaluating.evaluate_outside(source, read_outside(file), course))
         typer.echo(folder)

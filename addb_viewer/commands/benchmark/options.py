@@ -31,6 +31,13 @@ SkeletonOption = Annotated[
         help="unfitted: mass as entered, inertias by table; fitted: both learnt from the forces.",
     ),
 ]
+WithoutMass = Annotated[
+    bool,
+    typer.Option(
+        "--without-mass",
+        help="Test persons too whose mass nobody entered; they show the fitted body, which knows the forces.",
+    ),
+]
 FramesOption = Annotated[
     Literal["scored", "all"],
     typer.Option(

@@ -1,5 +1,7 @@
 """`addb-viewer benchmark train`: predictors learn from the training persons."""
 
+from functools import partial
+
 import typer
 
 from addb_viewer.commands.benchmark.options import (
@@ -10,6 +12,7 @@ from addb_viewer.commands.benchmark.options import (
     SkeletonOption,
     SplitName,
     StartFrom,
+    WithoutMass,
     course_of,
     results_folder,
 )
@@ -25,6 +28,7 @@ def train(
     split: SplitName = "default",
     part: Part = "test",
     skeleton: SkeletonOption = "unfitted",
+    without_mass: WithoutMass = False,
     features: FeaturesOption = "plain",
     start_from: StartFrom = None,
     debug: Debug = False,
@@ -38,10 +42,9 @@ def train(
     with errors_as_lines(debug):
         from addb_viewer.benchmark import evaluating, predictors, release_trials  # noqa: PLC0415 (slow)
 
-        source = release_trials.open_for_benchmark(release, skeleton)
+        source = release_trials.open_for_benchmark(release, skeleton, unweighed=without_mass)
         course, work = course_of(source, split, part), results_folder(release, out) / "work"
         learning = predictors.Learning(features, start_from)
         for name in predictor:
-            made = predictors.predictor(name, learning)
-            evaluating.train(source, made, course, work)
-            typer.echo(work / made.name)
+            make = partial(predictors.predictor, name, learning)
+            typer.echo(evaluating.train(source, make, course, work))

@@ -10,6 +10,7 @@ import typer
 from addb_viewer.amounts import counted, lasting
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.dataset.release_subject import NO_SPDX, is_spdx
 
 if TYPE_CHECKING:
     from addb_viewer.dataset.build import Plan
@@ -23,7 +24,12 @@ Out = Annotated[
     Path, typer.Option("--out", metavar="RELEASE", help="Folder of the release; RELEASE.work lies beside it.")
 ]
 Licence = Annotated[
-    str | None, typer.Option("--licence", metavar="ID", help="Of subjects whose subject.toml names none.")
+    str | None,
+    typer.Option(
+        "--licence",
+        metavar="ID",
+        help="SPDX identifier, or LicenseRef-NAME, of subjects whose subject.toml names none.",
+    ),
 ]
 Consent = Annotated[
     str | None, typer.Option("--consent", metavar="WORD", help="Likewise: public, restricted, unknown.")
@@ -39,7 +45,7 @@ Without = Annotated[
     typer.Option(
         "--without",
         metavar="PERSON",
-        help="Leave out this person, SOURCE/PERSON; may be given several times.",
+        help="Leave out this person, SOURCE/PERSON, in later builds too; may be given several times.",
     ),
 ]
 Rate = Annotated[
@@ -65,6 +71,7 @@ TimeOut = Annotated[
         min=0.01,
     ),
 ]
+NoB3d = Annotated[bool, typer.Option("--no-b3d", help="Leave out B3D files, which are most of a release.")]
 Names = Annotated[bool, typer.Option("--names", help="Tell reviewers by their own names.")]
 Date = Annotated[
     str | None, typer.Option("--date", metavar="YYYY-MM-DD", help="Of publication, for croissant.json.")
@@ -86,6 +93,7 @@ def build(
     workers: Workers = None,
     scheduler: Scheduler = None,
     time_out: TimeOut = None,
+    no_b3d: NoB3d = False,
     names: Names = False,
     date: Date = None,
     dry_run: DryRun = False,
@@ -98,18 +106,26 @@ def build(
         raise typer.BadParameter("write it as YYYY-MM-DD", param_hint="--date")
     if source is not None and (re.search(r"[/\\]", source) or source.startswith(".")):
         raise typer.BadParameter("a name without / and \\, please", param_hint="--source")
+    if licence is not None and not is_spdx(licence):
+        raise typer.BadParameter(NO_SPDX.format(licence), param_hint="--licence")
     rate_hz = _rate(rate)
     with errors_as_lines(debug):
         from addb_viewer.dataset.build import build as made  # noqa: PLC0415 (loads the solver)
-        from addb_viewer.dataset.build import planned  # noqa: PLC0415 (likewise)
+        from addb_viewer.dataset.build import continuing, planned  # noqa: PLC0415 (likewise)
         from addb_viewer.dataset.engine.dask_cluster import DaskCluster  # noqa: PLC0415 (likewise)
         from addb_viewer.dataset.engine.processes import Processes, usual_workers  # noqa: PLC0415 (likewise)
         from addb_viewer.dataset.options import BuildOptions  # noqa: PLC0415 (likewise)
         from addb_viewer.dataset.release_subject import Terms  # noqa: PLC0415 (likewise)
 
         options = BuildOptions(
-            Terms(source, licence, consent), unreviewed, rate_hz, tuple(sorted(without or ())), names
+            Terms(source, licence, consent),
+            unreviewed,
+            rate_hz,
+            tuple(sorted(without or ())),
+            names,
+            b3d=not no_b3d,
         )
+        options = continuing(options, out)
         plan = planned(roots, options)
         _tell(plan, in_full=dry_run)
         if dry_run:
@@ -141,6 +157,7 @@ def _rate(word: str) -> float | None:
 def _tell(plan: "Plan", *, in_full: bool) -> None:
     """What is taken and what not: a line a subject and thing, or the counts alone."""
     if in_full:
+        _tell_triage(plan)
         for one in plan.wanted:
             hours = lasting(sum(trial.hours for trial in one.trials))
             trials = counted(len(one.trials), "trial")
@@ -156,3 +173,18 @@ def _tell(plan: "Plan", *, in_full: bool) -> None:
         f"{counted(sum(len(one.trials) for one in plan.wanted), 'trial')}, "
         f"{counted(plan.frames, 'frame')}; about {plan.bytes / 1e6:.0f} MB"
     )
+
+
+def _tell_triage(plan: "Plan") -> None:
+    """What the kept fits and diagnoses say of each trial, those with the largest residual first."""
+    from addb_viewer.dataset.triage import triaged  # noqa: PLC0415 (loads the solver)
+
+    def said(value: float | None, form: str) -> str:
+        return "–" if value is None else f"{value:{form}}"
+
+    rows = [row for one in plan.subjects if one.trials for row in triaged(one)]
+    for row in sorted(rows, key=lambda row: -(row.linear_rms_bw or 0.0)):
+        residual = f"{said(row.linear_rms_bw, '.3f')} BW, {said(row.angular_rms_bwh, '.4f')} BW·h"
+        mass = f"{said(row.mass_kg, '.1f')} kg, entered {said(row.mass_entered_kg, '.1f')}"
+        concerns = "; ".join(row.concerns) or "nothing to look at"
+        typer.echo(f"{row.trial_id}: residual {residual}; {mass}; {concerns}")

@@ -72,4 +72,9 @@ def split(
         path = split_files.write_split(release, name, made, persons, options)
         for split_name, count in splits.counts_of(persons, made)["all"].get("all", {}).items():
             typer.echo(f"{split_name}: {counted(count, 'person')}")
+        if kind == "90:5:5" and splits.TEST not in made.values():
+            typer.echo(
+                f"note: nobody is in test: {counted(len(persons), 'person')} are too few for 90:5:5. "
+                "--leave-one-person-out tests each of them once"
+            )
         typer.echo(path)

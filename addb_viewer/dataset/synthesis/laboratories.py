@@ -36,5 +36,5 @@ LABORATORIES = (
     Laboratory("Aare 2019", "CC-BY-4.0", 100.0, 1000.0, ("walk", "squat")),
     Laboratory("Brook 2021", "CC0-1.0", 120.0, 1200.0, ("walk", "run"), treadmill=True, arms=False),
     Laboratory("Cove 2016", "CC-BY-SA-4.0", 60.0, 600.0, ("walk", "stand"), plates=3, prefix="subject:"),
-    Laboratory("Dale 2023", "https://example.org/terms", 200.0, 2000.0, ("run", "squat", "landing")),
+    Laboratory("Dale 2023", "LicenseRef-Dale", 200.0, 2000.0, ("run", "squat", "landing")),
 )

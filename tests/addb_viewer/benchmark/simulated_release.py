@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 
-from addb_viewer.benchmark.release_trials import at_mass
 from addb_viewer.benchmark.task import FEET, Example, Measured, Seen
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES
 from addb_viewer.dataset.manifest_file import FILE as MANIFEST
@@ -25,6 +24,7 @@ from solver.simulate.trial import Scenario, simulate_trial
 from solver.skeleton.forward import body_poses
 from solver.skeleton.osim_writer import skeleton_text
 from solver.skeleton.pinocchio_model import RigidBodyModel
+from solver.skeleton.scaling import with_mass
 from tests.addb_viewer.dataset.made_up_release import write
 
 RATE, SECONDS = 100.0, 1.2
@@ -91,10 +91,10 @@ def write_release(folder, persons=6, entered=True):
         write(folder, FRAMES, frames, stem)
         write(folder, KINEMATICS, motion, stem)
         write(folder, MARKERS, [], stem)
-        skeleton = at_mass(truth("walk")[0], mass)
         (folder / "models").mkdir(exist_ok=True)
-        write_whole(folder / f"models/{stem}.osim", skeleton_text(skeleton))
-        write_whole(folder / f"models/{stem}.unfitted.osim", skeleton_text(skeleton))
+        for end, kg in {"osim": mass, **({"unfitted.osim": mass + 1} if entered else {})}.items():
+            text = skeleton_text(with_mass(truth("walk")[0], kg))
+            write_whole(folder / f"models/{stem}.{end}", text)
     for table, rows in ((SUBJECTS, subjects), (TRIALS, trials), (COORDINATES, coordinates)):
         write(folder, table, rows)
     (folder / "splits").mkdir()

@@ -66,6 +66,22 @@ def test_the_fitted_skeleton_is_shown_where_that_is_asked_for(release):
     assert shown_skeleton(open_for_benchmark(release, "fitted"), "lab/p4").mass == pytest.approx(80.0)
 
 
+def test_who_was_not_weighed_is_tested_only_where_that_is_asked_for(release, tmp_path):
+    copy = shutil.copytree(release, tmp_path / "one lacks a mass")
+    rows = pq.read_table(copy / "subjects.parquet").to_pylist()
+    for row in rows:
+        row["mass_entered_kg"] = None if row["subject_id"] == "lab/p4" else row["mass_entered_kg"]
+    schema = pq.read_schema(copy / "subjects.parquet")
+    pq.write_table(pa.Table.from_pylist(rows, schema=schema), copy / "subjects.parquet")
+    (copy / "models" / "lab__p4.unfitted.osim").unlink()
+    tested = evaluate(open_for_benchmark(copy), Mean, Course(), tmp_path / "a")
+    assert {score.person_id for score in tested.scores} == {"lab/p3", "lab/p5"}
+    assert not tested.notes
+    asked = evaluate(open_for_benchmark(copy, unweighed=True), Mean, Course(), tmp_path / "b")
+    assert {score.person_id for score in asked.scores} == set(TESTED)
+    assert "lab/p4: no mass was entered" in asked.notes[0]
+
+
 def test_a_gap_parts_a_trial(source, release, tmp_path):
     copy = shutil.copytree(release, tmp_path / "gap")
     for table in ("frames", "kinematics"):
@@ -79,7 +95,7 @@ def test_a_gap_parts_a_trial(source, release, tmp_path):
 
 
 def test_the_baseline_on_all_tested_persons(source, tmp_path):
-    result = evaluate(source, filtered(), Course(), tmp_path)
+    result = evaluate(source, filtered, Course(), tmp_path)
     assert {score.person_id for score in result.scores} == set(TESTED)
     force = average(result.scores, "grf")
     assert (force.persons, force.trials, force.frames) == (3, 5, 5 * 76)
@@ -100,11 +116,11 @@ def test_training_opens_no_file_of_a_tested_person(release, tmp_path):
     for path in copy.glob("*/lab__p[345].*"):
         path.write_bytes(b"nobody may read this")
     learner = Mean()
-    train(open_for_benchmark(copy), learner, Course(), tmp_path / "work")
+    train(open_for_benchmark(copy), lambda: learner, Course(), tmp_path / "work")
     assert set(learner.met) == {"lab/p0", "lab/p1", "lab/p2"}
     assert (tmp_path / "work/mean/test/log.csv").read_text().split() == ["persons", "3"]
     with pytest.raises(Exception, match=r"[Pp]arquet|model|XML"):
-        evaluate(open_for_benchmark(copy), learner, Course(), tmp_path / "work")
+        evaluate(open_for_benchmark(copy), lambda: learner, Course(), tmp_path / "work")
 
 
 def test_others_cannot_be_opened_by_their_name(source):
@@ -126,6 +142,35 @@ def test_folds_leave_their_own_persons_out(source, release):
         source.parts("folds", "test")
 
 
+class Hoarding(Mean):
+    """Never forgets whom it has learnt from."""
+
+    name = "hoarding"
+
+    def __init__(self):
+        self.hoard = []
+        MADE.append(self)
+
+    def fit(self, train, dev, log):
+        self.hoard += [example.seen.skeleton for part in (train, dev) for example in part]
+
+
+MADE: list[Hoarding] = []
+
+
+def test_what_is_learnt_in_a_fold_stays_in_it(source, release, tmp_path):
+    path = release / "splits" / "own.parquet"
+    table = pq.read_table(release / "splits" / "default.parquet")
+    folds = pa.array([f"fold{k % 3}" for k in range(6)])
+    pq.write_table(table.set_column(1, table.schema.field("split"), folds), path)
+    course = Course("own", ("fold0", "fold1", "fold2"))
+    for run in (train, evaluate):
+        MADE.clear()
+        run(source, Hoarding, course, tmp_path)
+        tested = [len(list(source.trials(source.parts("own", part).test))) for part in course.parts]
+        assert [len(one.hoard) for one in MADE] == [sum(tested) - own for own in tested]
+
+
 class Peeking(Mean):
     """Finds the recording whose motion it is shown, and reads the forces there."""
 
@@ -145,12 +190,12 @@ class Peeking(Mean):
 
 def test_who_peeks_is_caught(source, tmp_path):
     with pytest.raises(BenchmarkError, match="has seen the forces"):
-        evaluate(source, Peeking(source), Course(), tmp_path)
+        evaluate(source, lambda: Peeking(source), Course(), tmp_path)
 
 
 def test_outside_answers_score_as_inside(source, tmp_path):
     mine = Mean()
-    inside = evaluate(source, mine, Course(), tmp_path)
+    inside = evaluate(source, lambda: mine, Course(), tmp_path)
     rows = pa.concat_tables(
         [answer_rows(example, mine.predict(example.seen)) for example in source.trials(frozenset(TESTED))]
     )
@@ -178,7 +223,7 @@ def test_accelerations_are_completed_by_the_forces_told(source):
 
 
 def test_results_of_other_terms_stand_in_no_table_together(source, tmp_path):
-    result = evaluate(source, Mean(), Course(), tmp_path / "work")
+    result = evaluate(source, Mean, Course(), tmp_path / "work")
     write_result(result, tmp_path)
     assert read_results(tmp_path) == (result,)
     fewer = replace(result, name="fewer", scores=result.scores[len(result.scores) // 2 :])

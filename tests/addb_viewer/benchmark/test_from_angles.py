@@ -1,5 +1,7 @@
 """Our own entry against simulated truth."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -101,9 +103,9 @@ def test_the_cutoff_and_the_soles_reach_are_chosen_by_others(release, tmp_path):
 
 def test_it_is_ahead_of_the_baseline_on_noisy_motion(release, tmp_path):
     source = open_for_benchmark(release)
-    ours = evaluate(source, FromAngles(), Course(), tmp_path)
+    ours = evaluate(source, FromAngles, Course(), tmp_path)
     for cutoff in (6.0, 30.0):
         for rule in ("height", "soles"):
-            other = evaluate(source, filtered(cutoff, rule), Course(), tmp_path)
+            other = evaluate(source, partial(filtered, cutoff, rule), Course(), tmp_path)
             for metric in ("grf", "grm", "torque"):
                 assert average(ours.scores, metric).mean < average(other.scores, metric).mean

@@ -354,8 +354,15 @@ def test_where_an_imported_review_decides_nothing_is_undecided(run, detected):
     assert run("mark", "walk", "finished", "--author", "anna") == "walk: finished (edit 2)\n"
 
 
+def test_what_nobody_has_looked_at_is_finished_only_by_a_word_more(run):
+    refused = run("mark", "run", "finished", "--author", "anna", status=1)
+    assert "run: nobody has looked at it" in refused
+    assert "unseen" in run("flags", "run")
+    assert "run: finished (edit 1)" in run("mark", "run", "finished", "--author", "anna", "--unseen")
+
+
 def test_finishing_what_was_never_fitted_says_who_decides_then(run):
-    said = run("mark", "run", "finished", "--author", "anna")
+    said = run("mark", "run", "finished", "--author", "anna", "--unseen")
     assert "run: not fitted yet; what detection will leave out stays left out" in said
 
 

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from typer.testing import CliRunner
 
+from addb_viewer.cli import app
 from addb_viewer.dataset import build as building
 from addb_viewer.dataset import subject_files
-from addb_viewer.dataset.build import build, planned
+from addb_viewer.dataset.build import build, continuing, planned
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.left_out import REASONS
 from addb_viewer.dataset.options import BuildOptions
@@ -185,6 +187,59 @@ def test_the_same_inputs_give_the_same_bytes_and_nothing_is_done_twice(release, 
     assert (row["id"], row["reason"]) == ("withdrawn", "withdrawn")
 
 
+def test_who_withdrew_stays_out_of_later_builds_and_of_splits(walks, fitted, tmp_path):
+    out, engine = tmp_path / "release", Here()
+    build(planned_apart(walks), out, ALL, engine)
+    assert CliRunner().invoke(app, ["dataset", "split", str(out), "--leave-one-person-out"]).exit_code == 0
+    without = BuildOptions(TERMS, unreviewed=True, without=("Lab/at_100",))
+    build(planned([walks], without), out, without, engine)
+    again = build(planned_apart(walks), out, ALL, engine)
+    assert again["totals"]["persons"] == 1
+    assert continuing(ALL, out).leaves_out("Lab/at_100")
+    everything = b"".join(p.read_bytes() for p in out.rglob("*") if p.is_file())
+    assert b"at_100" not in everything
+    assert [row["person_id"] for row in pq.read_table(out / "splits" / "default.parquet").to_pylist()] == [
+        "Lab/at_200"
+    ]
+    dry = ["dataset", "build", *map(str, sorted(walks.iterdir())), "--out", str(out), "--dry-run"]
+    told = CliRunner().invoke(app, [*dry, "--unreviewed", "--licence", "CC0-1.0", "--consent", "public"])
+    assert told.exit_code == 0, told.output
+
+
+def test_a_recording_that_no_trial_names_is_told(walks, tmp_path):
+    folder = tmp_path / "root" / "at_100"
+    shutil.copytree(walks / "at_100", folder)
+    (trial,) = open_subject(folder).trials
+    marker, force = trial.markers.relative_to(folder), trial.forces.relative_to(folder)
+    text = f'mass_kg = 71\n[trials.walk]\nmarkers = "{marker}"\nforces = "{force}"\n'
+    (folder / "subject.toml").write_text(text, encoding="utf-8")
+    (folder / "extra").mkdir()
+    shutil.copy(trial.markers, folder / "extra" / "markers.trc")
+    (row,) = planned([folder], ALL).left_out
+    assert (row.level, row.reason, row.id) == ("trial", "not_listed", "Lab/at_100/extra/markers")
+
+
+def test_a_licence_is_an_spdx_expression(walks, tmp_path):
+    for licence, kept in (("own", False), ("https://lab.org/terms", False), ("LicenseRef-lab", True)):
+        plan = planned([walks / "at_100"], BuildOptions(Terms("Lab", licence, "public"), unreviewed=True))
+        assert bool(plan.wanted) == kept
+        assert kept or "SPDX" in plan.left_out[0].detail
+    command = ["dataset", "build", str(walks), "--out", str(tmp_path / "out"), "--licence", "own"]
+    assert CliRunner().invoke(app, command).exit_code == 2
+
+
+def test_a_release_can_do_without_b3d(walks, fitted, tmp_path):
+    options, out = BuildOptions(TERMS, unreviewed=True, b3d=False), tmp_path / "release"
+    build(planned([walks / "at_100"], options), out, options, Here())
+    assert not (out / "b3d").exists()
+    assert (out / "frames" / "Lab__at_100.parquet").is_file()
+    assert (out / "models" / "Lab__at_100.unfitted.osim").is_file() == (
+        open_subject(walks / "at_100").mass_kg is not None
+    )
+    (trial,) = pq.read_table(out / "trials.parquet").to_pylist()
+    assert isinstance(trial["concerns"], list)
+
+
 def test_reviews_labels_and_erroneous_stretches(walks, fitted, tmp_path):
     """The fit stays the one without the review, which is enough for what is judged here."""
     root = tmp_path / "root"
@@ -211,6 +266,12 @@ def test_reviews_labels_and_erroneous_stretches(walks, fitted, tmp_path):
     assert (row["start_frame"], row["end_frame"], row["reviewer"]) == (0, 90, "reviewer_1")
     assert (trial["activity_by"], trial["activity_confidence"]) == ("person", None)
     assert all(one["start_frame"] >= 90 and one["reviewer"] is None for one in others)
+    frames = pq.read_table(out / "frames" / "Lab__at_100.parquet").to_pylist()
+    undecided = [row["missing_reason"] is not None and not row["detected_ok"] for row in frames]
+    assert [row["reviewed"] for row in frames] == [not one for one in undecided]
+    assert any(undecided)  # the step that detection left out before anybody had fitted
+    b3d = read_b3d(out / "b3d" / "Lab__at_100.b3d").trials[0].header
+    assert b3d.has_manual_GRF_annotation.tolist() == [row["reviewed"] for row in frames]
     labels = pq.read_table(out / "frames" / "Lab__at_100.parquet")["activity_by"].to_pylist()
     assert labels[:90] == ["person"] * 90
     assert "person" not in labels[90:]

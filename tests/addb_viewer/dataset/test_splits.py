@@ -184,6 +184,11 @@ def test_the_command_writes_a_row_a_person_and_counts(release):
     assert (release / "splits" / "folds.parquet").read_bytes() == first
 
 
+def test_a_split_that_leaves_nobody_in_test_says_so(release):
+    assert "note: nobody is in test: 2 persons are too few" in run(release).output
+    assert "note:" not in run(release, "--kfold", 2, "--name", "folds").output
+
+
 def test_two_kinds_at_once_are_refused(release):
     result = run(release, "--kfold", 2, "--leave-one-person-out")
     assert result.exit_code == 2

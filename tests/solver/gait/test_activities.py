@@ -186,12 +186,26 @@ def test_the_speed_over_the_floor_is_within_two_per_cent(trials):
 
 def test_the_speed_of_the_belt_is_within_two_per_cent_by_feet_and_by_forces(trials, seen):
     motion = seen["belt"]
-    assert treadmill_speed(motion.ankles, motion.stands, RATE) == pytest.approx(1.5, rel=0.02)
+    assert treadmill_speed(motion.ankles[:, :, None], motion.stands, RATE) == pytest.approx(1.5, rel=0.02)
     load = trials["belt"].reactions(motion.times).wrench_ground[:, :, 1]
-    assert treadmill_speed(motion.ankles, load > 20.0, RATE) == pytest.approx(1.5, rel=0.02)
+    assert treadmill_speed(motion.ankles[:, :, None], load > 20.0, RATE) == pytest.approx(1.5, rel=0.02)
+
+
+def test_a_foot_that_turns_on_the_belt_is_carried_as_fast_as_the_belt():
+    """Heel and ball of a foot that rolls on, as people do: one of them is at rest on the belt."""
+    frames, belt = 100, 1.3
+    on = np.zeros((frames, 1), dtype=bool)
+    on[10:80] = True
+    times = np.arange(frames) / RATE
+    carried = np.stack([-belt * times, 0 * times, 0 * times], axis=1)
+    lifted = np.radians(40.0) * np.clip(times - times[30], 0.0, None) / times[30]  # about the ball
+    from_ball = np.stack([-0.18 * np.cos(lifted) + 0.08 * np.sin(lifted), 0 * times, 0 * times], axis=1)
+    points = np.stack([carried + from_ball, carried], axis=1)[:, None]
+    assert treadmill_speed(points, on, RATE) == pytest.approx(belt, rel=1e-6)
+    assert treadmill_speed(points[:, :, :1], on, RATE) < 0.97 * belt
 
 
 def test_no_speed_without_a_whole_stance():
-    ankles = np.zeros((50, 2, 3))
+    ankles = np.zeros((50, 2, 1, 3))
     assert treadmill_speed(ankles, np.ones((50, 2), dtype=bool), RATE) is None
     assert overground_speed(np.zeros((0, 3))) is None
