@@ -33,7 +33,7 @@ def triaged(one: ScannedSubject) -> Iterator[TriageRow]:
     entered = one.subject.mass_kg
     file = default_folder(one.subject.folder) / "fit.json"
     try:
-        figures = json_content(file) if file.is_file() else {"trials": ()}
+        figures: dict[str, Any] = json_content(file) if file.is_file() else {"trials": []}
         causes = named_causes(one.subject)
         fitted = {trial["name"]: trial for trial in figures["trials"]}
         for trial in one.subject.trials:
