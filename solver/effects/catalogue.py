@@ -6,6 +6,7 @@ from types import ModuleType
 from solver.effects import (
     axis_convention,
     belt_acceleration,
+    belt_slope,
     body_weight_support,
     capture_scale,
     carried_mass,
@@ -60,6 +61,7 @@ MODULES: tuple[ModuleType, ...] = (
     plate_exchange,
     axis_convention,
     gravity_tilt,
+    belt_slope,
     object_on_plate,
     off_plate_step,
     external_contact,

@@ -51,6 +51,7 @@ SINGLE = (  # the place is the seed: a new one goes to the end, so that the othe
     "carried_mass",
     "segment_mass",
     "wobbling_mass",
+    "belt_slope",
 )
 PAIRS = [("clock_offset", "external_contact"), ("plate_gain", "marker_slip")]
 UNKNOWN = ["unknown_torque", "unknown_periodic_on_head"]

@@ -31,13 +31,21 @@ CLEAN_ACTIVITIES = ("walk",) * 14 + ("squat",) * 4 + ("stand",) * 2
 TREADMILL_ONLY = (
     "elastic_tether",
     "belt_acceleration",
+    "belt_slope",
     "plate_gain",
     "plate_bias",
     "plate_position",
     "plate_yaw",
 )
 OVERGROUND_ONLY = ("drag",)
-WALKING_ONLY = (*OVERGROUND_ONLY, "off_plate_step", "marker_swap", "belt_acceleration", "elastic_tether")
+WALKING_ONLY = (
+    *OVERGROUND_ONLY,
+    "off_plate_step",
+    "marker_swap",
+    "belt_acceleration",
+    "elastic_tether",
+    "belt_slope",
+)
 OF_THE_BODY = ("segment_mass", "wobbling_mass")  # in every trial of the person
 # Two that say the same thing together, or of which one undoes the other, make no pair.
 NO_PAIR = (

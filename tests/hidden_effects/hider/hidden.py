@@ -12,6 +12,7 @@ REFERENCE_SIZE = {
     "plate_position": 0.012,  # [m]
     "plate_yaw": 3.0,  # [deg]
     "gravity_tilt": 1.5,  # [deg]
+    "belt_slope": 5.0,  # [deg]
     "carried_mass": 3.0,  # [kg]
     "subject_mass": 0.04,
     "segment_mass": 0.15,

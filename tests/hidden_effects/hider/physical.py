@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from solver.gravity import GRAVITY
 from solver.simulate.loads import BodyPoint, PointForce, constant, drag, eased, spring
 from solver.simulate.moving_support import MovingSupport
 from solver.simulate.other_masses import WobblingMass, with_carried_mass, with_segment_masses
@@ -193,6 +194,15 @@ def _belt(world: World, size: float, rng: np.random.Generator) -> tuple[Physics,
     return Physics(external=support), Hidden("belt_acceleration", "all", {"rms_m_per_s2": rms}, size)
 
 
+def _slope(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+    """Who walks up a belt in axes of the belt feels gravity lean backwards."""
+    slope = float(rng.choice([-1.0, 1.0]) * size * REFERENCE_SIZE["belt_slope"])
+    leaning = GRAVITY * np.array([np.sin(np.radians(slope)), np.cos(np.radians(slope)) - 1.0, 0.0])
+    support = MovingSupport(world.body.skeleton, leaning, ((1.0, 0.0, np.pi / 2),))
+    hidden = Hidden("belt_slope", "markers_and_forces", {"slope_deg": slope}, size)
+    return Physics(external=support), hidden
+
+
 def _carried(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
     body = str(rng.choice(["torso", "pelvis", "hand_r", "hand_l", "tibia_r", "tibia_l"]))
     point = _point(world, body, rng)
@@ -230,6 +240,7 @@ PHYSICAL: dict[str, Draw] = {
     "carried_mass": _carried,
     "segment_mass": _segment,
     "wobbling_mass": _wobbling,
+    "belt_slope": _slope,
 }
 
 
