@@ -292,3 +292,22 @@ def test_the_second_of_two_markers_of_one_name_is_the_inner_one():
     marks = {f"{s}{k}": f"{v}_{s.lower()}" for k, v in (outer | inner).items() for s in "RL"}
     rows = understand(list(marks), [moving(list(marks), list(marks.values()), seed=2)]).by_label()
     assert {label: rows[label].landmark for label in marks if rows[label].used} == marks
+
+
+@pytest.mark.parametrize(
+    ("labels", "expected"),
+    [
+        ("RTET LTET RCOU LCOU RACR LACR REAS LEAS REPS LEPS RCL LCL RML LML STER PX",
+         "RCOU elbow_lateral_r STER manubrium"),
+        ("LUUPA RUUPA LLEP RLEP LMEP RMEP LUL RUL LRAD RRAD USACR LSACR RSACR",
+         "LLEP elbow_lateral_l LSACR pelvis_cluster"),
+        ("RCUBL LCUBL RCUBM LCUBM RKNEEM LKNEEM RMALM LMALM RM5 LM5", "RCUBM elbow_medial_r LM5 mt5_head_l"),
+        ("RLHE LLHE RMHE LMHE RHMH2 LHMH2 RMFH5 LMFH5 SEL HV",
+         "RLHE elbow_lateral_r LMFH5 mt5_head_l SEL forehead"),
+    ],
+)  # fmt: skip
+def test_abbreviations_of_laboratories(labels, expected):
+    rows = understand(labels.split()).by_label()
+    words = expected.split()
+    for label, landmark in zip(words[::2], words[1::2], strict=True):
+        assert rows[label].landmark == landmark
