@@ -15,7 +15,7 @@ from annotations.errors import ReviewError
 from annotations.event_codec import encoded, kind_of
 from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable, Redo, Undo
 from annotations.folding import folded
-from annotations.reading import Reading, check_author, read, rows_of
+from annotations.reading import Reading, check_author, check_words, read, rows_of
 from annotations.schema import EDITS
 from annotations.trial_review import TrialReview
 from annotations.undoing import next_redo, next_undo, undo_of
@@ -84,10 +84,12 @@ class ReviewLog:
             The edit's number.
 
         Raises:
-            ReviewError: an author without a name, an undo of what cannot be undone, or a database that fails.
+            ReviewError: an author without a name, words that cannot be kept, an undo of what cannot be
+                undone, or a database that fails.
         """
         with self._database.writing() as connection, _about(trial):
             check_author(event, author)
+            check_words(trial, author, event)
             if isinstance(event, Undo | Redo):
                 found = self._read(connection, trial)
             if isinstance(event, Undo):

@@ -1,8 +1,8 @@
 """Rows of the log as edits. One that cannot be read is passed over and told; it never hides the others."""
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from textwrap import shorten
 from typing import Any, TypeVar
@@ -14,6 +14,7 @@ from annotations.event_codec import decoded
 from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable
 from annotations.schema import EDITS
 from annotations.unreadable import UnreadableRow, is_text
+from annotations.work import LONGEST_NAME, WorkEvent
 
 Made = TypeVar("Made")
 
@@ -101,6 +102,31 @@ def check_author(event: Event, author: str) -> None:
         raise ReviewError("an edit needs an author's name")
     if (author == IMPORTED) is not isinstance(event, ImportLabels | ImportTable):
         raise ReviewError(f"'{IMPORTED}' stands for labels from files; a person needs another name")
+
+
+def check_words(trial: str, author: str, event: Event | WorkEvent) -> None:
+    """Refuse, before it is written, what could not be read back or shown as it is.
+
+    Raises:
+        ReviewError: a name that is too long or cannot be printed, or words with a character that is none.
+    """
+    if len(author) > LONGEST_NAME or not author.isprintable():
+        raise ReviewError(
+            f"an author's name has at most {LONGEST_NAME} characters, all of which can be read; give another"
+        )
+    for text in _texts((trial, asdict(event))):
+        if "\0" in text or not is_text(text):
+            raise ReviewError(
+                f"{text[:40]!r} has a character that is none (NUL, or half of a pair); leave it out"
+            )
+
+
+def _texts(content: object) -> Iterator[str]:
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, dict | list | tuple):
+        for part in content.values() if isinstance(content, dict) else content:
+            yield from _texts(part)
 
 
 def date_of(text: str) -> datetime:

@@ -11,7 +11,7 @@ from sqlalchemy import Connection, Row, func, insert, select
 from annotations.database import Database
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED
-from annotations.reading import date_of, each_read, rows_of
+from annotations.reading import check_words, date_of, each_read, rows_of
 from annotations.schema import WORK
 from annotations.unreadable import UnreadableRow, is_text
 from annotations.work import Assign, Comment, Settle, WorkEvent, WorkItem, work_of
@@ -52,10 +52,13 @@ class WorkLog:
             The rows' numbers.
 
         Raises:
-            ReviewError: nobody says it, it is about a comment that is not there, or the database fails.
+            ReviewError: nobody says it, it has words that cannot be kept, it is about a comment that is not
+                there, or the database fails.
         """
         if not author.strip() or author == IMPORTED:
             raise ReviewError("a person's name is needed; say yours")
+        for trial in trials:
+            check_words(trial, author, event)
         first = event.answers if isinstance(event, Comment) else getattr(event, "comment", None)
         with self._database.writing() as connection:
             for trial in trials if first is not None else ():

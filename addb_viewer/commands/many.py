@@ -21,7 +21,7 @@ from addb_viewer.own_packages import own_process
 from solver.capture.b3d.places import is_b3d, recording_of
 from solver.capture.recording_files import is_recording
 from solver.capture.small_files import json_content
-from solver.capture.subject import DESCRIPTIONS, open_subject
+from solver.capture.subject import DESCRIPTIONS, NoSubjectError, open_subject
 from solver.errors import CaptureError
 from solver.results.store import write_json
 
@@ -94,7 +94,7 @@ def several(folder: Path) -> RootFolder | None:
     """The subjects below a folder; None where it is a subject itself, or nothing that has any.
 
     Raises:
-        CaptureError: no such folder.
+        CaptureError: no such folder, or none of the subjects in it can be read.
     """
     check_folder(folder)
     if not folder.is_dir() or recording_of(folder) is not None:
@@ -109,8 +109,8 @@ def several(folder: Path) -> RootFolder | None:
         return None
     try:
         root = open_root(folder)
-    except CaptureError:
-        return None  # the command itself says why
+    except NoSubjectError:
+        return None  # the command itself says what was sought
     return None if root.names == (".",) else root
 
 

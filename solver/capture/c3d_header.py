@@ -245,7 +245,7 @@ def _parameters(path: Path, data: bytes, start: int) -> list[tuple[str, int, byt
         step = struct.unpack_from("<H", data, pointer)[0]
         record = data[pointer + 2 : pointer + step] if step else data[pointer + 2 :]
         described = _description(record, has_values=group > 0)
-        if described is None or -group in groups:
+        if described is None or group == 0 or -group in groups:
             raise _damaged(path, at)
         name = data[at + 2 : pointer].decode("latin-1").upper()
         if record[described] > LONGEST_DESCRIPTION:

@@ -34,6 +34,10 @@ LISTED = 5  # folders in a message
 MARKER_MAP = "markers.toml"  # in the subject's folder: what its labels mean
 
 
+class NoSubjectError(CaptureError):
+    """Nobody's recordings lie in a folder, or below it."""
+
+
 def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
     """Find out who was recorded, with which model, in which trials. Files are read where names do not say.
 
@@ -127,7 +131,8 @@ def subjects_in(
         settings_of: what a subject's folder says of how its files are read.
 
     Raises:
-        CaptureError: no such folder, or neither it nor any folder below is a subject's.
+        NoSubjectError: neither it nor any folder below is a subject's.
+        CaptureError: no such folder, or none of its subjects can be read.
     """
     is_allowed = False
     try:
@@ -141,35 +146,21 @@ def subjects_in(
             raise
         alone = error
     found, notes = _b3d_subjects(folder, may_be_read, settings_of)
-    for place in folders_below(folder, 1):
+    broken = list(notes)
+    for place in folders_below(folder, 1) if deepest else ():
         try:
-            if deepest > 1:
-                subjects, more = subjects_in(place, deepest - 1, may_be_read, settings_of)
-            else:
-                subjects, more = _at(place, may_be_read, settings_of)
+            subjects, more = subjects_in(place, deepest - 1, may_be_read, settings_of)
         except CaptureError as error:
             notes.append(readable(f"{place.name} is left out: {error}"))
+            broken += [] if isinstance(error, NoSubjectError) else notes[-1:]
         else:
             found += subjects
             notes += (readable(f"{place.name}/{note}") for note in more)
+    if not found and broken:
+        raise CaptureError(f"{folder}: no subject in it can be read. {' '.join(broken[:LISTED])}")
     if not found:
-        raise CaptureError(f"{alone} Nor is any folder in it a subject's.")
+        raise NoSubjectError(f"{alone} Nor is any folder in it a subject's.")
     return tuple(found), tuple(notes)
-
-
-def _at(
-    place: Path, may_be_read: Callable[[Path], None] | None, settings_of: Callable[[Path], ReadingSettings]
-) -> tuple[tuple[Subject, ...], tuple[str, ...]]:
-    """The subjects of a folder below which nothing is looked into."""
-    if may_be_read is not None:
-        may_be_read(place)
-    try:
-        return (open_subject(place, settings_of(place)),), ()
-    except CaptureError:
-        found, notes = _b3d_subjects(place, may_be_read, settings_of)
-        if not found:
-            raise
-        return tuple(found), tuple(notes)
 
 
 def _b3d_subjects(

@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject import NoSubjectError, open_subject, subjects_in
 from solver.errors import CaptureError
 
 COLUMNS = [f"ground_{kind}{axis}" for kind in ("force_v", "force_p", "torque_") for axis in "xyz"]
@@ -287,3 +287,30 @@ def test_every_described_real_folder_opens(real_data):
     reviewed = open_subject(real_data / "opencap_reviewed")
     assert (reviewed.mass_kg, reviewed.height_m) == (75.7, 1.85)
     assert [review.parent.name for review in reviewed.trials[0].reviews] == ["segment_1", "segment_2"]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "why"),
+    [
+        ("subject.toml", '[release]\nsource = "a/b"\n', "release.source"),
+        ("subject.toml", "release = 5\n", "release = 5: it is a table"),
+        ("subject.toml", "mass_kg = 7 5\n", "subject.toml: "),
+        ("subject.toml", '[trials.walk]\nmarkers = "gone.trc"\n', "there is no such file"),
+        ("_subject.json", '{"massKg": null, "sex": "f"', "_subject.json: line 1"),
+        ("p.b3d", "no such thing", "p.b3d"),
+    ],
+)
+@pytest.mark.parametrize("place", ["P01", "group/P01"])
+def test_of_a_folder_whose_only_subject_is_broken_the_reason_is_told(folder, place, name, text, why):
+    put(folder, f"{place}/walk.trc") if name != "p.b3d" else None
+    put(folder, f"{place}/{name}", text=text)
+    with pytest.raises(CaptureError, match="no subject in it can be read") as found:
+        subjects_in(folder)
+    assert why in str(found.value)
+    assert "Put files into" not in str(found.value)
+
+
+def test_a_folder_of_nobody_says_what_was_sought(folder):
+    put(folder, "notes/readme.txt", text="x")
+    with pytest.raises(NoSubjectError, match="Nor is any folder in it a subject's"):
+        subjects_in(folder)
