@@ -60,6 +60,7 @@ KINDS = (
     NoteKind(
         "forces against the body",
         (
+            "the forces ask for a body of ",
             "is not used for the body's mass",
             "plates read ",
             "its readings contradict that",
@@ -142,6 +143,8 @@ KINDS = (
         "moment columns read as",
         "FORCE_PLATFORM:",
         "taken off as its zero level",
+        "while nobody is on it; ",
+        "hold forces of others once more",
         "low-passed at ",
         "was not tared",
         "centres of pressure read as",

@@ -18,11 +18,18 @@ from solver.capture.b3d.stored import StoredPass
 from solver.capture.c3d import read_c3d
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.clock import ClockSettings
-from solver.capture.conditioning import of_a_person
+from solver.capture.conditioning import of_a_person, plate_loads
 from solver.capture.edge_zeros import without_edge_zeros
 from solver.capture.file_names import readable
 from solver.capture.force_columns import find_plates, turned
-from solver.capture.loads_under_feet import UnderFeetSettings, best_lag_s, feet_of, loads_of, under_feet
+from solver.capture.loads_under_feet import (
+    Feet,
+    UnderFeetSettings,
+    best_lag_s,
+    feet_of,
+    loads_of,
+    under_feet,
+)
 from solver.capture.marker_cleaning import clean_markers
 from solver.capture.moment_convention import plates_from_storage
 from solver.capture.plate_copies import without_copies
@@ -36,6 +43,8 @@ from solver.capture.storage import Storage
 from solver.capture.trajectory_joining import join_trajectories
 from solver.capture.trial_ranges import outside_ranges
 from solver.errors import CaptureError
+
+STANDING_M_S, STEP_S = 0.2, 0.3  # of a marker of a foot that stands, and for how long a step does
 
 
 def read_trial(
@@ -60,13 +69,13 @@ def read_trial(
     if mask is None and inner is not None:
         mask = inner.missing
     outside, range_notes = outside_ranges(files.ranges, markers)
-    distinct, copy_notes = without_copies(recording.plates)
-    copies = {plate.name for plate in recording.plates} - {plate.name for plate in distinct}
-    possible = [of_a_person(plate, settings.conditioning) for plate in distinct]
+    possible = [of_a_person(plate, settings.conditioning) for plate in recording.plates]
     measured = [without_edge_zeros(plate, settings.edge_zeros) for plate, _ in possible]
+    distinct, copy_notes = without_copies([plate for plate, _ in measured])
+    copies = {plate.name for plate in recording.plates} - {plate.name for plate in distinct}
     try:
         plates, level_notes = levelled(
-            [plate for plate, _ in measured],
+            distinct,
             markers,
             mass_kg,
             settings.plate_signs,
@@ -80,7 +89,7 @@ def read_trial(
         *(note for _, notes in (*possible, *measured) for note in notes),
         *level_notes,
     )
-    level_notes += _unloaded(plates, settings.conditioning.threshold_N)
+    level_notes += _unloaded(plates, feet_of(markers, settings.under_feet), settings)
     recording = replace(recording, plates=plates)
     source = (files.forces or files.markers).name
     notes = (
@@ -228,21 +237,39 @@ def _turned(
     return Recording(markers_y_up(lab.markers, ups[0]), plates, notes)
 
 
-def _unloaded(plates: tuple[ForcePlate, ...], threshold_N: float) -> tuple[str, ...]:
+def _unloaded(plates: tuple[ForcePlate, ...], feet: Feet, settings: ReadingSettings) -> tuple[str, ...]:
     """Said of plates that measured nothing at all, and where no plate carried anything."""
     blank = [plate.name for plate in plates if not np.isfinite(plate.force_ground).all(axis=1).any()]
     notes = tuple(f"{name}: not one sample has a force: the plate was not recorded" for name in blank)
     largest_N = max(
-        (float(np.nanmax(np.abs(plate.force_ground))) for plate in plates if plate.name not in blank),
+        (float(np.nanmax(plate_loads(plate, settings.conditioning).wrench_ground[:, 1])) for plate in plates),
         default=0.0,
     )
-    if not plates or len(blank) == len(plates) or largest_N >= threshold_N:
+    if not plates or len(blank) == len(plates) or largest_N >= settings.conditioning.threshold_N:
         return notes
+    stood_on = [plate.name for plate in plates if _stands_on(feet, plate)]
+    if stood_on:
+        return (
+            *notes,
+            f"no plate carries a load at any time, though feet stand on {', '.join(stood_on)}: the plates "
+            "were not recorded. No force of this trial counts; were the amplifiers on?",
+        )
     return (
         *notes,
-        f"no plate carries a load at any time ({largest_N:.3g} N at most): did the person step on none, "
-        "or is the file of another trial?",
+        "no plate carries a load at any time: did the person step on none, or is the file of another trial?",
     )
+
+
+def _stands_on(feet: Feet, plate: ForcePlate) -> bool:
+    """Whether low markers of a foot stay within the plate's corners for as long as a step takes."""
+    if plate.corners_ground is None or len(feet.times) < 2:
+        return False
+    corners = plate.corners_ground[:, [0, 2]]
+    speed = np.linalg.norm(np.gradient(feet.positions, axis=0), axis=2) * feet.rate
+    with np.errstate(invalid="ignore"):
+        inside = ((feet.positions > corners.min(axis=0)) & (feet.positions < corners.max(axis=0))).all(axis=2)
+        stands = (inside & (speed < STANDING_M_S)).any(axis=1)
+    return bool(stands.sum() >= STEP_S * feet.rate)
 
 
 def _overlap_notes(recording: Recording) -> tuple[str, ...]:

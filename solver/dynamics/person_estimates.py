@@ -17,6 +17,7 @@ _MASS = {"male": 78.5, "female": 62.0}
 _CHILDRENS_INDEX, _CHILDRENS_STATURE, _GROWN_UP_STATURE = 16.0, 1.30, 1.65
 _INDEX_SPREAD = 0.15  # of grown-ups; soldiers vary by 0.12
 _BETWEEN_SPREAD = 0.20  # where a stature may be a child's or a grown-up's
+_LEAST_SHARE, _MOST_SHARE = 0.55, 1.8  # of the usual mass: an index of 13 to 44 kg/m² of grown-ups
 STATURE_STD_M = (
     0.05  # of a stature from the legs: 3 cm between people (Trotter & Gleser 1958), and the scaling
 )
@@ -37,10 +38,13 @@ def person_mass(
     if subject.mass_kg is not None:
         warning = estimate and disagreement(estimate, subject.mass_kg, settings)
         return subject.mass_kg, (warning,) if warning else ()
+    height = subject.height_m or stature(skeleton)
     if estimate is not None:
         told = f"{estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg estimated from the forces"
-        return estimate.mass_kg, (f"mass not given; {told}",)
-    height = subject.height_m or stature(skeleton)
+        return estimate.mass_kg, (
+            f"mass not given; {told}",
+            *_hardly_a_persons(estimate.mass_kg, height, subject),
+        )
     if subject.model is not None or height is None:
         told = f"the model's own {skeleton.mass:.1f} kg is used"
         return skeleton.mass, (f"mass not given, and no forces to estimate it from; {told}",)
@@ -49,6 +53,20 @@ def person_mass(
         std = math.hypot(std, 2 * mass * STATURE_STD_M / height)
     told = f"people of {height:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
     return mass, (f"mass not given, and no forces to estimate it from; {told}",)
+
+
+def _hardly_a_persons(mass_kg: float, height_m: float | None, subject: Subject) -> tuple[str, ...]:
+    """Said of forces that ask for more or less than anybody of that height weighs."""
+    if height_m is None:
+        return ()
+    usual_kg, _ = mass_of_height(height_m, subject.sex)
+    if _LEAST_SHARE < mass_kg / usual_kg < _MOST_SHARE:
+        return ()
+    return (
+        f"the forces ask for a body of {mass_kg:.0f} kg, and people of {height_m:.2f} m weigh about "
+        f"{usual_kg:.0f} kg: do plates hold more than this person's forces, in other units, or was one tared "
+        "under a load? Do not use any torque before that is known; enter mass_kg",
+    )
 
 
 def person_height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:

@@ -162,6 +162,23 @@ def test_plates_that_nobody_stepped_on_are_told_together(walk, tmp_path):
     assert not any("carries a load" in note for note in read_trial(walk).notes)
 
 
+@pytest.mark.real
+@pytest.mark.parametrize(
+    ("file", "stands"),
+    [
+        ("dead_plates_athlete_s001/walking_1.c3d", True),
+        ("patient_bone_deformity_p01/session1/static01/c3dfile.c3d", False),
+    ],
+)
+def test_plates_that_were_not_recorded_under_feet_are_told(real_data, file, stands):
+    """The other child stands beside the plates."""
+    if not (real_data / "wild" / file).is_file():
+        pytest.skip(f"no {file}")
+    notes = read_trial(TrialFiles("t", real_data / "wild" / file)).notes
+    (told,) = [note for note in notes if "no plate carries a load at any time" in note]
+    assert ("the plates were not recorded" in told) == stands
+
+
 def test_the_named_force_file_wins_over_the_c3d_s_own(real_data):
     folder = real_data / SPRINT
     inside = read_trial(TrialFiles("a", folder / "JA1Gait35.c3d"))

@@ -37,6 +37,14 @@ def test_forces_come_before_tables(body):
     assert "81.2 ± 1.3 kg estimated from the forces" in notes[0]
 
 
+@pytest.mark.parametrize(("mass_kg", "told"), [(205.0, True), (20.0, True), (45.0, False), (105.0, False)])
+def test_forces_that_are_no_persons_of_that_height_are_told(body, mass_kg, told):
+    """Plates that stand four times in a file, or in pounds."""
+    mass, notes = person_mass(NOBODY, body, MassEstimate(mass_kg, 1.3, 0.5), ComSettings())
+    assert mass == mass_kg
+    assert any("people of 1.60 m weigh" in note for note in notes) == told
+
+
 def test_without_forces_the_height_tells_the_mass_and_how_surely(body):
     mass, notes = person_mass(NOBODY, body, None, ComSettings())
     assert mass == pytest.approx(mass_of_height(1.60, None)[0], rel=0.02)
