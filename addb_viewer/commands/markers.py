@@ -166,7 +166,8 @@ def _print(understood: Understanding, kept: dict[str, str]) -> None:
 def _cells(row: UnderstoodLabel, kept: dict[str, str]) -> tuple[str, str, str, str, str]:
     if row.label in kept:
         return row.label, kept[row.label] or "left out", "", "", "the map says so"
-    landmark = str(row.landmark) if row.used else f"({row.landmark or 'unknown'})"
+    unknown = "computed" if row.computed else "unknown"
+    landmark = str(row.landmark) if row.used else f"({row.landmark or unknown})"
     because = row.why if row.used else f"{row.why}; {remark(row)}"
     return row.label, landmark, row.body or "", f"{row.confidence:.2f}", because
 

@@ -109,7 +109,7 @@ def _line_on_model(row: UnderstoodLabel, kept: Mapping[str, str], on_model: Mapp
 def remark(row: UnderstoodLabel) -> str:
     """Confidence, place and alternatives of a label in one line."""
     if row.landmark is None:
-        return "unknown"
+        return "left out, no marker" if row.computed else "unknown"
     parts = [f"{row.confidence:.2f}", atlas()[row.landmark].says]
     if not row.used:
         reason = f"the same place as {row.same_as}" if row.same_as else "too uncertain"

@@ -12,6 +12,7 @@ from solver.capture.c3d import read_c3d_markers
 from solver.capture.capture import Markers
 from solver.kinematics.marker_naming import name_markers
 from solver.markers.computed_points import computed_points
+from solver.markers.mapping_file import map_text
 from solver.markers.understanding import understand
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.skeleton import Marker
@@ -143,3 +144,21 @@ def test_no_computed_point_of_a_real_recording_is_used_and_every_marker_stays(re
     listed = [r for r in rows if any(re.search(p, r.label) for p in trial["computed_points"])]
     assert not [r.label for r in listed if r.used]
     assert not [r.label for r in rows if r.label in ("C7", "T10", "CLAV", "STRN", *LEGS) and r.computed]
+
+
+def test_the_map_says_of_a_computed_point_that_it_is_no_marker():
+    understood = understand(["PELO", "PELA", "PELL", "PELP", "RASI", "LASI"])
+    text = map_text(understood, {})
+    assert '"PELO" = ""  # left out, no marker' in text
+    kept = map_text(understood, {"PELO": "pelvis_cluster"})
+    assert '"PELO" = "pelvis_cluster"' in kept
+
+
+def test_a_person_may_say_that_a_computed_point_is_a_marker():
+    markers = walking()
+    x = markers.positions_ground
+    recorded = with_points(markers, Mid_knee=(x[:, 3] + x[:, 5]) / 2)
+    named = name_markers(
+        default_skeleton(), [recorded], default_body=True, chosen={"Mid_knee": "knee_medial_r"}
+    )
+    assert "Mid_knee" in {label for labels in named.match.measured for label in labels}
