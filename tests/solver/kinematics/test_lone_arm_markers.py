@@ -41,17 +41,34 @@ def arms_turned_inwards(body, rng):
     return q
 
 
-@pytest.mark.parametrize(("seed", "height_m"), [(1, 1.75), (4, 1.75), (5, 1.35), (8, 1.75)])
-def test_an_elbow_with_one_marker_beyond_it_bends_as_elbows_do(seed, height_m):
+def fitted_arms(seed, height_m, without=()):
+    """The motion, and that found from markers off their places; coordinates by name [rad]."""
     rng = np.random.default_rng(seed)
     person = marked(height_m)
     q = arms_turned_inwards(person, rng)
     off = [replace(m, position_body=m.position_body + rng.normal(0, 0.008, 3)) for m in person.markers]
     x = marker_positions(person.with_markers(off), q) + rng.normal(0, 0.001, (FRAMES, len(off), 3))
+    kept = [i for i, marker in enumerate(off) if marker.name not in without]
+    body = marked()
+    body = body.with_markers([m for m in body.markers if m.name not in without])
     settings = KinematicsSettings()
-    fitted = calibrate(marked(), choose_frames([x], None, settings), settings).skeleton
-    found = inverse_kinematics(fitted, x, 100.0, settings)
+    fitted = calibrate(body, choose_frames([x[:, kept]], None, settings), settings).skeleton
+    found = inverse_kinematics(fitted, x[:, kept], 100.0, settings)
+    return dict(zip(body.dofs, q.T, strict=True)), dict(zip(body.dofs, found.T, strict=True))
+
+
+@pytest.mark.parametrize(("seed", "height_m"), [(1, 1.75), (4, 1.75), (5, 1.35), (8, 1.75)])
+def test_an_elbow_with_one_marker_beyond_it_bends_as_elbows_do(seed, height_m):
+    true, found = fitted_arms(seed, height_m)
+    for elbow in ("elbow_flex_r", "elbow_flex_l"):
+        assert found[elbow].min() > 0
+        assert np.corrcoef(found[elbow], true[elbow])[0, 1] > 0.9
+
+
+@pytest.mark.parametrize("without", [("LWRA", "RWRA"), ("LELB", "RELB")])
+@pytest.mark.parametrize("seed", [0, 3])
+def test_what_a_lone_elbow_or_wrist_marker_leaves_free_stays_near_neutral(seed, without):
+    _, found = fitted_arms(seed, 1.75, without)
     for side in "rl":
-        elbow = fitted.dofs.index(f"elbow_flex_{side}")
-        assert found[:, elbow].min() > 0
-        assert np.corrcoef(found[:, elbow], q[:, elbow])[0, 1] > 0.9
+        assert np.abs(found[f"arm_rot_{side}"]).max() < np.radians(15)
+        assert found[f"elbow_flex_{side}"].min() > np.radians(-5)
