@@ -43,7 +43,7 @@ def provenance_of(
     described = {name: str(getattr(subject, name)) for name in _DESCRIPTION}
     shared = {name: _places(subject, getattr(subject, name)) for name in _SHARED}
     files = {f"{_FILES}{t.name}": _places(subject, t.markers, t.forces) for t in trials}
-    hashes = {f"{_FILE}{_places(subject, path)}": _sha256(path) for path in _inputs(subject, trials)}
+    hashes = {f"{_FILE}{_places(subject, path)}": _sha256(path) for path in inputs_of(subject, trials)}
     reviewed = {
         f"{_REVIEW}{trial.name}": _sha256_of(reviews[trial.name])
         for trial in trials
@@ -126,10 +126,12 @@ def _places(subject: Subject, *paths: Path | None) -> str:
     return readable(", ".join(given)) or "none"
 
 
-def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:
+def inputs_of(subject: Subject, trials: Sequence[TrialFiles] | None = None) -> Iterable[Path]:
+    """Every file that a fit of these trials, or of all, reads."""
     shared = (subject.model, subject.static, subject.marker_map)
-    forces = (path for trial in trials if trial.forces for path in force_files(trial.forces))
-    of_trials = (path for trial in trials for path in (trial.markers, *trial.reviews))
+    chosen = subject.trials if trials is None else trials
+    forces = (path for trial in chosen if trial.forces for path in force_files(trial.forces))
+    of_trials = (path for trial in chosen for path in (trial.markers, *trial.reviews))
     return dict.fromkeys(path for path in (*shared, *of_trials, *forces) if path is not None)
 
 

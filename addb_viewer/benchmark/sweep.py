@@ -4,6 +4,7 @@ import csv
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from jaxtyping import Float
 
 from addb_viewer.benchmark.differences import central_differences
 from addb_viewer.benchmark.task import Example, Trials
+from solver.capture.atomic import whole_file, write_whole
 from solver.filters import low_pass
 from solver.runs import runs
 from solver.skeleton.pinocchio_model import RigidBodyModel
@@ -92,13 +94,14 @@ def write_csv(points: Sequence[Point], path: Path) -> None:
         points: of the curves.
         path: of the file.
     """
-    with path.open("w", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(["activity", "cutoff_Hz", "rmse_N_per_kg", "trials", "persons"])
-        for point in points:
-            rows.writerow(
-                [point.activity, point.cutoff_Hz or "", f"{point.rmse:.6f}", point.trials, point.persons]
-            )
+    text = StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(["activity", "cutoff_Hz", "rmse_N_per_kg", "trials", "persons"])
+    for point in points:
+        rows.writerow(
+            [point.activity, point.cutoff_Hz or "", f"{point.rmse:.6f}", point.trials, point.persons]
+        )
+    write_whole(path, text.getvalue())
 
 
 def draw(points: Sequence[Point], stem: Path) -> list[Path]:
@@ -131,5 +134,7 @@ def draw(points: Sequence[Point], stem: Path) -> list[Path]:
     left.set_ylabel("RMSE of the total force [N/kg]\ndotted: unfiltered")
     files = [stem.with_suffix(end) for end in (".svg", ".png")]
     for file in files:
-        figure.savefig(file, metadata={"Date": None} if file.suffix == ".svg" else None, dpi=120)
+        with whole_file(file) as draft:
+            kind, dated = file.suffix[1:], {"Date": None} if file.suffix == ".svg" else None
+            figure.savefig(draft, format=kind, metadata=dated, dpi=120)
     return files

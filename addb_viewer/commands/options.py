@@ -7,6 +7,7 @@ import typer
 
 from solver.capture.b3d.places import subject_folder_of
 from solver.capture.file_names import readable
+from solver.capture.measured_files import reason_to_stay
 
 SubjectFolder = Annotated[
     Path,
@@ -23,16 +24,13 @@ def optional_subject_folder(subject: Path | None) -> Path | None:
     return None if subject is None else subject_folder_of(subject)
 
 
-KEPT_ENDINGS = (".c3d", ".trc", ".mot", ".sto", ".osim", ".b3d", ".toml", ".sqlite")
-KEPT_NAMES = ("_subject.json", "review.json", "fit.json")
-
-
 def replaceable(file: Path | None) -> Path | None:
     """A file to write, unless that would replace a recording, a model, a description, a review or a fit."""
-    if file is None or not file.exists() or file.is_dir():
-        return file
-    if file.suffix.lower() in KEPT_ENDINGS or file.name in KEPT_NAMES or not file.is_file():
-        raise typer.BadParameter(f"{file} is there, and is never replaced. Name another file.")
+    if file is not None and file.exists() and not file.is_dir():
+        is_kept = file.suffix.lower() == ".toml" or file.name == "fit.json" or not file.is_file()
+        why = reason_to_stay(file) or ("it is never replaced" if is_kept else "")
+        if why:
+            raise typer.BadParameter(f"{file} is there and stays as it is: {why}. Name another file.")
     return file
 
 

@@ -8,7 +8,15 @@ from typing import Annotated
 import typer
 
 from addb_viewer.commands.errors import errors_as_lines, warn
-from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, Solve, SubjectFolder
+from addb_viewer.commands.options import (
+    Debug,
+    IgnoreReview,
+    Out,
+    SettingsFile,
+    Solve,
+    SubjectFolder,
+    replaceable,
+)
 from addb_viewer.jobs.solving import Job, job_for, kept_fit
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
@@ -19,12 +27,22 @@ from solver.fit import Fit
 
 Rrd = Annotated[
     Path | None,
-    typer.Option("--rrd", metavar="FILE", help="Write a recording for rerun's viewer.", dir_okay=False),
+    typer.Option(
+        "--rrd",
+        metavar="FILE",
+        help="Write a recording for rerun's viewer.",
+        dir_okay=False,
+        callback=replaceable,
+    ),
 ]
 Mcap = Annotated[
     Path | None,
     typer.Option(
-        "--mcap", metavar="FILE", help="Write an MCAP file, for Foxglove among others.", dir_okay=False
+        "--mcap",
+        metavar="FILE",
+        help="Write an MCAP file, for Foxglove among others.",
+        dir_okay=False,
+        callback=replaceable,
     ),
 ]
 TrialNames = Annotated[

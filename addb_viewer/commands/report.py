@@ -26,6 +26,7 @@ from annotations.errors import ReviewError
 from solver.capture.atomic import made_folder
 from solver.capture.b3d.places import subject_folder_of
 from solver.capture.file_names import readable
+from solver.capture.measured_files import refuse_to_replace
 from solver.capture.small_files import json_content
 from solver.errors import Cancelled, SolverError
 from solver.results.store import default_folder, has_fit, write_json
@@ -105,10 +106,12 @@ def report(
             typer.echo(file)
             entries, overview = [Entry(made.recording.subject, file, made, "")], None
         else:
+            page = (out or root.path) / ("index.html" if out else PAGE)
+            refuse_to_replace(page)
             if jobs > 1:
                 _fit_first(root, wishes, jobs)
             entries = _each(root, out, wishes)
-            overview = _overview(root, out, entries)
+            overview = _overview(root, page, entries)
         if json is not None:
             write_json(json, pages_written(entries, overview))
         failed = sum(entry.report is None for entry in entries)
@@ -173,9 +176,8 @@ def _each(root: RootFolder, out: Path | None, wishes: _Wishes) -> list[Entry]:
     return entries
 
 
-def _overview(root: RootFolder, out: Path | None, entries: list[Entry]) -> Path:
+def _overview(root: RootFolder, file: Path, entries: list[Entry]) -> Path:
     """The page that leads to them."""
-    file = (out or root.path) / ("index.html" if out else PAGE)
     notes = [note.replace(f"{root.path}/", "") for note in root.notes]
     typer.echo(write_overview(root.path.name, entries, notes, file))
     return file

@@ -32,4 +32,7 @@ def make_demo(folder: Path, trials: Sequence[str] = TRIALS) -> None:
         raise CaptureError(f"{folder}: not empty and not the demo's; choose another folder with --folder")
     made_folder(folder)
     mark.touch()
+    recordings = [f"trials/{trial}/{file}" for trial in trials for file in ("markers.trc", "grf.mot")]
+    for name in ("_subject.json", *recordings):
+        (folder / name).unlink(missing_ok=True)
     write_demo_subject(folder, np.random.default_rng(SEED), trials=tuple(trials), cause=LateForces())

@@ -1,15 +1,18 @@
 """A fit as files that other tools open."""
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 
 from solver.capture.atomic import files_together
+from solver.errors import CaptureError
 from solver.export.b3d.from_fit import export_b3d
 from solver.export.c3d import export_c3d
 from solver.export.opensim import export_opensim
 from solver.export.places import renamed
 from solver.export.tables import export_csv, export_parquet
 from solver.fit import Fit
+from solver.provenance import inputs_of
 
 
 class Format(StrEnum):
@@ -38,7 +41,14 @@ def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
     Raises:
         FitError, CaptureError: the folder cannot be made, or not written to.
     """
-    with files_together(folder) as draft:
+    inputs = {path.resolve() for path in inputs_of(fit.subject)}
+
+    def keep_inputs(places: Sequence[Path]) -> None:
+        own = [place for place in places if place.resolve() in inputs]
+        if own:
+            raise CaptureError(f"{own[0]}: is what was fitted, and stays as it is. Choose another folder.")
+
+    with files_together(folder, keep_inputs) as draft:
         files, notes = _written(fit, to, draft)
     return [folder / path.relative_to(draft) for path in files], notes
 

@@ -19,6 +19,7 @@ from solver.capture.b3d.places import belongs_to_b3d
 from solver.capture.disk_errors import ONLY_WRITING, writing_failed
 from solver.capture.file_lock import HAS_LOCKS, abandoned, taken
 from solver.capture.file_names import encoded
+from solver.capture.measured_files import refuse_to_replace
 from solver.errors import CaptureError, SolverError
 
 DRAFT = ".addb-draft-"  # how the names of drafts begin
@@ -43,16 +44,20 @@ def write_whole(path: Path, text: str) -> None:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[BinaryIO]:
+def whole_file(path: Path, *, overwrite: bool = False) -> Iterator[BinaryIO]:
     """A file to write into that takes the place of the previous one once the block has ended without error.
 
     Args:
         path: where the file belongs; its folder must exist, or be that of a .b3d file's decisions or results.
+        overwrite: also what was measured, because a person said so.
 
     Raises:
-        CaptureError: the folder is missing or cannot be written to, or the disk is full.
+        CaptureError: the folder is missing or cannot be written to, the disk is full, or what is there is
+            somebody's own.
     """
     path = Path(path)
+    if not overwrite:
+        refuse_to_replace(path)
     if belongs_to_b3d(path.parent):
         made_folder(path.parent)
     clear_drafts_once(path.parent.absolute())
@@ -63,6 +68,8 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
             yield draft
             on_disk(draft)
             os.chmod(name, 0o644)  # a temporary file starts out private to its writer
+            if not overwrite:
+                refuse_to_replace(path, name)
             if not HAS_LOCKS:
                 draft.close()  # Windows moves no open file
             _moved(name, path)
@@ -116,13 +123,17 @@ def draft_folder(beside: Path) -> Iterator[Path]:
 
 @contextmanager
 def files_together(
-    home: Path, before_moving: Callable[[Sequence[Path]], None] = lambda _: None
+    home: Path,
+    before_moving: Callable[[Sequence[Path]], None] = lambda _: None,
+    *,
+    overwrite: bool = False,
 ) -> Iterator[Path]:
     """A folder to write into, whose files take their places elsewhere once the block has ended without error.
 
     Args:
         home: where they belong; made where it is missing.
         before_moving: told the places; raises where one must not be replaced.
+        overwrite: also what was measured, because a person said so.
 
     Raises:
         CaptureError: the folder cannot be written to, or the disk is full: nothing was changed there.
@@ -140,6 +151,8 @@ def files_together(
             raise type(error)(f"{said}{disk}") from error
         files = drafted(draft)
         before_moving([home / file for file in files])
+        for file in () if overwrite else files:
+            refuse_to_replace(home / file, draft / file)
         for file in files:
             made_folder((home / file).parent)
             _moved(draft / file, home / file)

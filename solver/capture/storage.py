@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from solver.capture.atomic import write_whole
 from solver.capture.clock import find_clock
+from solver.capture.measured_files import MARK
 from solver.capture.text_table import (
     Dialect,
     Row,
@@ -172,6 +173,7 @@ def write_storage(
         f"nRows={len(times)}",
         f"nColumns={len(labels) + 1}",
         f"inDegrees={'yes' if in_degrees else 'no'}",
+        f"software={MARK}",
         "endheader",
         "\t".join(["time", *labels]),
     ]

@@ -12,6 +12,7 @@ from solver.capture.atomic import write_whole
 from solver.capture.capture import Markers
 from solver.capture.clock import find_clock
 from solver.capture.length_units import METRES_PER_UNIT, metres_per_unit
+from solver.capture.measured_files import MARK
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.text_table import (
     Text,
@@ -80,7 +81,7 @@ def write_trc(path: Path, markers: Markers, units: str = "mm") -> None:
     rate = f"{markers.rate:.12g}"
     count = len(markers.names)
     lines = [
-        f"PathFileType\t4\t(X/Y/Z)\t{Path(path).name}",
+        f"PathFileType\t4\t(X/Y/Z)\t{Path(path).name}\t{MARK}",
         "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
         f"{rate}\t{rate}\t{markers.frames}\t{count}\t{units}\t{rate}\t1\t{markers.frames}",
         "Frame#\tTime\t" + "\t\t\t".join(markers.names) + "\t\t",

@@ -20,6 +20,7 @@ from solver.capture.b3d.schema import (
 )
 from solver.capture.capture import Capture, Markers
 from solver.capture.force_settings import CONDITIONING
+from solver.capture.measured_files import MARK
 from solver.conversion.content import Content, Part, Trial
 from solver.errors import CaptureError
 from solver.export.b3d.model import dofs_in_order, joints_in_order
@@ -100,7 +101,7 @@ def _header(
         ground_contact_body=tuple(bodies) if skeleton else (),
         trial_header=tuple(trial.header for trial in trials),
         version=VERSION,
-        notes=f"converted from {content.source.name}",
+        notes=f"{MARK}, converted from {content.source.name}",
         biological_sex="unknown",
         height_m=content.height_m or 0.0,
         mass_kg=content.mass_kg or 0.0,

@@ -130,7 +130,9 @@ def _written(
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     is_folder = target.suffix == FOLDER
     home, notes = target if is_folder else target.parent, list[str]()
-    with files_together(home, lambda places: _refuse_to_replace(places, read, overwrite)) as draft:
+    with files_together(
+        home, lambda places: _refuse_to_replace(places, read, overwrite), overwrite=overwrite
+    ) as draft:
         if writer.holds_all_trials:
             notes += writer.write(content, draft if is_folder else draft / target.name)
         else:

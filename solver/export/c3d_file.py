@@ -18,6 +18,7 @@ from jaxtyping import Float
 from solver.capture.atomic import whole_file
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.force_platform import plate_axes
+from solver.capture.measured_files import MARK
 from solver.capture.resampling import bridged, resample
 from solver.errors import CaptureError
 from solver.runs import runs
@@ -303,6 +304,7 @@ def _add_integers(c3d: Any, group: str, name: str, values: list[int]) -> None:
 
 def _add_about(c3d: Any, recording: C3dRecording) -> None:
     c3d.add_parameter("MANUFACTURER", "SOFTWARE", ["addb-viewer"])
+    c3d.add_parameter("MANUFACTURER", "EDITED", [MARK])
     _add_integers(c3d, "SUBJECTS", "USED", [1])
     c3d.add_parameter("SUBJECTS", "NAMES", [_short(recording.subject)])
     for name, value in (("BODYMASS", recording.mass_kg), ("HEIGHT", recording.height_m)):

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.atomic import write_whole
+from solver.capture.measured_files import MARK
 from solver.errors import ModelError
 from solver.skeleton.functions import (
     Constant,
@@ -45,6 +46,7 @@ def skeleton_text(skeleton: Skeleton) -> str:
     """
     document = Element("OpenSimDocument", Version=VERSION)
     model = SubElement(document, "Model", name=_component_name(skeleton.name))
+    SubElement(model, "credits").text = MARK
     SubElement(model, "Ground", name="ground")
     _property(model, "gravity", skeleton.gravity)
     _property(model, "length_units", "meters")

@@ -7,21 +7,10 @@ import pytest
 from typer.main import get_command
 
 from addb_viewer.cli import app
+from tests.addb_viewer.typed import COMMANDS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## ([\w ]+)\n(.*?)(?=^## |\Z)", PAGE, re.M | re.S))
-
-
-def commands_of(group, before=""):
-    """Every whole command by its words, those of groups too."""
-    for name, command in group.commands.items():
-        if hasattr(command, "commands"):
-            yield from commands_of(command, f"{before}{name} ")
-        else:
-            yield f"{before}{name}", command.loaded()
-
-
-COMMANDS = dict(commands_of(get_command(app)))
 
 
 def options(command):

@@ -98,6 +98,7 @@ def page(name: str, frames: Frames, tables: Mapping[str, Rows], pictures: Mappin
     empty = "" if shown else _EMPTY
     return (
         f"<!doctype html><html lang='en'><head><meta charset='utf-8'>"
+        "<meta name='generator' content='addb-viewer'>"
         f"<meta name='viewport' content='width=device-width, initial-scale=1'>"
         f"<title>{html.escape(name)}: what it holds</title><style>{STYLE}</style></head><body>"
         f"<h1>{html.escape(name)}</h1><p class='note'>Figures are about {FRAMES_WORDS[frames]}: "

@@ -47,7 +47,7 @@ def write_b3d(b3d: B3dFile, path: Path) -> None:
         data = encoded(header)
     except (TypeError, ValueError) as error:
         raise CaptureError(f"{path}: cannot be written as B3D: {error}.") from error
-    with whole_file(path) as file:
+    with whole_file(path, overwrite=True) as file:
         file.write(LENGTH.pack(len(data)))
         file.write(data)
         for trial in b3d.trials:
