@@ -3,10 +3,12 @@
 `python -m benchmarks.sound_recordings` reads plates and markers, fits nothing, and writes
 SOUND_RECORDINGS.md. A level stands if it is remade within the scatter that is used with it, a scatter or a
 slope within a factor of 1.5. Scatters of witnesses are robust (1.48 times the median size): they are scales
-of Student's t, and not all of these recordings are sound in every way.
+of Student's t, and not all of these recordings are sound in every way. They are read from folders as
+laboratories left them too, of which nobody says that something is wrong; each person counts once, and is left
+out once.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,18 +18,20 @@ from scipy.signal import butter, filtfilt
 from benchmarks.faults.editor.sources import SOURCES, Source
 from benchmarks.recordings import data_folder
 from benchmarks.truth.recorded import ACTIVITY
+from benchmarks.zoo.truth import read_truth
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.conditioning import gaps_filled
 from solver.capture.plate_sign_settings import PLATE_SIGN
-from solver.capture.subject import open_subject
+from solver.capture.subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
 from solver.capture.vertical_momentum import vertical_momentum
 from solver.diagnosis.witnesses import rigid_distances
 from solver.diagnosis.witnesses.asking import asked
-from solver.diagnosis.witnesses.measured import Measured
+from solver.diagnosis.witnesses.measured import Measured, measured
 from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis.witnesses.statement import Statement
 from solver.effects import contact_edges
+from solver.errors import CaptureError
 from solver.gravity import GRAVITY
 from solver.settings import Settings
 
@@ -36,6 +40,11 @@ CUTOFFS_HZ = (4.0, 5.0, 6.0, 7.0, 8.0)  # of smoothed forces, each pass
 STRIKES = ("walk", "run", "sprint", "jump")  # contacts that begin and end
 FACTOR = 1.5  # by which a scatter may be remade otherwise
 ROBUST = 1.4826  # standard deviations of a Gaussian in its median size
+PLANE = 1 / np.sqrt(2 * np.log(2))  # and of a Gaussian in a plane, those of each coordinate
+NOT_SOUND = {  # files that hold something: what they carry is no scatter
+    ("exo_apo_gordon", "ET21"): "a device of 7 kg is worn",
+    ("overground_camargo2021_AB06", "levelground_ccw_fast_01_01"): "feet beside the plates, 30 kg",
+}
 STILL_M_PER_S2 = 0.5  # a trunk that is accelerated less tells of nothing but noise
 
 
@@ -49,6 +58,8 @@ class Figure:
     of: int  # trials, or what each tells
     what: str
     within: float | None = None  # of a level: the scatter that is used with it
+    people: int | None = None
+    left_out: tuple[float, float] | None = None  # least and most, remade without one person
 
     @property
     def stands(self) -> bool:
@@ -62,9 +73,10 @@ class Figure:
 class Recorded:
     """The trials of a person whose activity is known."""
 
-    activities: dict[str, str]
+    folder: str
+    activities: dict[str, str]  # empty: unknown
     trials: list[Measured]
-    mass_kg: float | None
+    mass_kg: float | None  # as a laboratory stated it
 
 
 def recorded() -> Iterator[Recorded]:
@@ -74,7 +86,25 @@ def recorded() -> Iterator[Recorded]:
         subject = open_subject(data_folder() / folder)
         chosen = [files for files in subject.trials if files.name in activities]
         trials = [Measured(read_trial(files, reading), reading) for files in chosen]
-        yield Recorded(activities, trials, subject.mass_kg)
+        yield Recorded(folder, activities, trials, subject.mass_kg)
+
+
+def as_found() -> Iterator[Recorded]:
+    """Folders as laboratories left them, of one person with forces, without trials with a known fault."""
+    reading = Settings().reading
+    for file in sorted((data_folder() / "wild" / "truth").glob("*.toml")):
+        truth = read_truth(file)
+        if truth.usable != "torques" or truth.persons != 1 or truth.not_body or truth.extra_forces:
+            continue
+        faulty = {t.name for t in truth.trials if t.plates_dead or t.partly or t.force_offset_ms}
+        try:
+            subjects, _ = subjects_in(data_folder() / "wild" / file.stem)
+            for subject in subjects:
+                chosen = [f for f in subject.trials if not {f.name, f.markers.stem} & faulty]
+                captures = [read_trial(files, reading, subject.mass_kg) for files in chosen]
+                yield Recorded(file.stem, {}, measured(captures, reading), subject.mass_kg)
+        except CaptureError as error:
+            print(f"{file.stem}: left out: {error}")
 
 
 def of_edges(people: Sequence[Recorded]) -> list[Figure]:
@@ -132,33 +162,68 @@ def _falls(trial: Measured) -> list[float]:
 
 def of_witnesses(people: Sequence[Recorded]) -> list[Figure]:
     """What the witnesses of a diagnosis measure, in walks and runs where time or weight matters."""
-    said = [(person, one) for person in people for one in asked(person.trials, person.mass_kg)]
-    all_trials = [one for _, one in said]
-    moving = [one for person, one in said if person.activities.get(one.trial or "") in ("walk", "run")]
-    masses = [
-        float(np.log(one.figures["carried_kg"] / one.figures["entered_kg"]))
-        for one in moving
-        if "entered_kg" in one.figures
+    said = [
+        (
+            person,
+            asked(
+                [t for t in person.trials if (person.folder, t.capture.name) not in NOT_SOUND], person.mass_kg
+            ),
+        )
+        for person in people
     ]
-    alone = [ratio for one in moving for ratio in _between_plates(one)]
-    lags = np.array(_told(moving, "lag", "lag_s")) + WITNESSES.lag_bias_s  # the witness takes its own off
-    paths = _told(all_trials, "path of the pressure", "scatter_m")
-    places = _told(all_trials, "path of the pressure", "off_m")
-    lengths = _told(all_trials, "rigid distances", "scatter")
-    used, bias_s = WITNESSES, float(np.median(lags))
+    everything = [of for _, of in said]
+    moving = [
+        [
+            one
+            for one in of
+            if not person.activities or person.activities.get(one.trial or "") in ("walk", "run")
+        ]
+        for person, of in said
+    ]
+    masses = [
+        [
+            float(np.log(one.figures["carried_kg"] / one.figures["entered_kg"]))
+            for one in of
+            if "entered_kg" in one.figures
+        ]
+        for of in moving
+    ]
+    alone = [[ratio for one in of for ratio in _between_plates(one)] for of in moving]
+    used = WITNESSES
+    lags = [
+        [lag + used.lag_bias_s for lag in _told(of, "lag", "lag_s")] for of in moving
+    ]  # its own is taken off
+    bias_s = usual(lags)
+    paths = [_told(of, "path of the pressure", "scatter_m") for of in everything]
+    places = [_told(of, "path of the pressure", "off_m") for of in everything]
+    lengths = [_told(of, "rigid distances", "scatter") for of in everything]
+    about = [[lag - bias_s for lag in of] for of in lags]
     return [
         _scatter("mass_scatter", used.mass_scatter, masses, "carried over entered mass, logarithm"),
         _scatter("plates_scatter", used.plates_scatter, alone, "mass on one plate over that on the others"),
-        Figure("lag_bias_s", used.lag_bias_s, bias_s, len(lags), "forces after motion", used.lag_scatter_s),
-        _scatter("lag_scatter_s", used.lag_scatter_s, lags - bias_s, "about that"),
-        Figure(
+        _figure(
+            "lag_bias_s",
+            used.lag_bias_s,
+            lags,
+            "forces after motion",
+            remade=usual,
+            within=used.lag_scatter_s,
+        ),
+        _scatter("lag_scatter_s", used.lag_scatter_s, about, "about that"),
+        _figure(
             "path_scatter_m",
             used.path_scatter_m,
-            float(np.median(paths)),
-            len(paths),
+            paths,
             "pressure about the pressing markers, each plate's root mean square",
+            remade=usual,
         ),
-        _scatter("place_scatter_m", used.place_scatter_m, places, "middle of the stances on a plate"),
+        _figure(
+            "place_scatter_m",
+            used.place_scatter_m,
+            places,
+            "middle of the stances on a plate, each coordinate",
+            remade=lambda of: PLANE * usual(of),
+        ),
         _scatter(
             "BETWEEN_SCATTER",
             rigid_distances.BETWEEN_SCATTER,
@@ -179,9 +244,38 @@ def _between_plates(said: Statement) -> Iterator[float]:
         yield float(np.log(kg / np.median([other for name, other in masses.items() if name != plate])))
 
 
-def _scatter(name: str, used: float, found: Sequence[float] | np.ndarray, what: str) -> Figure:
+def usual(by_person: Sequence[Sequence[float]]) -> float:
+    """The middle of all values, of which each person's count as one together."""
+    some = [own for own in by_person if len(own)]
+    values = np.concatenate([np.asarray(own) for own in some])
+    weights = np.concatenate([np.full(len(own), 1 / len(own)) for own in some])
+    order = np.argsort(values)
+    below = (np.cumsum(weights[order]) - 0.5 * weights[order]) / weights.sum()
+    return float(np.interp(0.5, below, values[order]))
+
+
+def _robust(by_person: Sequence[Sequence[float]]) -> float:
+    return ROBUST * usual([np.abs(own).tolist() for own in by_person])
+
+
+def _scatter(name: str, used: float, by_person: Sequence[Sequence[float]], what: str) -> Figure:
     """About nothing, robustly."""
-    return Figure(name, used, ROBUST * float(np.median(np.abs(found))), len(found), what)
+    return _figure(name, used, by_person, what, remade=_robust)
+
+
+def _figure(
+    name: str,
+    used: float,
+    by_person: Sequence[Sequence[float]],
+    what: str,
+    *,
+    remade: Callable[[Sequence[Sequence[float]]], float],
+    within: float | None = None,
+) -> Figure:
+    some = [own for own in by_person if len(own)]
+    without = [remade([*some[:k], *some[k + 1 :]]) for k in range(len(some))] if len(some) > 1 else [np.nan]
+    spread = (float(min(without)), float(max(without)))
+    return Figure(name, used, remade(some), sum(map(len, some)), what, within, len(some), spread)
 
 
 def of_trunk() -> list[Figure]:
@@ -238,17 +332,25 @@ def page(sections: Sequence[tuple[str, Sequence[Figure]]]) -> str:
         "Made by `python -m benchmarks.sound_recordings`: numbers of the solver that were read from sound",
         "recordings, remade from those of the bench without any fit. A level stands if it is remade within",
         f"the scatter used with it, a scatter or a slope within a factor of {FACTOR:g}. Scatters of",
-        "witnesses are robust: not all of these recordings are sound in every way.",
+        "witnesses are robust: not all of these recordings are sound in every way. They are of folders as",
+        "laboratories left them too; each person counts once, and behind a figure stands what it is with any",
+        "one of them left out.",
     ]
     for title, figures in sections:
         lines += ["", f"## {title}", ""]
         lines += ["| figure | | used | remade | of | |", "|---|---|---:|---:|---:|---|"]
         lines += [
             f"| `{one.name}` | {'stands' if one.stands else 'asks for a look'} | {one.used:.3g} | "
-            f"{one.remade:.3g} | {one.of} | {one.what} |"
+            f"{one.remade:.3g}{_without(one)} | {one.of} | {one.what} |"
             for one in figures
         ]
     return "\n".join([*lines, ""])
+
+
+def _without(one: Figure) -> str:
+    if one.left_out is None:
+        return ""
+    return f" ({one.left_out[0]:.3g} to {one.left_out[1]:.3g}, {one.people} people)"
 
 
 def main() -> None:
@@ -256,7 +358,7 @@ def main() -> None:
     people = list(recorded())
     sections = [
         ("Edges of contacts (`solver/effects/contact_edges.py`)", of_edges(people)),
-        ("Witnesses of a diagnosis (`solver/diagnosis/witnesses`)", of_witnesses(people)),
+        ("Witnesses of a diagnosis (`solver/diagnosis/witnesses`)", of_witnesses([*people, *as_found()])),
         ("The trunk for the centre of mass (`solver/capture/plate_sign_settings.py`)", of_trunk()),
     ]
     PAGE.write_text(page(sections), encoding="utf-8")

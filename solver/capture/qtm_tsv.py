@@ -59,7 +59,7 @@ class _Table:
         return next(iter(self.head.get(key, ())), "")
 
     def leading(self, width: int) -> tuple[int, Float[np.ndarray, " rows"]]:
-        """How many columns stand before the data, and the times [s]; NaN where the file has none.
+        """How many columns stand before the data, and the times [s]; NaN without a time column or a rate.
 
         A frame number rises by one a row, a time by the frame rate; blanks behind the data are trailing tabs.
 
@@ -76,6 +76,8 @@ class _Table:
         if spare > lead and (named[lead : lead + 1] == ["time"] or _is_clock(steps[:, lead], rate)):
             times = self.values[:, lead]
             lead += 1
+        elif rate:
+            times = np.arange(len(times)) / rate
         return lead + (named[lead : lead + 1] == ["smpte"]), times
 
 
@@ -139,11 +141,8 @@ def read_qtm_forces(path: Path) -> Storage:
         columns += vectors
         notes += (f"{table.path.name}: '{name}', in {frame} coordinates", *table.notes)
     first = tables[0]
-    rate = first.rate
-    if np.isnan(times).any():
-        if not rate:
-            raise CaptureError(f"{first.path}: no time column, and no FREQUENCY: the rate is unknown.")
-        times = np.arange(rows) / rate
+    if np.isnan(times).all():
+        raise CaptureError(f"{first.path}: no time column, and no FREQUENCY: the rate is unknown.")
     if any(len(table.values) != rows for table in tables):
         notes.append(
             f"{first.path.name}: plates differ in length; read as far as the shortest, {rows} samples"

@@ -21,6 +21,7 @@ USUAL_TURN_RAD = 0.45  # root mean square of a thigh's joints in walks, where th
 AGAINST_TWIN = 1.5
 WITHOUT_TWIN_M = 0.025
 ROOT_M = 0.0135
+CERTAIN_STDS = 2.0  # 19 ± 11 mm is no slide
 LEAST_GAIN = 10.0
 MOST_SEGMENTS = 2
 
@@ -81,7 +82,7 @@ class SoftTissue(MarkerFinding):
 
 
 def findings(scene: Scene) -> list[MarkerFinding]:
-    """Segments whose markers move together far beyond what skin does on everybody.
+    """Segments whose markers move together, certainly and far beyond what skin does on everybody.
 
     A segment is compared with its twin of the other side, which has the same joints, the same person and the
     same movement, and may slide the farther the more its joints turn; without a twin only what no sound
@@ -96,7 +97,7 @@ def findings(scene: Scene) -> list[MarkerFinding]:
             d
             for d in seen
             if d.gain > LEAST_GAIN
-            and d.rms_m > _ordinary(at, d, seen)
+            and d.rms_m > max(_ordinary(at, d, seen), CERTAIN_STDS * d.rms_std_m)
             and without_side(names[d.body]) not in judged
         ]
         if not beyond:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.sound_recordings import ROBUST, Figure, _between_plates, _scatter, page
+from benchmarks.sound_recordings import ROBUST, Figure, _between_plates, _scatter, page, usual
 from solver.diagnosis.witnesses.statement import Statement
 
 
@@ -18,8 +18,17 @@ def test_a_level_stands_within_its_scatter_and_a_scatter_within_half_as_much_aga
 def test_a_robust_scatter_is_the_deviation_of_most_whatever_a_few_do():
     found = np.random.default_rng(0).normal(0.0, 0.02, 4001)
     found[:200] = 5.0
-    assert _scatter("some", 0.02, found, "").remade == pytest.approx(0.02, rel=0.1)
+    assert _scatter("some", 0.02, [found.tolist()], "").remade == pytest.approx(0.02, rel=0.1)
     assert pytest.approx(1 / 0.6745, rel=1e-3) == ROBUST
+
+
+def test_each_person_counts_once_and_is_left_out_once():
+    people = [[0.01], [0.02] * 50, [0.03], []]
+    assert usual(people) == pytest.approx(0.02)
+    figure = _scatter("some", 0.03, people, "")
+    assert figure.people == 3
+    assert figure.left_out == pytest.approx((ROBUST * 0.015, ROBUST * 0.025), rel=0.35)
+    assert "3 people" in page([("Some", [figure])])
 
 
 def test_each_plate_is_held_against_the_others():

@@ -1,8 +1,10 @@
 """All witnesses, asked in their order, and the plates that they accuse."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from solver.diagnosis.witnesses.contact_edges import contact_edges
+from solver.diagnosis.witnesses.empty_plate import WITNESS as EMPTY
 from solver.diagnosis.witnesses.empty_plate import empty_plate
 from solver.diagnosis.witnesses.exchange import exchange
 from solver.diagnosis.witnesses.lag import lag
@@ -16,6 +18,7 @@ from solver.diagnosis.witnesses.standing import standing
 from solver.diagnosis.witnesses.statement import About, Statement
 from solver.diagnosis.witnesses.weight import weight
 
+BY_A_LAG = frozenset(a for a in About if a.startswith("plate_")) | {About.OFF_PLATE}
 GROSS = (About.PLATE_TURN, About.PLATE_PLACE, About.PLATE_SIGN)
 
 
@@ -28,7 +31,7 @@ def asked(trials: Sequence[Measured], entered_kg: float | None) -> tuple[Stateme
     """
     if not trials:
         return ()
-    return (
+    return _beside_a_lag(
         *weight(trials, entered_kg),
         *lag(trials),
         *contact_edges(trials),
@@ -38,6 +41,23 @@ def asked(trials: Sequence[Measured], entered_kg: float | None) -> tuple[Stateme
         *standing(trials),
         *pressure_path(trials),
         *rigid_distances(trials),
+    )
+
+
+def _beside_a_lag(*said: Statement, settings: WitnessSettings = WITNESSES) -> tuple[Statement, ...]:
+    """Statements that no longer speak for what clocks explain, once those are told to differ.
+
+    A foot that moved on has left its pressure behind: its plate seems to be elsewhere, or turned, and bears
+    what another one bore. Of an empty plate no clock says anything.
+    """
+    late = {one.trial for one in said if About.CLOCK in one.spoken_for(settings.told_nats)}
+    if not late:
+        return said
+    return tuple(
+        replace(one, nats={a: min(n, 0.0) if a in BY_A_LAG else n for a, n in one.nats.items()})
+        if one.witness != EMPTY and (one.trial in late or one.trial is None)
+        else one
+        for one in said
     )
 
 
@@ -56,7 +76,7 @@ def accused_plates(statements: Sequence[Statement], settings: WitnessSettings = 
         return frozenset()
     own = [one for one in statements if one.target is not None and "+" not in one.target]
     placed = {one.target for one in own if About.PLATE_PLACE in one.nats}
-    out_of_place = {one.target for one in own if About.PLATE_PLACE in one.spoken_for(settings.told_nats)}
+    out_of_place = {one.target for one in own if one.nats.get(About.PLATE_PLACE, 0.0) > 0}
     accused = {
         about: {str(one.target) for one in own if one.nats.get(about, 0.0) >= settings.accusing_nats}
         for about in GROSS

@@ -106,7 +106,7 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
     turned = float(np.clip(worth * (errors[AS_IT_IS] - others), -MOST_NATS, MOST_NATS))
     off = float(np.linalg.norm(shifts[AS_IT_IS]))
     std = settings.path_scatter_m / np.sqrt(settings.path_worth * len(stances))
-    place = nats_of(off, std, settings.place_scatter_m, settings.place_usual_m)
+    place = nats_of(off, std, settings.place_scatter_m, settings.place_usual_m, axes=2)
     scatter = np.sqrt(errors[AS_IT_IS] / len(stances))
     told = f"{100 * off:.0f} cm off the foot on average, scattering by {100 * scatter:.0f} cm"
     if turned > settings.told_nats:
@@ -115,8 +115,8 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
     stood = "stance" if len(stances) == 1 else "stances"
     return Statement(
         WITNESS,
-        f"plate {number}: its pressure is {told} ({len(stances)} {stood}; normal: 4 cm off, scattering "
-        "by 5).",
+        f"plate {number}: its pressure is {told} ({len(stances)} {stood}; normal: up to 7 cm off, "
+        "scattering by 5).",
         {About.PLATE_TURN: turned, About.PLATE_PLACE: place},
         {"off_m": off, "off_x_m": float(-shifts[AS_IT_IS][0]), "off_z_m": float(-shifts[AS_IT_IS][1])}
         | {"scatter_m": float(scatter)},

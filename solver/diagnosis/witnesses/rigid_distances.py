@@ -18,7 +18,7 @@ SUDDEN_SHARE = 0.7  # of the lasting change that is there at once
 TOGETHER_S = 0.06
 FEWEST_PAIRS = 2
 FEWEST_COMMON = 8  # pairs that two trials share
-BETWEEN_SCATTER, BETWEEN_USUAL = 0.004, 0.03  # logarithm; people's segments differ by 3 to 5 %
+BETWEEN_SCATTER, BETWEEN_USUAL = 0.007, 0.03  # logarithm; people's segments differ by 3 to 5 %
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def _between(trials: Sequence[Measured]) -> list[Statement]:
             Statement(
                 WITNESS,
                 f"{len(ratios)} distances on segments differ by {100 * size:+.1f} % on average from those in "
-                f"{trials[0].capture.name}, scattering by {100 * scatter:.1f} % (one person: below 1 %).",
+                f"{trials[0].capture.name}, scattering by {100 * scatter:.1f} % (one person: below 2 %).",
                 {About.ENTERED_MASS: nats, About.LOAD: nats},
                 {"log_size": size, "scatter": scatter},
                 trial=trial.capture.name,

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from solver.student import log_t
-
 
 class About(StrEnum):
     """Classes of causes that a witness can speak for or against."""
@@ -57,18 +55,25 @@ MOST_NATS = 50.0  # samples that a program set leave no doubt at all; evidence e
 FAULTY_DOF = 2.0  # and of the sizes of faults: some are huge
 
 
-def nats_of(figure: float, std: float, sound: float, usual: float) -> float:
+def nats_of(figure: float, std: float, sound: float, usual: float, axes: int = 1) -> float:
     """How much likelier a figure is if something is wrong than if all is sound [nats].
 
     Both are Student's t about zero, the one as wide as faults usually are, the other as sound recordings
-    scatter, each with the figure's own error.
+    scatter, each with the figure's own error. A distance in a plane is of two coordinates together, and is
+    seldom as small as either.
 
     Args:
         figure: measured; 0 is sound.
         std: of its own error.
         sound: scale of what sound recordings show beyond it.
         usual: scale of faults.
+        axes: how many coordinates make the figure; scales are of each.
     """
-    return log_t(figure, math.hypot(std, usual), FAULTY_DOF) - log_t(
-        figure, math.hypot(std, sound), SOUND_DOF
-    )
+    faulty, whole = math.hypot(std, usual), math.hypot(std, sound)
+    return _log_t(figure, faulty, FAULTY_DOF, axes) - _log_t(figure, whole, SOUND_DOF, axes)
+
+
+def _log_t(size: float, scale: float, dof: float, axes: int) -> float:
+    """Log density of Student's t in so many dimensions at a distance from its middle."""
+    constant = math.lgamma(0.5 * (dof + axes)) - math.lgamma(0.5 * dof) - 0.5 * axes * math.log(math.pi * dof)
+    return constant - axes * math.log(scale) - 0.5 * (dof + axes) * math.log1p((size / scale) ** 2 / dof)

@@ -85,7 +85,7 @@ def _against_entered(one: Carried, entered_kg: float, settings: WitnessSettings)
     return Statement(
         WITNESS,
         f"The plates carry {one.mass_kg:.1f} ± {one.std_kg:.1f} kg, and {entered_kg:.1f} kg were entered: "
-        f"{100 * (one.mass_kg / entered_kg - 1):+.1f} % (normal: within 4 %).",
+        f"{100 * (one.mass_kg / entered_kg - 1):+.1f} % (normal: within 6 %).",
         {About.ENTERED_MASS: nats, About.LOAD: nats, About.PLATE_SCALE: nats},
         {"carried_kg": one.mass_kg, "carried_std_kg": one.std_kg, "entered_kg": entered_kg},
         trial=one.trial,

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -36,6 +38,20 @@ def test_finds_a_centimetre_on_one_segment(sound, long_walk, tracked, body, neig
     assert found[0].parameters["rms_m"].value == pytest.approx(0.010, abs=0.004)
     before = np.nanmean((altered - observed) ** 2)
     assert np.nanmean((found[0].repaired(altered) - observed) ** 2) < 0.5 * before
+
+
+def test_a_slide_that_is_in_doubt_is_none(sound, long_walk, tracked, monkeypatch):
+    """19 ± 4 mm is one, 19 ± 11 mm is not."""
+    observed, skeleton = long_walk
+    altered = tracked(carried(sound, observed, ("femur_r", "tibia_r"), 0.019), skeleton)
+    for share, told in ((0.2, ["femur_r"]), (0.6, [])):
+        doubted = [replace(d, rms_std_m=share * d.rms_m) for d in segment_displacements(altered)]
+        monkeypatch.setattr(
+            "solver.effects.soft_tissue.segment_displacements", lambda scene, found=doubted: found
+        )
+        with monkeypatch.context() as once:
+            once.setattr("solver.effects.soft_tissue.MOST_SEGMENTS", 1)
+            assert [f.target for f in findings(altered)] == told
 
 
 def test_what_skin_does_on_everybody_is_not_found(sound, long_walk, tracked):

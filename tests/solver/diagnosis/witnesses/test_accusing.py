@@ -1,10 +1,25 @@
 """When a plate is accused, and when not."""
 
+import numpy as np
 import pytest
+from scipy.stats import multivariate_t
 
 from solver.diagnosis.witnesses.asking import accused_plates
 from solver.diagnosis.witnesses.levels import WITNESS as LEVELS
-from solver.diagnosis.witnesses.statement import About, Statement
+from solver.diagnosis.witnesses.statement import FAULTY_DOF, SOUND_DOF, About, Statement, nats_of
+
+
+@pytest.mark.parametrize("axes", [1, 2])
+@pytest.mark.parametrize(
+    ("figure", "std", "sound", "usual"), [(0.05, 0.01, 0.03, 0.15), (0.3, 0.0, 0.02, 0.1)]
+)
+def test_nats_are_of_two_student_densities_in_a_line_or_a_plane(axes, figure, std, sound, usual):
+    at = np.eye(axes)[0] * figure
+    faulty, whole = (
+        multivariate_t(np.zeros(axes), np.eye(axes) * (std**2 + scale**2), df=dof).logpdf(at)
+        for scale, dof in ((usual, FAULTY_DOF), (sound, SOUND_DOF))
+    )
+    assert nats_of(figure, std, sound, usual, axes) == pytest.approx(faulty - whole, rel=1e-9)
 
 
 def said(target, witness="path of the pressure", **nats):
@@ -28,6 +43,10 @@ def said(target, witness="path of the pressure", **nats):
         ([said("plate_1", plate_turned_or_mirrored=20.0), said(None, clock=12.0)], set()),
         ([said("plate_1", plate_place=7.0), said("plate_2", plate_place=6.5)], set()),  # soles or cameras
         ([said("plate_1", plate_place=6.1), said("plate_2", plate_place=5.9)], set()),
+        (
+            [said("plate_1", plate_place=6.5), said("plate_2", plate_place=0.5)],
+            set(),
+        ),  # nor is the other in place
         ([said("plate_1", plate_place=7.0), said("plate_2", plate_place=-2.0)], {"plate_1"}),
         ([], set()),
     ],
