@@ -31,7 +31,9 @@ ON_ONE_BODY, ELSEWHERE = (-8.0, 2.0), (-3.0, 2.0)
 MOST_FROM_ELSEWHERE = 0.25  # that the label is right at all, whichever of its landmarks is meant
 # [pairs] all pairs with the markers of one body tell as much as so many independent ones: the same, another
 WORTH_OF_OWN_BODY, WORTH_OF_A_BODY = 4.0, 1.0
-LIES_ALIKE_M = 0.04  # between distances of a left and a right marker: how people place them, and soft tissue
+LIES_ALIKE_M = (
+    0.04  # mean of differences between distances of a left and a right marker: placement, soft tissue
+)
 ROUNDS = 30
 
 
@@ -99,16 +101,15 @@ def _lying_alike(
     mean: Float[np.ndarray, "labels labels"],
     body: Int[np.ndarray, " labels"],
 ) -> Int[np.ndarray, " labels"]:
-    """Each label's twin on the same body, if its distances there are the mirror image; else itself."""
+    """Each label's twin, if its distances on its body are the mirror image of this one's; else itself."""
     index = {label: i for i, label in enumerate(labels)}
     other = np.array([index.get(twins.get(label, ""), i) for i, label in enumerate(labels)])
     found = np.arange(len(labels))
     for i, j in enumerate(other):
-        there = np.flatnonzero(
-            (body == body[i]) & (np.arange(len(labels)) != i) & (np.arange(len(labels)) != j)
-        )
+        own = np.arange(len(labels))
+        there = (body == body[i]) & (own != i) & (own != j) & ((body[i] == body[j]) | (other != own))
         off = np.abs(mean[i, there] - mean[j, other[there]])
-        if j != i and body[i] == body[j] and np.isfinite(off).any() and np.nanmax(off) < LIES_ALIKE_M:
+        if j != i and np.isfinite(off).any() and np.nanmean(off) < LIES_ALIKE_M:
             found[i] = j
     return found
 

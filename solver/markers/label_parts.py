@@ -17,6 +17,7 @@ LETTERS = ("rl", "dg", "di", "de", "ds")  # of the right and the left side, wher
 OTHER_SIDE = {"r": "l", "l": "r"}
 
 _PIECES = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+_IN_A_LIST = re.compile(r"\d+\s*[-_.)]\s*(.*[A-Za-z].*)")  # "3 - L_Elbow"
 _FIRST_LETTER = re.compile(r"(?P<before>)(?P<side>[a-z])(?P<after>.*[a-z].*)")
 _LAST_LETTER = re.compile(r"(?P<before>.*[a-z0-9].*)(?P<side>[a-z])(?P<after>\d*)")
 _SEPARATOR = re.compile(r"[-_. |/]")
@@ -157,6 +158,9 @@ def plain(labels: tuple[str, ...]) -> dict[str, str]:
         labels: of one or more recordings.
     """
     texts = {label: _without_accents(text) for label, text in without_common_start(labels).items()}
+    unnumbered = {label: found[1] for label, text in texts.items() if (found := _IN_A_LIST.fullmatch(text))}
+    if len(unnumbered) == len(texts):
+        texts = unnumbered
     usual = _in_english(texts, LETTERS[0], _FIRST_LETTER)
     sided = [_in_english(texts, letters, end) for letters in LETTERS for end in (_FIRST_LETTER, _LAST_LETTER)]
     most = max(sided, key=len)

@@ -84,3 +84,9 @@ def test_letters_of_another_language_are_no_sides_where_most_are_r_and_l():
 def test_a_name_that_occurs_twice_has_the_side_of_the_first():
     labels = ("EIASD", "EIASG", "GENOUD", "GENOUG", "GENOUD#2")
     assert plain(labels)["GENOUD#2"].startswith("R ")
+
+
+def test_the_numbers_of_a_list_are_no_names():
+    labels = ("1 - Head", "2 - L_Knee", "12 - R_Knee", "13 - R_Toe_II")
+    assert plain(labels) == dict(zip(labels, ("Head", "L_Knee", "R_Knee", "R_Toe_II"), strict=True))
+    assert plain(("1_a", "RKNE")) == {"1_a": "1_a", "RKNE": "RKNE"}

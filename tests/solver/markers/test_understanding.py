@@ -311,3 +311,14 @@ def test_abbreviations_of_laboratories(labels, expected):
     words = expected.split()
     for label, landmark in zip(words[::2], words[1::2], strict=True):
         assert rows[label].landmark == landmark
+
+
+@pytest.mark.parametrize("stem", ["THI", "KNE", "TIB", "ANK", "TOE", "SHO"])
+@pytest.mark.parametrize("off_m", [0.05, 0.09, 0.14])
+def test_markers_put_elsewhere_alike_on_both_sides_are_used_on_both_or_on_neither(stem, off_m):
+    rows = understand(PLUG_IN_GAIT).by_label()
+    marks = [rows[label].landmark for label in PLUG_IN_GAIT]
+    off = {side + stem: np.array([0.5, 0.5, sign * 0.7]) * off_m for side, sign in (("R", 1), ("L", -1))}
+    recording = moving(PLUG_IN_GAIT, marks, seed=4, off=off)
+    read = understand(PLUG_IN_GAIT, [recording]).by_label()
+    assert read[f"R{stem}"].used == read[f"L{stem}"].used
