@@ -51,10 +51,15 @@ def readme(name: str, version: str, totals: Mapping[str, Any]) -> str:
 def licences(subjects: Rows) -> str:
     """LICENCES.md: each source's licence, consent, and where it comes from."""
     kinds = sorted({(r["source"], r["licence"], r["consent"], r["url"] or "") for r in subjects})
-    rows = [f"| {source} | {licence} | {consent} | {url} |" for source, licence, consent, url in kinds]
+    rows = [f"| {' | '.join(_cell(str(word)) for word in kind)} |" for kind in kinds]
     return "\n".join(
         ["# Licences", "", "| source | licence | consent | from |", "|---|---|---|---|", *rows, ""]
     )
+
+
+def _cell(text: str) -> str:
+    """A subject's own words in a table: neither a cell more, nor a link, nor HTML."""
+    return re.sub(r"([\\|<>`*\[\]])", r"\\\1", " ".join(text.split()))
 
 
 def citations(subjects: Rows) -> str:
@@ -66,8 +71,8 @@ def citations(subjects: Rows) -> str:
             entries.append(text.strip())
         else:
             key = re.sub(r"\W+", "", source) or "source"
-            plain = re.sub(r"[{}]", "", text)
-            entries.append(f"@misc{{{key}{number},\n  title = {{{source}}},\n  note = {{{plain}}}\n}}")
+            title, note = (re.sub(r"[{}]", "", each) for each in (source, text))
+            entries.append(f"@misc{{{key}{number},\n  title = {{{title}}},\n  note = {{{note}}}\n}}")
     return "\n\n".join(dict.fromkeys(entries)) + ("\n" if entries else "")
 
 

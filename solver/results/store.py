@@ -13,6 +13,7 @@ take turns (`solver.results.writing`); who reads meanwhile gets the fit before o
 solve-N are ever removed: whatever else lies there stays.
 """
 
+import hashlib
 import json
 import os
 import re
@@ -50,6 +51,7 @@ _SUBJECT_FIELDS = (
     "heldout_due",
 )
 Read = TypeVar("Read")
+_SHA256 = "sha256"  # in fit.json: of the solve's JSON files, by name
 _TREE = "tree"  # the array in a trial's file that says what the others are
 
 
@@ -109,7 +111,8 @@ def _put_in_place(fit: Fit, draft: Path, names: Sequence[Path], folder: Path) ->
         try:
             written = [solve / name for name in names]
             files = ["fit.json", *(path.relative_to(folder).as_posix() for path in written)]
-            head = {"format": FORMAT, "solve": solve.name, **summary(fit, files=files)}
+            written_as = {path.name: _sha256(path) for path in written if path.suffix == ".json"}
+            head = {"format": FORMAT, "solve": solve.name, _SHA256: written_as, **summary(fit, files=files)}
             write_json(folder / "fit.json", head)
         except BaseException:
             shutil.rmtree(solve, ignore_errors=True)
@@ -209,6 +212,7 @@ def _read_fit(head: Mapping[str, Any], folder: Path, subject_folder: Path) -> Fi
             "Fit the subject again: addb-viewer fit"
         )
     solve = named_in(folder, head.get("solve"), folder / "fit.json")
+    _check_unchanged(solve, head.get(_SHA256))
     about = _read_json(solve / "subject.json")
     members = {
         name: _decoded(solve / "subject.json", Decoder(subject_folder), about.get(name))
@@ -220,6 +224,19 @@ def _read_fit(head: Mapping[str, Any], folder: Path, subject_folder: Path) -> Fi
     trials = tuple(_read_trial(file, subject_folder) for file in files)
     withheld = read_withheld(solve, subject_folder)
     return Fit(skeleton=skeleton, trials=trials, withheld=withheld, **members)
+
+
+def _check_unchanged(solve: Path, written_as: object) -> None:
+    """Archives of arrays check themselves; a changed byte of JSON may be another value."""
+    if not isinstance(written_as, dict):
+        return
+    for name in ("skeleton.json", "subject.json"):
+        if name in written_as and (solve / name).is_file() and _sha256(solve / name) != written_as[name]:
+            raise _incomplete(solve / name, ValueError("it is damaged, or was edited"))
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _with_lists(value: Any) -> Any:
@@ -236,7 +253,10 @@ def files_of_fit(folder: Path) -> list[Path]:
         ResultsError: there is no fit.
     """
     file = folder / "fit.json"
-    return [named_in(folder, name, file) for name in _read_json(file)["files"]]
+    names = _read_json(file).get("files")
+    if not isinstance(names, list):
+        raise _incomplete(file, TypeError("it names no files"))
+    return [named_in(folder, name, file) for name in names]
 
 
 def write_json(path: Path, content: Mapping[str, object]) -> None:

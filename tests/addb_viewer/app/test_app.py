@@ -215,6 +215,8 @@ def test_a_fit_made_of_files_elsewhere_is_refused(small_fit, place):
     content = json.loads(about.read_text())
     content["subject"]["fields"]["model"] = {"path": place}
     about.write_text(json.dumps(content))
+    head = json.loads((folder / "results" / "fit.json").read_text())
+    (folder / "results" / "fit.json").write_text(json.dumps({**head, "sha256": {}}))
     with pytest.raises(CaptureError, match="outside the folder"):
         library_of(small_fit.subject)
 

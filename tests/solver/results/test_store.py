@@ -173,6 +173,33 @@ def test_another_format_is_refused_with_both_numbers(small_fit, folder):
         load_fit(folder, small_fit.subject.folder)
 
 
+def unchecked(folder):
+    """Of a version that kept no digests, or by who took them out."""
+    head = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
+    del head["sha256"]
+    (folder / "fit.json").write_text(json.dumps(head), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("skeleton.json", "0.1", "null"),
+        ("skeleton.json", '"hip"', '"hop"'),
+        ("skeleton.json", "{", "{ "),
+        ("subject.json", "100.0", "101.0"),
+        ("subject.json", "98.5", "null"),
+    ],
+)
+def test_json_that_was_changed_is_refused_whatever_it_says(small_fit, folder, name, old, new):
+    save_fit(small_fit, folder)
+    path = folder / "solve-1" / name
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(ResultsError, match=rf"{name}: cannot be read \(it is damaged.*addb-viewer fit"):
+        load_fit(folder, small_fit.subject.folder)
+
+
 @pytest.mark.parametrize(
     ("old", "new"), [('"Skeleton"', '"Popen"'), ('"gravity"', '"levity"'), ('"fields"', '"members"')]
 )
@@ -180,6 +207,7 @@ def test_types_and_fields_of_others_are_refused(small_fit, folder, old, new):
     save_fit(small_fit, folder)
     path = folder / "solve-1" / "skeleton.json"
     path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    unchecked(folder)
     with pytest.raises(ResultsError, match=r"skeleton\.json.*not written by this version"):
         load_fit(folder, small_fit.subject.folder)
 
@@ -224,6 +252,7 @@ def test_a_trial_elsewhere_is_not_followed(small_fit, folder):
     about = json.loads((solve / "subject.json").read_text())
     about["trials"][0] = "../../walk.npz"
     (solve / "subject.json").write_text(json.dumps(about))
+    unchecked(folder)
     with pytest.raises(ResultsError, match=r"subject\.json.*names.*walk\.npz"):
         load_fit(folder, small_fit.subject.folder)
 
