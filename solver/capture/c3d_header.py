@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.file_names import decoded
+from solver.capture.file_names import decoded, readable
 from solver.errors import CaptureError
 
 BLOCK = 512  # bytes; all addresses in a C3D file count blocks from 1
@@ -249,8 +249,9 @@ def _parameters(path: Path, data: bytes, start: int) -> list[tuple[str, int, byt
             raise _damaged(path, at)
         name = data[at + 2 : pointer].decode("latin-1").upper()
         if record[described] > LONGEST_DESCRIPTION:
+            told = readable(name)[:40]
             raise CaptureError(
-                f"{path}: byte {pointer + 2 + described}: the description of {name} has {record[described]} "
+                f"{path}: byte {pointer + 2 + described}: the description of {told} has {record[described]} "
                 f"letters, of which {LONGEST_DESCRIPTION} can be read. Shorten it in a C3D editor; if it is "
                 "not so long there, the file is damaged: copy it again."
             )
