@@ -196,6 +196,7 @@ def of_witnesses(people: Sequence[Recorded]) -> list[Figure]:
     bias_s = usual(lags)
     paths = [_told(of, "path of the pressure", "scatter_m") for of in everything]
     places = [_told(of, "path of the pressure", "off_m") for of in everything]
+    own = usual([_told(of, "path of the pressure", "std_m") for of in everything])
     lengths = [_told(of, "rigid distances", "scatter") for of in everything]
     about = [[lag - bias_s for lag in of] for of in lags]
     return [
@@ -221,8 +222,8 @@ def of_witnesses(people: Sequence[Recorded]) -> list[Figure]:
             "place_scatter_m",
             used.place_scatter_m,
             places,
-            "middle of the stances on a plate, each coordinate",
-            remade=lambda of: PLANE * usual(of),
+            "middle of the stances on a plate, each coordinate, beyond what few stances leave open",
+            remade=lambda of: float(np.sqrt((PLANE * usual(of)) ** 2 - own**2)),
         ),
         _scatter(
             "BETWEEN_SCATTER",

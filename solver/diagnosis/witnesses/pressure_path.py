@@ -119,7 +119,7 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
         "scattering by 5).",
         {About.PLATE_TURN: turned, About.PLATE_PLACE: place},
         {"off_m": off, "off_x_m": float(-shifts[AS_IT_IS][0]), "off_z_m": float(-shifts[AS_IT_IS][1])}
-        | {"scatter_m": float(scatter)},
+        | {"scatter_m": float(scatter), "std_m": float(std)},
         target=f"plate_{number}",
     )
 

@@ -24,7 +24,7 @@ class WitnessSettings:
     accusing_nats: float = setting(
         6.0,
         unit="nats",
-        why="400 to 1: from here on nothing else is named; a plate that is 24 cm off has as much",
+        why="400 to 1: from here on nothing else is named; a plate that is 19 cm off has as much",
     )
     refuting_nats: float = setting(
         10.0,
@@ -89,7 +89,7 @@ class WitnessSettings:
     )
     path_worth: float = setting(3.0, unit="", why="independent places of one stance: heel, middle, toes")
     place_scatter_m: float = setting(
-        0.027,
+        0.02,
         unit="m",
         why="of the middle of all stances, each way: shoes, and markers on one side of the foot",
     )

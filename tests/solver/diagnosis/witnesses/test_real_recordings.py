@@ -55,9 +55,9 @@ def test_sound_stretches_leave_all_witnesses_quiet(real_data, tmp_path, source):
         ("treadmill walk I", plates.turned(180.0), (About.PLATE_TURN, "path of the pressure")),
         ("treadmill run C", plates.turned(90.0), (About.PLATE_TURN, "path of the pressure")),
         ("walk over plates F", plates.mirrored(0), (About.PLATE_TURN, "path of the pressure")),
-        ("drop jump H", plates.shifted(0.28, 70.0), (About.PLATE_PLACE, "path of the pressure")),
-        ("treadmill walk A", plates.shifted(0.22, 200.0), (About.PLATE_PLACE, "path of the pressure")),
-        ("squats F", plates.shifted(0.28, 10.0), (About.PLATE_PLACE, "path of the pressure")),
+        ("drop jump H", plates.shifted(0.2, 70.0), (About.PLATE_PLACE, "path of the pressure")),
+        ("treadmill walk A", plates.shifted(0.15, 200.0), (About.PLATE_PLACE, "path of the pressure")),
+        ("squats F", plates.shifted(0.2, 10.0), (About.PLATE_PLACE, "path of the pressure")),
     ],
 )
 def test_a_fault_edited_in_is_heard(real_data, tmp_path, name, edit, heard_of):
