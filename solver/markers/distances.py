@@ -34,6 +34,7 @@ WORTH_OF_OWN_BODY, WORTH_OF_A_BODY = 4.0, 1.0
 LIES_ALIKE_M = (
     0.04  # mean of differences between distances of a left and a right marker: placement, soft tissue
 )
+NAMED = 0.5  # least probability by the name alone of labels that tell the person's size, if most have it
 ROUNDS = 30
 
 
@@ -70,7 +71,9 @@ def weighed(
     p = np.array([c.probability for label in labels for c in candidates[label]])
     none = np.array([max(1e-3, 1 - sum(prior[label].values())) for label in labels])
     first = np.array([np.flatnonzero(owner == i)[0] for i in range(len(labels))])
-    size = _size(mean, landmark[first])
+    named = p[first] >= NAMED
+    named |= 2 * named.sum() < len(named)
+    size = _size(mean[np.ix_(named, named)], landmark[first][named])
     evidence = _pair_evidence(mean / size, deviation, owner, landmark)
     body = _bodies()[landmark]
     together = body[:, None] == body[None, :]

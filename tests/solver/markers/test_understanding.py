@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
+from solver.capture.trc import read_trc
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.understanding import understand
 from solver.skeleton.default_body import default_skeleton
@@ -322,3 +323,12 @@ def test_markers_put_elsewhere_alike_on_both_sides_are_used_on_both_or_on_neithe
     recording = moving(PLUG_IN_GAIT, marks, seed=4, off=off)
     read = understand(PLUG_IN_GAIT, [recording]).by_label()
     assert read[f"R{stem}"].used == read[f"L{stem}"].used
+
+
+def test_a_doubtful_name_does_not_change_the_persons_size(real_data):
+    """Of an upper body: a finger that is taken for a toe would shrink the person by its distances."""
+    markers = read_trc(real_data / "format_trc_mot/btk_Anto.trc").markers
+    rows = understand(markers.names, [markers]).by_label()
+    assert rows["R.D5M1"].landmark == "mt5_head_r"
+    assert not rows["R.D5M1"].used
+    assert all(rows[f"{s}.{n}"].used for s in "RL" for n in ("Acromion", "AngulusAcromio", "HeadHum"))
