@@ -62,7 +62,9 @@ def _weighed(
     given = [words.get(plate.name, PlateWord(plate.name)) for plate in plates]
     samples = vertical_momentum(plates, markers, settings, conditioning)
     held = [
-        word.zero_N if word.zero_N is not None else _known_level(plate, resting, settings)
+        word.zero_N
+        if word.zero_N is not None
+        else _known_level(plate, resting, settings, conditioning.zero_smallest_N)
         for plate, resting, word in zip(plates, empty, given, strict=True)
     ]
 
@@ -184,7 +186,11 @@ def _sentences(
     plate: ForcePlate, witness: PlateWitness, *, lowered: bool, settings: PlateSignSettings
 ) -> list[str]:
     said = []
-    if lowered:
+    if lowered and abs(witness.zero_N) <= settings.tare_N:
+        said.append(
+            f"{plate.name}: reads {witness.zero_N:.1f} N while nobody is on it; taken off as its zero level"
+        )
+    elif lowered:
         said.append(
             f"{plate.name}: its zero level is off: it reads {witness.zero_N:.0f} N while nobody is on it; "
             "taken off. Was it tared under a load, or not at all?"
@@ -218,20 +224,19 @@ def _sentences(
 
 
 def _known_level(
-    plate: ForcePlate, resting: Bool[np.ndarray, " samples"], settings: PlateSignSettings
+    plate: ForcePlate, resting: Bool[np.ndarray, " samples"], settings: PlateSignSettings, least_N: float
 ) -> float | None:
-    """The vertical reading of the empty plate, where the recording shows it [N]; 0 for what a tare leaves."""
+    """The vertical reading of the empty plate, where the recording shows it [N]; 0 for noise."""
     if not resting.any():
         return _held_level(plate, settings)
     level = float(np.median(plate.force_ground[resting, 1]))
-    return level if abs(level) > settings.tare_N else 0.0
+    return level if abs(level) > least_N else 0.0
 
 
 def _held_level(plate: ForcePlate, settings: PlateSignSettings) -> float | None:
     """The vertical reading that a program gave to unloaded samples: zero, or held alike in two places [N]."""
     levels = _held_wrenches(plate, settings)
-    zeros = [level for level in levels if not level.any()]
-    if zeros:
+    if any(not level.any() for level in levels):
         return 0.0
     for k, level in enumerate(levels):
         if any((level == other).all() for other in levels[k + 1 :]):
@@ -295,7 +300,12 @@ def _lowered(
 ) -> ForcePlate:
     """The plate less what it reads at rest, all six components; centres of pressure follow from the rest."""
     level = level_of(plate, resting, conditioning)
-    return replace(less(plate, level), point_ground=None, zero_ground=np.median(level, axis=0))
+    lowered = less(plate, level)
+    moment = lowered.moment_ground
+    if plate.point_ground is not None:
+        empty = np.isnan(plate.point_ground).any(axis=1) & (np.abs(lowered.force_ground[:, 1]) < CONTACT_N)
+        moment = np.where(empty[:, None], 0.0, moment)
+    return replace(lowered, moment_ground=moment, point_ground=None, zero_ground=np.median(level, axis=0))
 
 
 def moments_lost(plate: ForcePlate) -> Bool[np.ndarray, " samples"]:

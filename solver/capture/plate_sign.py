@@ -49,7 +49,7 @@ class PlateWitness:
     def is_untared(self, settings: PlateSignSettings = PLATE_SIGN) -> bool:
         """Whether it has a zero level beyond what taring leaves, clearly."""
         seen_empty = self.zero_std_N == 0.0
-        least_N = settings.tare_N if seen_empty else settings.level_known_N
+        least_N = 0.0 if seen_empty else settings.level_known_N
         return self.zero_nats >= settings.clear_nats and abs(self.zero_N) > least_N
 
     def sentence(self, settings: PlateSignSettings = PLATE_SIGN) -> str:

@@ -7,7 +7,11 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
+from solver.plate_figures import JUDGED_N
 from solver.runs import runs
+
+OTHER_PLACE_M = 0.1  # by which a level's lever may differ between rests and loads
+EDGE_N = 200.0  # a load below it comes or goes
 
 
 def zeroed(
@@ -48,6 +52,8 @@ def level_of(
 ) -> Float[np.ndarray, "samples 6"]:
     """Force and moment of the empty plate: constant, or along a line between the rests if that drifts.
 
+    Where a file writes no centre of pressure while the plate rests, its moment then is none of the plate's.
+
     Args:
         plate: as it is.
         resting: its empty samples.
@@ -55,12 +61,41 @@ def level_of(
     """
     wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
     levels = [float(np.median(wrench[start:end, 1])) for start, end in runs(resting)]
-    constant = np.median(wrench[resting], axis=0)
-    if abs(levels[-1] - levels[0]) <= settings.zero_drift_N:
-        return np.tile(constant, (plate.samples, 1))
-    order = np.flatnonzero(resting)
-    slope, at_zero = np.polyfit(order, wrench[resting], 1)
-    return np.clip(np.arange(plate.samples), order[0], order[-1])[:, None] * slope + at_zero
+    level = np.tile(np.median(wrench[resting], axis=0), (plate.samples, 1))
+    if abs(levels[-1] - levels[0]) > settings.zero_drift_N:
+        order = np.flatnonzero(resting)
+        slope, at_zero = np.polyfit(order, wrench[resting], 1)
+        level = np.clip(np.arange(plate.samples), order[0], order[-1])[:, None] * slope + at_zero
+    if plate.point_ground is not None and np.isnan(plate.point_ground[resting]).any(axis=1).mean() > 0.5:
+        at_edges = _moment_at_edges(plate, level[:, :3], settings)
+        if np.linalg.norm(at_edges - level[0, 3:]) > OTHER_PLACE_M * np.linalg.norm(level[0, :3]):
+            level[:, 3:] = at_edges
+    return level
+
+
+def _moment_at_edges(
+    plate: ForcePlate, level_N: Float[np.ndarray, "samples 3"], settings: ConditioningSettings
+) -> Float[np.ndarray, "3"]:
+    """A constant moment without which the pressure stays where it is as a load comes or goes [N·m].
+
+    The pressure is (moment − constant) / force, which small forces spread far if the constant is wrong.
+    """
+    assert plate.point_ground is not None
+    force = plate.force_ground - level_N
+    up = np.abs(force[:, 1])
+    told = np.isfinite(plate.point_ground).all(axis=1) & (np.abs(plate.force_ground[:, 1]) > JUDGED_N)
+    edge = told & (up > settings.threshold_N) & (up < EDGE_N + np.abs(level_N[:, 1]))
+    edges = runs(edge)
+    if not edges:
+        return np.zeros(3)
+    columns = np.zeros((int(edge.sum()), 1 + len(edges)))
+    columns[:, 0] = 1 / force[edge, 1]
+    columns[
+        np.arange(len(columns)), 1 + np.repeat(range(len(edges)), [end - start for start, end in edges])
+    ] = 1
+    levers = plate.moment_ground[edge][:, [0, 2]] / force[edge, 1:2]
+    (about_x, about_z), *_ = np.linalg.lstsq(columns, levers, rcond=None)[0]
+    return np.array([about_x, 0.0, about_z])
 
 
 def less(plate: ForcePlate, level: Float[np.ndarray, "samples 6"]) -> ForcePlate:

@@ -23,7 +23,8 @@ def empty_plate(trials: Sequence[Measured]) -> list[Statement]:
             empty = unloaded_stretches(whole, trial.reading.conditioning) & recorded
             if not empty.any():
                 continue
-            said.append(_of_plate(trial, k, plate, [plate.force_ground[a:b] for a, b in runs(empty)]))
+            off_N = 0.0 if plate.zero_ground is None else plate.zero_ground[:3]
+            said.append(_of_plate(trial, k, plate, [off_N + plate.force_ground[a:b] for a, b in runs(empty)]))
     return said
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addb_viewer import Subject
+from addb_viewer import Plate, Subject
 from solver.capture.capture import TrialFiles
 from solver.capture.conditioning import plate_loads
 from solver.capture.plate_levels import levelled
@@ -56,6 +56,29 @@ def test_any_zero_level_of_a_plate_that_is_seen_empty_comes_off_all_six_channels
     assert "while nobody is on it" in notes[0]
     loads, true = plate_loads(changed), plate_loads(plate)
     assert abs(int(loads.carrying.sum()) - int(true.carrying.sum())) <= 4
+
+
+@pytest.mark.parametrize("up_N", [-120.0, 71.0, 300.0])
+def test_a_file_without_pressures_of_the_empty_plate_keeps_those_of_loads(up_N):
+    """Its columns hold the pressure of force and level together, and none while the plate rests."""
+    recording = Subject.demo().recording("walk")
+    plates = [
+        Plate(plate.force + np.array([0.0, up_N * (k == 1), 0.0]), plate.times, moment=plate.moment)
+        for k, plate in enumerate(recording.plates)
+    ]
+    subject = Subject.from_arrays(
+        recording.markers,
+        recording.marker_names,
+        recording.times,
+        plates=plates,
+        up=recording.up,
+        check=False,
+    )
+    found = read_trial(open_subject(subject.folder).trials[0]).plates[1]
+    true = demo().plates[1]
+    loaded = true.force_ground[:, 1] > 100
+    off_m = np.linalg.norm(found.cop_ground - true.cop_ground, axis=1)[loaded]
+    assert np.percentile(off_m, 95) < 0.02
 
 
 @pytest.mark.parametrize("drift_N", [-35.0, 20.0])
