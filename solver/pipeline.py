@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -17,6 +18,7 @@ from solver.contact.wrenches import unmeasured
 from solver.dynamics.extension import Extension
 from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
 from solver.errors import FitError, ModelError
+from solver.failing_trials import Failed, about, together, without_failing
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.freed_memory import give_back
 from solver.kinematics.calibration import calibrate, choose_frames
@@ -71,19 +73,38 @@ def solve(
 
     Raises:
         SolverError: no trial can be read, or the model or the data cannot be used; the message says which
-            and what to do. A trial that cannot be read beside others that can is left out, and told.
+            and what to do. A trial that cannot be read or fitted beside others is left out, and told.
     """
+    solve_some = partial(_solve, subject, settings, reviews or {}, captures or {}, extension=extension)
+    return without_failing(
+        subject, trials, partial(solve_some, before_fitting=before_fitting, progress=progress)
+    )
+
+
+def _solve(
+    subject: Subject,
+    settings: Settings,
+    reviews: Mapping[str, ForceReview],
+    captures: Mapping[str, Capture],
+    chosen: Sequence[TrialFiles],
+    *,
+    failed: Failed,
+    extension: Extension | None,
+    before_fitting: Callable[[Skeleton, Sequence[Capture]], None] | None,
+    progress: Progress,
+) -> Fit:
+    """These trials together, told which failed before."""
     clock = Clock()
-    chosen = _chosen(subject, trials)
     with clock("load"):
         generic = _generic(subject)
         read = read_trials(
             subject,
             chosen,
             settings.reading,
-            instead=captures or {},
+            instead=captures,
             progress=lambda name: progress(f"reading {name}", 0.0),
         )
+        read = replace(read, unread=(*read.unread, *failed))
         recorded, static = read.captures, read.static
     named = name_markers(
         generic,
@@ -96,18 +117,14 @@ def solve(
     if before_fitting is not None:
         before_fitting(body, recorded)
     refuse_what_does_not_fit(sizes_of(recorded), body, settings.trajectory, extra=_count(extension, settings))
-    with clock("load"):
-        repaired = [
-            with_labels_repaired(
-                capture,
-                [c.markers for c in (*recorded, *([static] if static else ())) if c is not capture],
-                match,
-                body,
-                settings.label_repair,
-                accepted=extension.exchanges if extension else (),
+    repaired = []
+    for capture in recorded:
+        others = [c.markers for c in (*recorded, *([static] if static else ())) if c is not capture]
+        with clock("load"), about(capture.name):
+            accepted = extension.exchanges if extension else ()
+            repaired.append(
+                with_labels_repaired(capture, others, match, body, settings.label_repair, accepted=accepted)
             )
-            for capture in recorded
-        ]
     recorded = [capture for capture, _ in repaired]
     give_back()
     with clock("scaling"):
@@ -151,9 +168,10 @@ def solve(
     fits = []
     for i, (capture, faults) in enumerate(repaired):
         start = SCALED + i * share
-        tracked = _tracked(capture, groundwork, settings, part(progress, start, start + share))
-        tracked = replace(tracked, label_faults=faults, seconds=shared | tracked.seconds)
-        fits.append(_with_contacts(tracked, groundwork, subject, settings))
+        with about(capture.name):
+            tracked = _tracked(capture, groundwork, settings, part(progress, start, start + share))
+            tracked = replace(tracked, label_faults=faults, seconds=shared | tracked.seconds)
+            fits.append(_with_contacts(tracked, groundwork, subject, settings))
     if subject.model is not None:
         leaning = [
             f"{fit.capture.name}: {note}"
@@ -162,16 +180,14 @@ def solve(
         ]
         groundwork = replace(groundwork, notes=(*groundwork.notes, *leaning))
     give_back()
-    fit = obeying_reviews(
-        subject,
-        groundwork,
+    obeying = partial(obeying_reviews, subject, groundwork, settings=settings, reviews=reviews)
+    fit = together(
         fits,
-        settings,
-        reviews or {},
-        progress=part(progress, TRACKED, FITTED),
-        extension=extension,
+        lambda trial: trial.capture.name,
+        partial(obeying, progress=part(progress, TRACKED, FITTED), extension=extension),
     )
-    del fits, tracked  # where the markers alone had the model's
+    fits.clear()  # where the markers alone had the model's
+    del tracked
     give_back()
     return predicting_withheld(fit, settings, part(progress, FITTED, 1.0), extension)
 
@@ -257,14 +273,6 @@ def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings)
         seconds=nothing,
         label_faults=trial.label_faults,
     )
-
-
-def _chosen(subject: Subject, names: Sequence[str] | None) -> list[TrialFiles]:
-    known = {t.name: t for t in subject.trials}
-    for name in names or ():
-        if name not in known:
-            raise FitError(f"{subject.folder}: no trial '{name}'; trials: {', '.join(known)}.")
-    return [known[name] for name in dict.fromkeys(names)] if names else list(subject.trials)
 
 
 def _count(extension: Extension | None, settings: Settings) -> int:

@@ -9,7 +9,7 @@ from solver.capture.file_names import readable
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.trial import read_static, read_trial
 from solver.capture.unused_files import FORCES, MARKERS
-from solver.errors import CaptureError
+from solver.errors import CaptureError, SolverError
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,15 @@ def read_trials(
             captures.append(given or read_trial(files, settings, subject.mass_kg))
         except CaptureError as error:
             errors[files.name] = error
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+            said = f"{files.markers}: reading breaks down ({type(error).__name__}: {error}). Export it again."
+            errors[files.name] = CaptureError(said)
     if not captures:
         first = next(iter(errors.values()), None)
         others = f" Nor can any of the {len(errors) - 1} other trials be read." if len(errors) > 1 else ""
         raise CaptureError(f"{first or f'{subject.folder}: no trials.'}{others}")
     unread = [
-        UnreadTrial(files.name, _unused(errors[files.name], subject, files.markers, files.forces))
+        UnreadTrial(files.name, unused(errors[files.name], subject, files.markers, files.forces))
         for files in trials
         if files.name in errors
     ]
@@ -75,11 +78,11 @@ def read_trials(
         try:
             static = read_static(subject.static, settings)
         except CaptureError as error:
-            unread.append(UnreadTrial("", _unused(error, subject, subject.static, None)))
+            unread.append(UnreadTrial("", unused(error, subject, subject.static, None)))
     return ReadTrials(captures, static, tuple(unread))
 
 
-def _unused(error: CaptureError, subject: Subject, markers: Path, forces: Path | None) -> UnusedFile:
+def unused(error: SolverError, subject: Subject, markers: Path, forces: Path | None) -> UnusedFile:
     """The file that an error is about, from the subject's folder, and the reason without its path."""
     text = str(error)
     about = forces if forces is not None and text.startswith(str(forces)) else markers

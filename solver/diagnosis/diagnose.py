@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from solver.capture.capture import Capture, Subject, TrialFiles
+from solver.capture.readable_trials import ReadTrials
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.contact.force_review import ForceReview
@@ -30,6 +31,7 @@ from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.unmeasured_forces import FEWEST_FRAMES
 from solver.effects.catalogue import catalogue
 from solver.errors import FitError
+from solver.failing_trials import Failed, together, without_failing
 from solver.fit import Fit
 from solver.pipeline import solve
 from solver.progress import Progress, part, silent
@@ -62,10 +64,18 @@ def diagnose(
         FitError: no trial has forces.
         SolverError: a file, the model or the data cannot be used.
     """
-    found = looked_at(
-        subject, settings, trials=trials, reviews=reviews or {}, progress=part(progress, 0.0, FITTED)
-    )
-    return diagnosis_from(found, part(progress, FITTED, 1.0))
+
+    def answer(names: Sequence[str]) -> Diagnosis:
+        found = looked_at(
+            subject, settings, trials=names, reviews=reviews or {}, progress=part(progress, 0.0, FITTED)
+        )
+        return diagnosis_from(found, part(progress, FITTED, 1.0))
+
+    def answer_without(chosen: Sequence[TrialFiles], *, failed: Failed) -> Diagnosis:
+        told = together([files.name for files in chosen], str, answer)
+        return replace(told, notes=(*told.notes, *ReadTrials([], None, failed).notes))
+
+    return without_failing(subject, trials, answer_without)
 
 
 @dataclass(frozen=True, eq=False)
