@@ -18,6 +18,7 @@ from addb_viewer.dataset.segments import SHORTEST
 from addb_viewer.dataset.trial_labels import labels_of
 from annotations.errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
+from solver.capture.file_names import readable
 from solver.capture.reading_settings import ReadingSettings
 from solver.capture.subject import subjects_in
 from solver.capture.trial import read_trial
@@ -89,11 +90,12 @@ def scan(
     shown = _Shown()
     for root in roots:
         found, notes = subjects_in(root, settings_of=lambda folder: settings_for(folder).reading)
+        source = readable(root.resolve().name)
         for note in notes:
             place, _, why = note.partition(" is left out: ")
-            strange.append(LeftOut("subject", f"{root.resolve().name}/{place}", "unreadable", why))
+            strange.append(LeftOut("subject", f"{source}/{place}", "unreadable", why))
         for subject in found:
-            who = release_subject(subject, options.terms, root.resolve().name)
+            who = release_subject(subject, options.terms, source)
             progress(who.subject_id)
             if who.subject_id in scanned:
                 other = scanned[who.subject_id].subject
@@ -115,7 +117,7 @@ def _scanned(subject: Subject, who: ReleaseSubject, options: BuildOptions, shown
     gate = _subject_gate(subject, who, options)
     if gate is not None:
         return ScannedSubject(subject, who, left_out=(gate,))
-    left = [] if subject.static is None else [_of(who, subject.static.stem, "static")]
+    left = [] if subject.static is None else [_of(who, readable(subject.static.stem), "static")]
     left += [
         _of(who, Path(file.file).with_suffix("").as_posix(), "not_listed", file.reason)
         for file in subject.unused
