@@ -80,11 +80,7 @@ def differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
         now: of the later one.
     """
     names = [name for name in {**then, **now} if then.get(name) != now.get(name)]
-    return [
-        _in_words(name, then, now)
-        for name in names
-        if not name.startswith(_REVIEW) and ((name in then and name in now) or not name.startswith(_FILE))
-    ]
+    return [_in_words(name, then, now) for name in names if not name.startswith(_REVIEW)]
 
 
 def extension_in(provenance: Mapping[str, str]) -> str | None:

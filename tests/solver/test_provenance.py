@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from solver.capture.capture import Subject, TrialFiles
-from solver.provenance import other_recordings, provenance_of, without_reviews
+from solver.provenance import differences, other_recordings, provenance_of, without_reviews
 from tests.flagged import flagged
 
 
@@ -97,3 +97,18 @@ def test_a_review_of_a_fitted_trial_counts_down_to_foot_reason_and_frame(subject
 def test_without_its_reviews_it_is_that_of_unreviewed_files(subject):
     reviewed = provenance_of(subject, subject.trials, {"walk": flagged((5, 9, None, "manualReview"))})
     assert without_reviews(reviewed) == provenance_of(subject, subject.trials)
+
+
+def test_whatever_differs_but_reviews_is_told(subject):
+    """A key that is new or gone as well: a map of markers, an accepted cause."""
+    record = provenance_of(subject, subject.trials, {"walk": flagged((0, 3, None, "manualReview"))})
+    for name in record:
+        told = differences(record, {k: v for k, v in record.items() if k != name})
+        back = differences({k: v for k, v in record.items() if k != name}, record)
+        edited = differences(record, record | {name: "another"})
+        is_review = "review of" in name
+        assert [bool(told), bool(back), bool(edited)] == [not is_review] * 3, name
+    (subject.folder / "markers.toml").write_text("[markers]")
+    mapped = replace(subject, marker_map=subject.folder / "markers.toml")
+    assert differences(record, provenance_of(mapped, subject.trials)) == ["markers.toml"]
+    assert differences(record, record | {"sha256 of the accepted extension": "1"}) == ["the accepted causes"]
