@@ -78,6 +78,7 @@ def test_a_fit_is_kept_exported_reported_flagged_and_found_again(named, run, tmp
         run("export", named, "--to", form, "--trial", trial.name)
     run("report", named)
     run("record", named, "--rrd", tmp_path / "x.rrd", "--mcap", tmp_path / "x.mcap")
+    run("fit", named)  # with what was flagged
     run("init", named)
     (again,) = open_subject(named).trials
     assert (again.name, again.markers) == (trial.name, trial.markers)
