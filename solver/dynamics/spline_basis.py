@@ -5,12 +5,14 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.interpolate import BSpline
 
 from solver.frames_at_once import by_frames
 
 DEGREE = 5
 ORDER = DEGREE + 1  # coefficients that act on one instant
+JERK = 3  # order of the derivative
 
 
 @dataclass(frozen=True)
@@ -51,17 +53,25 @@ class SplineBasis:
 
         return by_frames(at, self.first, self.derivative[order])
 
+    def jerk(
+        self, coefficients: Float[np.ndarray, "coefficients dofs"]
+    ) -> Float[np.ndarray, "pieces dofs 3"]:
+        """d³q/dt³ at three instants of each piece; its squares sum up to ∫ (d³q/dt³)² dt.
+
+        From differences of neighbours: by the Gram matrix, a sum of large numbers would leave a small one.
+        """
+        third = sliding_window_view(np.diff(coefficients, JERK, axis=0), 3, axis=0)
+        return third @ (_JERK_AT_NODES.T * (self.spacing / self.rate) ** (0.5 - JERK))
+
     def jerk_product(
         self, coefficients: Float[np.ndarray, "coefficients dofs"]
     ) -> Float[np.ndarray, "coefficients dofs"]:
         """Half the gradient of ∫ (d³q/dt³)² dt by the coefficients, dof by dof."""
-        c, gram = coefficients, self.jerk_gram
-        product = gram[:, 0, None] * c
-        for k in range(1, gram.shape[1]):
-            upper = gram[: len(c) - k, k, None]
-            product[: len(c) - k] += upper * c[k:]
-            product[k:] += upper * c[: len(c) - k]
-        return product
+        by_third = self.jerk(coefficients) @ (_JERK_AT_NODES * (self.spacing / self.rate) ** (0.5 - JERK))
+        padded = np.zeros((self.coefficients + JERK, coefficients.shape[1]))
+        for a in range(3):
+            padded[JERK + a : JERK + a + len(by_third)] += by_third[:, :, a]
+        return -np.diff(padded, JERK, axis=0)
 
 
 def spline_basis(frames: int, rate: float, spacing: int) -> SplineBasis:
@@ -108,6 +118,17 @@ def _weights(within: Float[np.ndarray, " some"], order: int) -> Float[np.ndarray
         unit[a] = 1.0
         columns.append(BSpline(knots, unit, DEGREE)(within, nu=order))
     return np.stack(columns, axis=1)
+
+
+def _jerk_at_nodes() -> Float[np.ndarray, "nodes 3"]:
+    """A piece's third derivative, a parabola by three third differences, at Gauss's nodes and weighed."""
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    u = (nodes + 1) / 2
+    parabolas = np.stack([(1 - u) ** 2 / 2, (1 + 2 * u - 2 * u**2) / 2, u**2 / 2], axis=1)
+    return np.sqrt(weights / 2)[:, None] * parabolas
+
+
+_JERK_AT_NODES = _jerk_at_nodes()
 
 
 def _jerk_gram(pieces: int, width: float) -> Float[np.ndarray, "coefficients 6"]:

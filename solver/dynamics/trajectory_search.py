@@ -66,18 +66,21 @@ def searched(
             step = factor.step(gradient)
             tried = solver.stepped(state, step)
             tried_cost = solver.cost(tried)
-            if tried_cost < cost:
+            arrived = damping <= FIRST_DAMPING and step.foretold < solver.settings.tolerance * cost
+            if tried_cost < cost or arrived:
                 break
             damping = max(damping * 100, 1e-3)
             del system, factor  # before the next ones are built
         if damping >= MOST_DAMPING:
             break
+        if arrived and tried_cost >= cost:
+            tried, tried_cost = state, cost
         costs += [tried_cost] if costs else [cost, tried_cost]
         gained, least = cost - tried_cost, solver.settings.tolerance * cost
         undamped = damping <= FIRST_DAMPING
         small = undamped and gained < SMALL_STEP * least
         as_foretold = small and abs(gained - step.foretold) < AS_FORETOLD * least
-        converged = gained < least or as_foretold
+        converged = gained < least or as_foretold or arrived
         left, state, cost, damping = state, tried, tried_cost, damping / 10
         if undamped and not converged and gained < NEARLY_THERE * cost:
             left, gradient = state, solver.gradient(state)
