@@ -139,7 +139,7 @@ def _returned_to(
     little = np.abs(away) <= conditioning.zero_largest_N
     flat = resting.sum() >= conditioning.zero_flat_share * little.sum()
     loads = sum(
-        np.nanmax(np.abs(vertical[a:b] - level)) > LOAD_N
+        np.nanmax(np.abs(vertical[a:b] - level), initial=0.0) > LOAD_N
         for (_, a), (b, _), level in zip(rests, rests[1:], levels, strict=False)
     )
     agree = np.abs(levels - np.median(levels)) <= conditioning.zero_drift_N

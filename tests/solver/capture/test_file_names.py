@@ -40,7 +40,9 @@ def test_no_two_stems_are_one_file_even_where_capitals_do_not_count(names):
     assert all(len(stem.encode()) <= LONGEST_BYTES for stem in stems.values())
 
 
-NAMES = st.binary(min_size=1, max_size=30).filter(lambda raw: not set(raw) & set(b"\0/") and raw.strip(b". "))
+NAMES = st.binary(min_size=1, max_size=30).filter(
+    lambda raw: not set(raw) & set(b"\0/") and raw.strip(b". ") and not raw.startswith(b".")
+)  # what begins with a dot is hidden, and nobody's trial
 LABELS = st.text(min_size=1, max_size=8).filter(
     lambda text: readable(text) == text and text.split() == [text]
 )
