@@ -78,7 +78,7 @@ def judged(folder: Path, truth: Truth, out: Path) -> Row:
     if crashed:
         verdict = "crashed"
     elif not wrong:
-        verdict = "refused" if truth.usable == "none" else "right"
+        verdict = "right" if answer.fits else "refused"
     else:
         verdict = "in silence" if silent else "told"
     wrong_words = (*crashed, *(check.figure for check in wrong))
