@@ -219,7 +219,7 @@ def _labels(whole: Truth, truth: TrialTruth, trial: FittedTrial) -> Iterator[Che
     ]
     for column, patterns in (
         ("computed", truth.computed_points),
-        ("things", tuple(map(re.escape, whole.not_body))),
+        ("things", tuple(f"^{re.escape(label)}$" for label in whole.not_body)),
     ):
         if patterns:
             taken = [name for name in used if any(re.search(p, name) for p in patterns)]
