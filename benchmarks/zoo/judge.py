@@ -202,6 +202,7 @@ def _zero_levels(truth: TrialTruth, trial: FittedTrial) -> Iterator[Check]:
             continue
         times = plate.times - trial.times[0]
         empty = ~_within(times, tuple((start, end) for _, start, end in one.loaded), -EDGE_S)
+        empty &= times < (np.inf if truth.listed_until_s is None else truth.listed_until_s - EDGE_S)
         read = plate.force_ground[empty, 1]
         if empty.sum() > 0.1 * plate.rate and np.isfinite(read).any():
             rest = float(np.nanmedian(read))
