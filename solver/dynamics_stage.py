@@ -115,7 +115,12 @@ def obeying_forces(
     for i, motion, spline, trial in zip(fitted, result.motions, result.splines, data, strict=True):
         model_markers = marker_positions(result.skeleton, motion.q)
         errors, marker_notes = marker_errors(
-            result.skeleton, match.model, model_markers, trial.observed_ground, settings.kinematics
+            result.skeleton,
+            match.model,
+            model_markers,
+            trial.observed_ground,
+            settings.kinematics,
+            first_frame=fits[i].capture.markers.first_frame,
         )
         updated[i] = replace(
             fits[i],
@@ -223,7 +228,9 @@ def all_data(
 
 def extra_of(fit: TrialFit, extension: Extension | None) -> TrialExtension | None:
     """What of an extension acts in a trial."""
-    return extension.trials.get(fit.capture.name) if extension else None
+    extra = extension.trials.get(fit.capture.name) if extension else None
+    first, frames = fit.capture.markers.first_frame, fit.motion.frames
+    return extra.between(first, first + frames) if extra else None
 
 
 def started(data: TrialData, fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialData:

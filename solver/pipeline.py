@@ -36,6 +36,7 @@ from solver.markers.people import people_notes
 from solver.progress import Progress, part, silent
 from solver.provenance import provenance_of, without_reviews
 from solver.review_stage import obeying_reviews, predicting_withheld
+from solver.seen_part import in_whole, seen_part
 from solver.settings import Settings, decide_the_same_fit
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses, marker_positions
@@ -171,7 +172,8 @@ def _solve(
         with about(capture.name):
             tracked = _tracked(capture, groundwork, settings, part(progress, start, start + share))
             tracked = replace(tracked, label_faults=faults, seconds=shared | tracked.seconds)
-            fits.append(_with_contacts(tracked, groundwork, subject, settings))
+            seen = _with_contacts(seen_part(tracked), groundwork, subject, settings)
+            fits.append(in_whole(seen, tracked))
     if subject.model is not None:
         leaning = [
             f"{fit.capture.name}: {note}"

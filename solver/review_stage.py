@@ -21,16 +21,17 @@ from solver.dynamics_stage import obeying_forces
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.marker_matching import MarkerMatch
-from solver.kinematics.unseen_bodies import unseen_body_notes, unseen_mass_notes
+from solver.kinematics.unseen_bodies import unseen_body_notes, unseen_frame_notes, unseen_mass_notes
 from solver.progress import Progress
 from solver.provenance import provenance_of
+from solver.seen_part import in_whole, review_of_part, seen_part
 from solver.settings import Settings, as_dict
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 from solver.torques_stage import with_dynamics
 from solver.withheld_stage import with_heldout
 
-Reviews = Mapping[str, ForceReview]
+Reviews = Mapping[str, ForceReview | None]
 
 
 def obeying_reviews(
@@ -38,7 +39,7 @@ def obeying_reviews(
     groundwork: Groundwork,
     fits: Sequence[TrialFit],
     settings: Settings,
-    reviews: Reviews,
+    reviews: Mapping[str, ForceReview],
     *,
     progress: Progress,
     extension: Extension | None = None,
@@ -58,8 +59,11 @@ def obeying_reviews(
     Raises:
         FitError: a review is of another number of frames, or of another foot.
     """
+    whole = fits
+    said: Reviews = {f.capture.name: review_of_part(reviews.get(f.capture.name), f) for f in whole}
+    fits = [seen_part(fit) for fit in whole]
     judged_without = [_erroneous(fit) for fit in fits]
-    fits = [_masked(fit, settings, reviews.get(fit.capture.name)) for fit in fits]
+    fits = [_masked(fit, settings, said.get(fit.capture.name)) for fit in fits]
     told = _told_by_forces(groundwork.skeleton, fits, settings)
     mass_kg, mass_notes = person_mass(subject, groundwork.skeleton, told, settings.com)
     skeleton = with_mass(groundwork.skeleton, mass_kg)
@@ -69,24 +73,27 @@ def obeying_reviews(
         else _judged(fit, skeleton, settings)
         for fit, before in zip(fits, judged_without, strict=True)
     ]
-    fits = [_proposed(fit, settings, reviews) for fit in fits]
+    fits = [_proposed(fit, settings, said) for fit in fits]
     if subject.mass_kg is None and told is None:
         told = _told_by_forces(groundwork.skeleton, fits, settings)  # without frames that miss a force
         if told is not None:
             mass_kg, mass_notes = person_mass(subject, groundwork.skeleton, told, settings.com)
             skeleton = with_mass(groundwork.skeleton, mass_kg)
-            fits = [_proposed(_judged(fit, skeleton, settings), settings, reviews) for fit in fits]
+            fits = [_proposed(_judged(fit, skeleton, settings), settings, said) for fit in fits]
     obeying = obeying_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
     solved = tuple(
-        with_dynamics(
-            _noted(fit, groundwork.match, obeying.skeleton, settings),
-            obeying.skeleton,
-            settings,
-            extension=extension,
-            x=obeying.extra,
-            foretold_ground=obeying.foretold_ground.get(fit.capture.name),
+        in_whole(
+            with_dynamics(
+                _noted(fit, before, groundwork.match, obeying.skeleton, settings),
+                obeying.skeleton,
+                settings,
+                extension=extension,
+                x=obeying.extra,
+                foretold_ground=obeying.foretold_ground.get(fit.capture.name),
+            ),
+            before,
         )
-        for fit in obeying.fits
+        for fit, before in zip(obeying.fits, whole, strict=True)
     )
     height_m, height_notes = person_height(subject, obeying.skeleton)
     names = {fit.capture.name for fit in fits}
@@ -127,7 +134,12 @@ def predicting_withheld(
     if not fit.heldout_due or fit.groundwork is None or fit.groundwork.mass_kg is None:
         return fit
     began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
-    trials = with_heldout(fit.trials, fit.groundwork.match, began, settings, progress, extension=extension)
+    seen = [seen_part(trial) for trial in fit.trials]
+    parts = with_heldout(seen, fit.groundwork.match, began, settings, progress, extension=extension)
+    trials = tuple(
+        replace(trial, heldout=in_whole(part, trial).heldout, seconds=part.seconds)
+        for trial, part in zip(fit.trials, parts, strict=True)
+    )
     judged = [trial.heldout for trial in trials if trial.heldout is not None]
     kinds = judged[0].learnt if judged else fit.groundwork.foretelling_kinds
     return replace(
@@ -226,16 +238,21 @@ def _tracked_frames(fit: TrialFit, settings: Settings) -> Bool[np.ndarray, " fra
     return fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
 
 
-def _noted(fit: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Settings) -> TrialFit:
+def _noted(
+    fit: TrialFit, whole: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Settings
+) -> TrialFit:
     """The trial with notes on what rests on no measurement: unseen segments, a motion without forces."""
-    markers = fit.capture.markers
-    notes = unseen_body_notes(match.skeleton(skeleton), match.observed(markers), markers.rate)
+    observed = match.observed(whole.capture.markers)
+    notes = (
+        *unseen_frame_notes(whole.motion),
+        *unseen_body_notes(match.skeleton(skeleton), observed, whole.motion),
+    )
     if fit.mask is not None and not fit.mask.counts.any():
         notes += (
             f"no measured force is used: ground forces and joint torques are predicted from the motion below "
             f"{settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} kg; no "
             "measurement confirms them, and there is no residual",
-            *unseen_mass_notes(match.skeleton(skeleton), match.observed(markers)),
+            *unseen_mass_notes(match.skeleton(skeleton), observed),
         )
     elif settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
         notes += (

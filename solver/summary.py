@@ -17,6 +17,7 @@ from solver.gravity import GRAVITY
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.runs import runs
+from solver.seen_part import seen_part
 from solver.skeleton.skeleton import Skeleton
 
 HELDOUT_DUE = "the withheld blocks have not been predicted yet for the present flags"
@@ -87,6 +88,7 @@ def _trial(trial: TrialFit, skeleton: Skeleton, body_weight: float, height: floa
         "rate_hz": _number(trial.motion.rate),
         "frames_with_force_used": int(used.sum()),
         "frames_used_ranges": [list(run) for run in runs(used)],
+        "frames_without_pose_ranges": [list(run) for run in runs(~trial.motion.posed)],
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
         "label_faults": [_label_fault(fault) for fault in trial.label_faults],
@@ -205,7 +207,7 @@ def _kinematics_only(trial: TrialFit) -> Numbers | None:
     before = trial.kinematics_only
     if before is None:
         return None
-    change = trial.motion.q - before.motion.q
+    change = (trial.motion.q - before.motion.q)[trial.motion.posed]
     return {
         "marker_rms_m": _number(before.marker_errors.rms),
         "marker_max_m": _number(before.marker_errors.maximum),
@@ -215,9 +217,10 @@ def _kinematics_only(trial: TrialFit) -> Numbers | None:
 
 def _change(trial: TrialFit, skeleton: Skeleton) -> dict[str, object] | None:
     """What the fit to forces changed in the motion of the markers alone; in degrees, translations in mm."""
-    if trial.kinematics_only is None:
+    part = seen_part(trial)
+    if part.kinematics_only is None:
         return None
-    change = motion_change(skeleton, trial.motion, trial.kinematics_only.motion)
+    change = motion_change(skeleton, part.motion, part.kinematics_only.motion)
     rms, offset, gain = change.joints_rms_rad, change.joints_offset_rad, change.joints_gain
     return {
         "limit_hz": change.limit_Hz,

@@ -16,6 +16,7 @@ from solver.fit import Fit, TrialFit
 from solver.foretelling_stage import foretold_heldout, sister_of
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.progress import Progress, part
+from solver.seen_part import seen_part
 from solver.settings import Settings, from_dict
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
@@ -122,7 +123,7 @@ def judged_layout(
     """
     assert fit.groundwork is not None
     assert fit.groundwork.mass_kg is not None
-    trials = [fit.trials[i] for i in _fitted(fit.trials)]
+    trials = [seen_part(fit.trials[i]) for i in _fitted(fit.trials)]
     withheld = [_frames(trial, layout, settings, extension) for trial in trials]
     kept = [trial.heldout for trial in trials]
     if layout == LAYOUTS[0] and all(heldout is not None and heldout.markers_hz for heldout in kept):
@@ -139,7 +140,10 @@ def judged_layout(
             extension=extension,
         )
     names = [trial.capture.name for trial in trials]
-    blocks = [judged_blocks(heldout, w) for heldout, w in zip(judged, withheld, strict=False)]
+    blocks = [
+        judged_blocks(heldout, w, trial.capture.markers.first_frame)
+        for heldout, w, trial in zip(judged, withheld, trials, strict=False)
+    ]
     return WithheldLayout(*layout, {n: b for n, b in zip(names, blocks, strict=False) if b is not None})
 
 

@@ -17,6 +17,7 @@ from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_matching import match_markers
 from solver.pipeline import solve
 from solver.progress import Progress
+from solver.seen_part import seen_part
 from solver.settings import Settings
 
 FEWEST_STEPS = 2  # one is hidden, another one is seen
@@ -93,7 +94,7 @@ def choices_of(
 def _most_steps(fit: Fit) -> tuple[TrialFit, int, list[Step]]:
     """The trial with the most right steps whose forces are known, the right foot's index, its steps."""
     found = []
-    for trial in fit.trials:
+    for trial in map(seen_part, fit.trials):
         if trial.contacts is None:
             continue
         feet = trial.contacts.foot_bodies

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 import pyarrow as pa
 from jaxtyping import Float, Int
-from scipy.spatial.transform import Rotation
 
 from addb_viewer.dataset.arrow_rows import Values, table_of
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES
@@ -20,6 +19,7 @@ from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.settings import Settings
 from solver.skeleton.forward import body_poses
+from solver.skeleton.rotations import quaternions
 from solver.skeleton.skeleton import Skeleton
 
 AXES = "xyz"
@@ -146,7 +146,7 @@ def _body(rows: TrialRows) -> dict[str, Values]:
     dynamics = rows.gridded.trial.dynamics
     assert dynamics is not None
     R, p = _poses_of(root_joint(skeleton).body, skeleton, dynamics.motion)
-    turned = Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True)
+    turned = quaternions(R, canonical=True, scalar_first=True)
     return (
         _vector("com_{}_m", np.asarray(last.com_pos))
         | _vector("com_v_{}_m_s", np.asarray(last.com_vel))

@@ -48,7 +48,7 @@ def spline_moving(trial: TrialFit, settings: Settings, grid: Grid, errors_of: Er
         errors_of: as for `moving_at`.
     """
     coefficients = trial.spline
-    if grid.is_native or coefficients is None:
+    if grid.is_native or coefficients is None or not trial.motion.posed.all():
         return moving_at(trial.motion, grid, errors_of)
     width = max(1, round(settings.trajectory.knot_spacing_s * grid.native_rate)) / grid.native_rate
     own = np.arange(grid.native_frames) / grid.native_rate

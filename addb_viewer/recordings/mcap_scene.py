@@ -132,6 +132,16 @@ def bones(trial: str, meshes: Mapping[str, trimesh.Trimesh], time_ns: int) -> Sc
     return SceneUpdate(entities=entities)
 
 
+def without_bones(meshes: Mapping[str, trimesh.Trimesh], time_ns: int) -> SceneUpdate:
+    """None of the meshes, from frames on that show nobody."""
+    when = stamp(time_ns)
+    gone = [
+        SceneEntityDeletion(timestamp=when, type=SceneEntityDeletion.MATCHING_ID, id=f"bone {name}")
+        for name in meshes
+    ]
+    return SceneUpdate(deletions=gone)
+
+
 def outlines(plates: Sequence[PlateReplay], time_ns: int) -> SceneUpdate:
     """Every plate whose corners are known; said once."""
     entities = []

@@ -29,6 +29,7 @@ from addb_viewer.recordings.mcap_scene import (
     point_clouds,
     stamp,
     transforms,
+    without_bones,
 )
 from addb_viewer.recordings.mcap_schemas import (
     CAUSE,
@@ -110,7 +111,9 @@ def write_fit(
     file, replay, times = topics.file, record.replay, topics.times_ns
     if replay.bodies is not None:
         drawn = {name: mesh for name, mesh in meshes.items() if name in replay.bodies.names}
-        file.message(topics.topic("bones"), times[0], bones(topics.name, drawn, times[0]))
+        for frame, seen in replay.bodies.comings_and_goings:
+            shown = bones(topics.name, drawn, times[frame]) if seen else without_bones(drawn, times[frame])
+            file.message(topics.topic("bones"), times[frame], shown)
         model = point_clouds(replay.markers.model, replay.markers.errors, times)
         moved = transforms(topics.name, replay.bodies, times)
         for time_ns, cloud, poses in zip(times, model, moved, strict=True):

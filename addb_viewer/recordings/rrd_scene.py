@@ -124,6 +124,10 @@ def _bones(
     if bodies is None:
         return
     known = np.isfinite(bodies.position).all(axis=2) & np.isfinite(bodies.wxyz).all(axis=2)
+    changes = bodies.comings_and_goings
+    if len(changes) > 1:  # a pose holds until the next one: while there is none, the bones have no size
+        sizes = rr.Transform3D.columns(scale=[[float(seen)] * 3 for _, seen in changes])
+        stream.columns((SCENE, which, "bones"), sizes, frames=np.array([frame for frame, _ in changes]))
     for i, name in enumerate(bodies.names):
         frames = np.flatnonzero(known[:, i])
         if not len(frames):

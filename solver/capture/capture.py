@@ -22,6 +22,7 @@ class Markers:
     positions_ground: Float[np.ndarray, "frames markers 3"]  # [m]
     rate: float  # [Hz]
     start_time: float = 0.0  # [s] time of frame 0 on the recording's clock
+    first_frame: int = 0  # of the recording; beyond 0 where these are a part of it
 
     @property
     def frames(self) -> int:

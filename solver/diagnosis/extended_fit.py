@@ -130,11 +130,16 @@ def _base(fit: Fit) -> tuple[Skeleton, MarkerMatch]:
     return match.skeleton(fit.skeleton), match
 
 
+def _with_poses(trial: TrialFit) -> TrialFit:
+    """A pose on every frame; those that show nobody are no evidence."""
+    return replace(trial, motion=trial.motion.filled())
+
+
 def _cases(
     fit: Fit, match: MarkerMatch, skeleton: Skeleton, extension: Extension, settings: Settings
 ) -> list[_Case]:
     trials = [
-        before_forces(trial) if trial.kinematics_only else trial
+        _with_poses(before_forces(trial) if trial.kinematics_only else trial)
         for trial in fit.trials
         if trial.contacts is not None and trial.capture.name in extension.trials
     ]

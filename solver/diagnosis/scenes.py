@@ -61,7 +61,7 @@ def scene_of(
         flagged: what a person took out; only a person does.
     """
     assert fit.contacts is not None
-    start = fit.kinematics_only.motion if fit.kinematics_only else fit.motion
+    start = (fit.kinematics_only.motion if fit.kinematics_only else fit.motion).filled()
     observed = observed_markers(fit, skeleton)
     posterior = trial_posterior(skeleton, observed, start, settings.diagnosis.markers, settings.trajectory)
     kinematics = ForwardKinematics(skeleton)

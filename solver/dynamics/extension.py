@@ -46,6 +46,20 @@ class TrialExtension:
     known: Bool[np.ndarray, " frames"]  # False: the extended recording says nothing (a clock that ran out)
     evidence: Bool[np.ndarray, " frames"]  # recorded, tracked, and not taken out by a person
 
+    def between(self, start: int, end: int) -> "TrialExtension":
+        """Frames `start` to `end` (excluded); itself where these are all."""
+        if (start, end) == (0, len(self.known)):
+            return self
+        parts = (
+            replace(
+                part,
+                fixed_ground=part.fixed_ground[start:end],
+                columns_ground=part.columns_ground[start:end],
+            )
+            for part in self.parts
+        )
+        return TrialExtension(tuple(parts), self.known[start:end], self.evidence[start:end])
+
     @cached_property
     def fixed_ground(self) -> Float[np.ndarray, "frames 6"]:
         """Of all segments together."""

@@ -46,18 +46,21 @@ class WithheldLayout:
     trials: Mapping[str, WithheldBlocks] = field(default_factory=dict)  # those with anything withheld
 
 
-def judged_blocks(heldout: Heldout, withheld: Bool[np.ndarray, " frames"]) -> WithheldBlocks | None:
+def judged_blocks(
+    heldout: Heldout, withheld: Bool[np.ndarray, " frames"], first_frame: int = 0
+) -> WithheldBlocks | None:
     """A layout's figures, block by block; None where no frame counts or the markers' cut-off is not known.
 
     Args:
         heldout: of the fit that was blind to the layout.
         withheld: frames of the layout.
+        first_frame: how the recording counts the first of these.
     """
     kept = [run for run in runs(withheld) if heldout.frames[slice(*run)].any()]
     if not kept or heldout.markers_hz is None:
         return None
     return WithheldBlocks(
-        np.array(kept),
+        np.array(kept) + first_frame,
         np.array([heldout.frames[slice(*run)].sum() for run in kept]),
         np.array([_squares(heldout.residual_root, heldout.frames, run) for run in kept]),
         np.array([_squares(heldout.kinematics_only_root, heldout.frames, run) for run in kept]),

@@ -33,6 +33,7 @@ def root_wrench(
     columns = poses.twists()[:, chain.body == root.body]
     driven_by = chain.dof[chain.body == root.body][:, None] == root.dofs
     twist = np.einsum("tpk,pd->tdk", columns, driven_by.astype(float))
+    twist = np.nan_to_num(twist)  # of frames without a pose; their torques stay NaN
     moment_and_force = np.linalg.pinv(twist, rcond=NEARLY_SINGULAR) @ torques[:, root.dofs, None]
     return np.concatenate([moment_and_force[:, 3:, 0], moment_and_force[:, :3, 0]], axis=1)
 

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import trimesh
 from jaxtyping import Float
-from scipy.spatial.transform import Rotation
 from trimesh.exchange.gltf import export_glb
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
@@ -24,6 +23,7 @@ from solver.fit import Fit
 from solver.kinematics.motion import Motion
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.forward import body_poses
+from solver.skeleton.rotations import quaternions
 from solver.skeleton.skeleton import Skeleton
 
 Tree = dict[str, Any]  # the JSON part of a glTF file
@@ -55,7 +55,7 @@ def export_gltf(fit: Fit, folder: Path) -> list[Path]:
 def moving_skeleton(
     skeleton: Skeleton, meshes: dict[str, trimesh.Trimesh], motion: Motion, name: str
 ) -> bytes:
-    """The contents of a .glb file.
+    """The contents of a .glb file; frames without a pose have no key.
 
     Args:
         skeleton: at the subject's scale.
@@ -65,12 +65,13 @@ def moving_skeleton(
     """
     scene = _scene(skeleton, meshes)
     scene.metadata.update(trial=name, rate_Hz=motion.rate, start_time_s=motion.start_time)
-    R, p = body_poses(skeleton, motion.q)
+    posed = np.flatnonzero(motion.posed)
+    R, p = body_poses(skeleton, motion.q[posed])
 
     def animate(buffers: dict[object, bytes], tree: Tree) -> None:
         tree["asset"]["generator"] = f"addb-viewer {version('addb-viewer')}"
         accessors = _Accessors(buffers, tree)
-        seconds = accessors.add(np.arange(motion.frames) / motion.rate, bounded=True)
+        seconds = accessors.add(posed / motion.rate, bounded=True)
         moving = _Animation(tree, accessors, seconds)
         for body, (place, turn) in enumerate(_in_parents(skeleton, R, p)):
             moving.move(skeleton.bodies[body].name, "translation", place)
@@ -123,7 +124,7 @@ def _in_parents(
             to_parent = R[:, joint.parent].transpose(0, 2, 1)
             place = (to_parent @ (place - p[:, joint.parent])[..., None])[..., 0]
             turn = to_parent @ turn
-        placed.append((place, _continuous(Rotation.from_matrix(turn).as_quat())))
+        placed.append((place, _continuous(quaternions(turn))))
     return placed
 
 

@@ -66,6 +66,7 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
     torques = folder / f"{stem}_id.sto"
     loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
     times = trial.dynamics.motion.times
+    told = trial.dynamics.motion.posed
     write_motion(trial.dynamics.motion, skeleton, ik)
     foretold = trial.dynamics.wrench_foretold_ground
     if trial.forces_foretold and foretold is not None:
@@ -74,14 +75,14 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
         wrenches = counted_wrenches(trial.contacts.wrench_ground, trial.mask)
         write_body_forces(forces, trial.contacts.foot_bodies, wrenches, trial.contacts.cop_ground, times)
     name = f"{torques.stem}{_inferred(trial.dynamics)}"
-    write_torques(torques, skeleton, times, trial.dynamics.joint_torques, name)
+    write_torques(torques, skeleton, times[told], trial.dynamics.joint_torques[told], name)
     write_external_loads(loads, trial.contacts.foot_bodies, forces)
     write_inverse_dynamics_setup(
         setup,
         model="model.osim",
         coordinates=ik,
         loads=loads,
-        span=(times[0], times[-1]),
+        span=(times[told][0], times[told][-1]),
         result=f"{stem}_id_opensim.sto",
     )
     return [ik, forces, torques, loads, setup]
@@ -90,12 +91,17 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
 def write_motion(motion: Motion, skeleton: Skeleton, path: Path) -> None:
     """All coordinates of the model, the locked and coupled ones too: OpenSim would take them as zero.
 
+    A frame without a pose has no row.
+
     Raises:
         CaptureError: the file cannot be written.
     """
     by_name = {c.name: c for c in skeleton.coordinates}
     values = np.column_stack([_values(c, by_name, motion) for c in skeleton.coordinates])
-    write_coordinates(path, list(by_name), motion.times, values, rotational=(), in_degrees=False)
+    posed = motion.posed
+    write_coordinates(
+        path, list(by_name), motion.times[posed], values[posed], rotational=(), in_degrees=False
+    )
 
 
 def _values(

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -25,6 +26,7 @@ from solver.gait.body_motion import BodyMotion, body_motion
 from solver.gait.settings import GAIT, GaitSettings
 from solver.gravity import GRAVITY
 from solver.runs import runs
+from solver.seen_part import seen_part
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_FRAMES = 10  # a spline and a filter need as many
@@ -55,6 +57,7 @@ def suggested_activities(
         settings: thresholds.
         gait: of gait events.
     """
+    trial = seen_part(trial)
     motion = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
     if trial.contacts is None or motion.frames < FEWEST_FRAMES or len(trial.contacts.foot_bodies) != 2:
         return ()
@@ -63,7 +66,9 @@ def suggested_activities(
         seen = body_motion(skeleton, trial.contacts.foot_bodies, motion, gait, load)
     except ModelError:
         return ()  # a body that forces act on, and no foot with toes below a leg
-    return suggested(seen, trial.capture.name, settings, learnt_weights())
+    first = trial.capture.markers.first_frame
+    found = suggested(seen, trial.capture.name, settings, learnt_weights())
+    return tuple(replace(one, start=one.start + first, end=one.end + first) for one in found)
 
 
 def suggested(

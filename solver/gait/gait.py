@@ -22,6 +22,7 @@ from solver.gait.events import (
 from solver.gait.foot_motion import foot_motion
 from solver.gait.settings import GaitSettings
 from solver.runs import runs
+from solver.seen_part import seen_part
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
@@ -62,6 +63,7 @@ def gait_of(
         conditioning: of the plates.
         with_plates: take a plate's word before the feet's.
     """
+    trial = seen_part(trial)
     motion = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
     if trial.contacts is None or motion.frames < FEWEST_FRAMES:
         return None

@@ -1,17 +1,19 @@
 """Inverse kinematics of a whole trial: min over q_t of Σ‖f(q_t, s) − o_t‖², robust, continuous over gaps."""
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.linalg import solveh_banded
 from threadpoolctl import threadpool_limits
 
 from solver.errors import FitError
 from solver.frames_at_once import FRAMES_AT_ONCE, by_frames, joined, overlapping
+from solver.kinematics.determined import posed_frames
 from solver.kinematics.frame_solver import PoseProblem, solve_frames
 from solver.kinematics.initial_pose import initial_poses
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.kinematics.settings import KinematicsSettings
 from solver.progress import Progress, silent
+from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_MARKERS = 3  # seen on a frame for it to say anything about the pose
@@ -34,10 +36,10 @@ def inverse_kinematics(
     settings: KinematicsSettings,
     progress: Progress = silent,
 ) -> Float[np.ndarray, "frames dofs"]:
-    """Poses of all frames.
+    """Poses of all frames that have one: NaN where the markers leave open where the person is.
 
     Key frames are solved from several postures; the others start between their solved neighbours, so most
-    need two iterations. A last step over the whole trial bridges what no marker saw.
+    need two iterations. A last step over each stretch with poses bridges what no marker saw.
 
     Args:
         skeleton: scaled; its markers are those of `observed_ground`, in the same order.
@@ -47,7 +49,7 @@ def inverse_kinematics(
         progress: told the fraction done; may raise `Cancelled`.
 
     Raises:
-        FitError: no frame has enough markers.
+        FitError: on no frame do the markers determine the pose.
     """
     with threadpool_limits(1):
         problem = PoseProblem(skeleton, observed_ground, settings)
@@ -60,9 +62,16 @@ def inverse_kinematics(
         q = np.tile(skeleton.default_q, (len(observed_ground), 1))
         spacing = max(1, round(settings.keyframe_spacing_s * rate))
         q[usable] = _track(problem, root, usable, spacing, progress)
+        posed, own = posed_frames(problem, q, usable, rate)
+        if not own.any():
+            raise FitError(
+                "The markers determine no pose on any frame: a person is placed by pelvis and legs, pelvis "
+                "and trunk, or legs and trunk, seen together."
+            )
+        usable = np.flatnonzero(own)
         q = _unwrapped(q, usable, _turning_round(problem))
         progress("inverse kinematics", 0.9)
-        q = _bridged(problem, q, usable, rate)
+        q = _bridged(problem, q, usable, posed, rate)
         progress("inverse kinematics", 1.0)
         return q
 
@@ -170,21 +179,31 @@ def _unwrapped(
 
 
 def _bridged(
-    problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], usable: Int[np.ndarray, " usable"], rate: float
+    problem: PoseProblem,
+    q: Float[np.ndarray, "frames dofs"],
+    usable: Int[np.ndarray, " usable"],
+    posed: Bool[np.ndarray, " frames"],
+    rate: float,
 ) -> Float[np.ndarray, "frames dofs"]:
-    """One Gauss-Newton pass over the whole trial with a whisper of smoothness.
+    """One Gauss-Newton pass over each stretch with poses, with a whisper of smoothness; NaN elsewhere.
 
     Where markers see a degree of freedom they decide; where they don't, it moves smoothly from the last frame
     that saw it to the next.
     """
-    if len(q) < 3:
-        return q
     reference = _reference(problem, q)
-    parts = overlapping(len(q), most=FRAMES_AT_ONCE, window=BRIDGED_AT_ONCE, shared=BRIDGED_TWICE)
-    bridged = [
-        _bridged_part(problem, q[some], some, reference=reference, usable=usable, rate=rate) for some in parts
-    ]
-    return joined(bridged, [some.start for some in parts])
+    whole = np.full_like(q, np.nan)
+    for start, end in runs(posed):
+        whole[start:end] = q[start:end]
+        if end - start < 3:
+            continue
+        parts = overlapping(end - start, most=FRAMES_AT_ONCE, window=BRIDGED_AT_ONCE, shared=BRIDGED_TWICE)
+        parts = [slice(start + part.start, start + part.stop) for part in parts]
+        bridged = [
+            _bridged_part(problem, q[some], some, reference=reference, usable=usable, rate=rate)
+            for some in parts
+        ]
+        whole[start:end] = joined(bridged, [some.start - start for some in parts])
+    return whole
 
 
 def _bridged_part(

@@ -70,6 +70,8 @@ def marker_errors(
     model_ground: Float[np.ndarray, "frames markers 3"],
     measured_ground: Float[np.ndarray, "frames markers 3"],
     settings: KinematicsSettings,
+    *,
+    first_frame: int = 0,
 ) -> tuple[MarkerErrors, tuple[str, ...]]:
     """Distances of every shared marker, and a note on each that looks slipped, swapped or mislabelled.
 
@@ -79,6 +81,7 @@ def marker_errors(
         model_ground: of the fitted skeleton [m], y up.
         measured_ground: as recorded, NaN where unseen [m].
         settings: from which distance on a marker is suspect.
+        first_frame: how the recording counts the first of these.
     """
     distance = np.linalg.norm(model_ground - measured_ground, axis=2)
     suspect = distance > settings.robust_scale_m
@@ -87,7 +90,7 @@ def marker_errors(
     notes = []
     for i in np.flatnonzero(suspect.any(axis=0)).tolist():
         name, far = names[i], suspect[:, i]
-        stretches = ", ".join(f"{start}-{end - 1}" for start, end in runs(far))
+        stretches = ", ".join(f"{first_frame + start}-{first_frame + end - 1}" for start, end in runs(far))
         why = "slipped, swapped or mislabelled?"
         if i in shoulders and shrugged(i, shoulders, model_ground[far], measured_ground[far]):
             why = "the shoulder rose? The model has no shoulder girdle."

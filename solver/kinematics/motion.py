@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.interpolate import BSpline, make_interp_spline
 
 from solver.filters import low_pass
@@ -16,10 +16,12 @@ class Motion:
 
     Velocities and accelerations are those of the natural quintic spline through q: three-point differences
     cost 5 N RMS in running at 100 Hz, and the spline is what OpenSim's inverse dynamics differentiates.
+
+    Frames without a pose are NaN, and so is what is derived there.
     """
 
     dofs: tuple[str, ...]
-    q: Float[np.ndarray, "frames dofs"]  # [rad or m]
+    q: Float[np.ndarray, "frames dofs"]  # [rad or m] NaN on frames without a pose
     rate: float  # [Hz]
     start_time: float = 0.0  # [s]
 
@@ -34,14 +36,27 @@ class Motion:
         return self.start_time + np.arange(self.frames) / self.rate
 
     @cached_property
+    def posed(self) -> Bool[np.ndarray, " frames"]:
+        """Frames that have a pose."""
+        return np.isfinite(self.q).all(axis=1)
+
+    def filled(self) -> "Motion":
+        """With a pose on every frame: lines between poses, the nearest one at the ends."""
+        if self.posed.all() or not self.posed.any():
+            return self
+        frames, known = np.arange(self.frames), np.flatnonzero(self.posed)
+        columns = [np.interp(frames, known, column) for column in self.q[known].T]
+        return replace(self, q=np.stack(columns, axis=1))
+
+    @cached_property
     def _spline(self) -> BSpline:
         degree = min(5, self.frames - 1)
-        times = np.arange(self.frames) / self.rate
+        times, q = np.arange(self.frames) / self.rate, self.filled().q
         if self.frames < 8:
-            return make_interp_spline(times, self.q, k=degree)
-        nothing = np.zeros(self.q.shape[1])
+            return make_interp_spline(times, q, k=degree)
+        nothing = np.zeros(q.shape[1])
         natural_end = [(3, nothing), (4, nothing)]  # a quadratic beyond the ends
-        return make_interp_spline(times, self.q, k=degree, bc_type=(natural_end, natural_end))
+        return make_interp_spline(times, q, k=degree, bc_type=(natural_end, natural_end))
 
     def derivative(self, order: int) -> Float[np.ndarray, "frames dofs"]:
         """The spline's derivative of that order at the frames [rad/sⁿ or m/sⁿ]."""
@@ -50,11 +65,14 @@ class Motion:
     def at(self, seconds: Float[np.ndarray, " times"], order: int = 0) -> Float[np.ndarray, "times dofs"]:
         """The spline's derivative of that order at any times within the trial [rad/sⁿ or m/sⁿ].
 
+        NaN where the nearest frame has no pose.
+
         Args:
             seconds: since the first frame [s].
             order: 0 for the spline itself.
         """
-        return self._spline(seconds, nu=order)
+        nearest = np.clip(np.round(np.asarray(seconds) * self.rate), 0, self.frames - 1).astype(int)
+        return np.where(self.posed[nearest, None], self._spline(seconds, nu=order), np.nan)
 
     @cached_property
     def velocity(self) -> Float[np.ndarray, "frames dofs"]:
@@ -79,4 +97,5 @@ class Motion:
 
         A cutoff at or above the Nyquist frequency leaves it as it is.
         """
-        return replace(self, q=low_pass(self.q, self.rate, cutoff_Hz, order))
+        smooth = low_pass(self.filled().q, self.rate, cutoff_Hz, order)
+        return replace(self, q=np.where(self.posed[:, None], smooth, np.nan))

@@ -41,7 +41,8 @@ class KinematicsSettings:
     fewest_seen_share: float = setting(
         0.5,
         unit="",
-        why="of the shared markers; frames that show fewer have a pose but do not count in the figures",
+        why="of the shared markers; frames that show fewer do not count in the figures. Likewise of the "
+        "coordinates that a trial usually shows: with fewer, a frame has no pose",
     )
     calibration_frames: int = setting(
         60, unit="", why="poses that decide scales and offsets; more change < 0.1 mm"

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.kinematics.motion import Motion
 from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
@@ -12,25 +13,27 @@ LISTED = 5  # stretches named; the rest is counted
 
 
 def unseen_body_notes(
-    skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"], rate: float
+    skeleton: Skeleton,
+    observed_ground: Float[np.ndarray, "frames markers 3"],
+    motion: Motion,
 ) -> tuple[str, ...]:
     """A note for all segments that lose their markers on the same frames.
 
     Args:
         skeleton: its markers are those of `observed_ground`, in the same order.
         observed_ground: NaN where unseen [m].
-        rate: [Hz].
+        motion: of the trial; of frames without a pose nothing is said.
     """
-    seen = np.isfinite(observed_ground).all(axis=2)
+    seen = np.isfinite(observed_ground).all(axis=2) | ~motion.posed[:, None]
     bodies_by_stretches: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for body in sorted({marker.body for marker in skeleton.markers}):
         own = [marker.body == body for marker in skeleton.markers]
-        stretches = _long(~seen[:, own].any(axis=1), rate)
+        stretches = _long(~seen[:, own].any(axis=1), motion)
         if stretches:
             bodies_by_stretches.setdefault(stretches, []).append(skeleton.bodies[body].name)
     notes = []
     for stretches, bodies in bodies_by_stretches.items():
-        if stretches == ((0, len(seen)),):
+        if sum(end - start for start, end in stretches) == motion.posed.sum():
             notes.append(f"no marker on {', '.join(bodies)} is ever seen: how they move is a guess")
             continue
         listed = ", ".join(f"{start}-{end - 1}" for start, end in stretches[:LISTED])
@@ -39,6 +42,22 @@ def unseen_body_notes(
             f"no marker on {', '.join(bodies)} is seen in frames {listed}{more}: their pose is interpolated"
         )
     return tuple(notes)
+
+
+def unseen_frame_notes(motion: Motion) -> tuple[str, ...]:
+    """A note on the frames without a pose."""
+    lost = runs(~motion.posed)
+    if not lost:
+        return ()
+    listed = ", ".join(
+        f"{start}-{end - 1} ({motion.times[start]:.2f} to {motion.times[end - 1]:.2f} s)"
+        for start, end in lost[:LISTED]
+    )
+    more = f" and {len(lost) - LISTED} more stretches" if len(lost) > LISTED else ""
+    return (
+        f"no pose on {int((~motion.posed).sum())} of {motion.frames} frames, where too few markers are "
+        f"seen to determine one: {listed}{more}. Nothing is said of these frames",
+    )
 
 
 def unseen_mass_notes(
@@ -98,10 +117,10 @@ def untold_dofs(
     return np.array([dof not in moving | driven for dof in skeleton.dofs])
 
 
-def _long(unseen: Bool[np.ndarray, " frames"], rate: float) -> tuple[tuple[int, int], ...]:
+def _long(unseen: Bool[np.ndarray, " frames"], motion: Motion) -> tuple[tuple[int, int], ...]:
     """Stretches of some length, and any that is the whole trial."""
     return tuple(
         (int(start), int(end))
         for start, end in runs(unseen)
-        if end - start > LONG_S * rate or end - start == len(unseen)
+        if end - start > LONG_S * motion.rate or end - start == motion.posed.sum()
     )

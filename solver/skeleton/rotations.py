@@ -2,6 +2,7 @@
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation
 
 
 def skew(v: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
@@ -41,3 +42,17 @@ def nearest_rotation(M: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*
     U, _, Vt = np.linalg.svd(M)
     U[..., :, 2] *= np.linalg.det(U @ Vt)[..., None]
     return U @ Vt
+
+
+def quaternions(R: Float[np.ndarray, "*batch 3 3"], **how: bool) -> Float[np.ndarray, "*batch 4"]:
+    """Unit quaternions, the scalar last; NaN where there is no rotation.
+
+    Args:
+        R: rotations; NaN where none is known.
+        how: as `Rotation.as_quat` takes it.
+    """
+    flat = R.reshape(-1, 3, 3)
+    known = np.isfinite(flat).all(axis=(1, 2))
+    turned = np.full((len(flat), 4), np.nan)
+    turned[known] = Rotation.from_matrix(flat[known]).as_quat(**how)
+    return turned.reshape(*R.shape[:-2], 4)

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.trial.joint_loads import JointLoads, joint_loads, large_joint_load
 from addb_viewer.app.trial.missing_force import MissingForce, foretold_wrenches, missing_force_of
@@ -29,6 +28,7 @@ from solver.gait.gait import joint_power
 from solver.gravity import GRAVITY
 from solver.settings import Settings, from_dict
 from solver.skeleton.forward import body_poses
+from solver.skeleton.rotations import quaternions
 from solver.skeleton.skeleton import Skeleton
 from solver.summary import Thresholds
 
@@ -131,12 +131,10 @@ def _model_markers(trial: TrialFit, bare: Replay, on_fit: _Clock) -> Float[np.nd
 
 def _bodies(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> BodyReplay:
     R_ground_body, p_ground_body = body_poses(skeleton, trial.motion.q)
-    xyzw = Rotation.from_matrix(R_ground_body.reshape(-1, 3, 3)).as_quat()
-    wxyz = xyzw[:, [3, 0, 1, 2]].reshape(*R_ground_body.shape[:2], 4)
     root = next((i for i, joint in enumerate(skeleton.joints) if joint.parent < 0), 0)
     return BodyReplay(
         names=skeleton.body_names,
-        wxyz=on_fit.floats(wxyz),
+        wxyz=on_fit.floats(quaternions(R_ground_body, scalar_first=True)),
         position=on_fit.floats(p_ground_body),
         root=root,
         forward=on_fit.floats(R_ground_body[:, root, :, 0]),

@@ -66,7 +66,10 @@ class RootFrame:
             back = self.R_ground_root[now].transpose(0, 2, 1)
             offset = self.p_ground_root[then] - self.p_ground_root[now]
             places[now, entry] = (back @ offset[..., None])[..., 0]
-            angles[now, entry] = Rotation.from_matrix(back @ self.R_ground_root[then]).as_euler("XYZ")
+            turned = back @ self.R_ground_root[then]
+            known = np.isfinite(turned).all(axis=(1, 2))
+            angles[now, entry] = np.nan
+            angles[now[known], entry] = Rotation.from_matrix(turned[known]).as_euler("XYZ")
         return places, angles
 
 

@@ -1,0 +1,96 @@
+"""On which frames the markers determine a pose, and on which nobody can say where the person is.
+
+What markers tell is the information of the frame's own least-squares problem, JᵀWJ; what people can do adds a
+little: a joint is within a radian of where it usually is. Two markers of a foot, or the five of an arm, leave
+the pelvis anywhere on a sphere; a leg and a spine, or a pelvis and one thigh, place the whole person.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from solver.frames_at_once import by_frames
+from solver.kinematics.frame_solver import PoseProblem, root_dofs
+from solver.runs import runs
+
+JOINT_STD_RAD = 0.5  # of a joint that no marker shows, about the pose the fit gives it
+PLACED_M = 0.1  # the root's standard deviation, at most
+TURNED_RAD = 0.4  # likewise, about its least certain axis: what one free joint between it and markers leaves
+ENTERED = 0.8  # of the coordinates that a trial usually shows, where a stretch begins and ends
+SHOWN = 0.7  # of JOINT_STD_RAD: with less left, markers show a coordinate
+BRIDGED_S = 0.2  # a shorter gap is bridged by the motion before and after, within about a centimetre
+
+
+def posed_frames(
+    problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], usable: Int[np.ndarray, " usable"], rate: float
+) -> tuple[Bool[np.ndarray, " frames"], Bool[np.ndarray, " frames"]]:
+    """Frames that have a pose, short gaps among them; and those whose own markers determine it.
+
+    Args:
+        problem: markers and skeleton.
+        q: fitted poses.
+        usable: frames that were fitted to markers.
+        rate: [Hz].
+    """
+    shown = np.zeros(len(q))
+    if len(usable):
+        placed, told = by_frames(lambda some, at: _told(problem, some, at), q[usable], usable).T
+        shown[usable] = np.where(placed, told, 0.0)
+    own, short = shown >= problem.settings.fewest_seen_share, BRIDGED_S * rate
+    posed = own.copy()
+    for start, end in runs(~own):
+        if start > 0 and end < len(own) and end - start <= short:
+            posed[start:end] = True
+    seen = [_entered(shown, start, end) for start, end in runs(posed)]
+    longest = max((end - start for start, end in seen), default=0)
+    posed[:] = False
+    for start, end in seen:
+        posed[start:end] = end - start >= min(short, longest)
+    return posed, own & posed
+
+
+def _entered(shown: Float[np.ndarray, " frames"], start: int, end: int) -> tuple[int, int]:
+    """Without ends on which a leg is still, or already, out of sight: beyond an end nothing bridges."""
+    whole = start + np.flatnonzero(shown[start:end] >= ENTERED)
+    return (int(whole[0]), int(whole[-1]) + 1) if len(whole) else (start, end)
+
+
+def _told(
+    problem: PoseProblem, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"]
+) -> Float[np.ndarray, "some 2"]:
+    """Whether the root is placed, and the share of coordinates shown of those that usually are."""
+    covariance = _covariance(problem, q, frames)
+    placed = _root_is_placed(problem, q, covariance)
+    joints = ~root_dofs(problem.kinematics.skeleton)
+    left = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)[:, joints])
+    shown = left < SHOWN * JOINT_STD_RAD
+    usual = shown[placed].mean(axis=0) > 0.5 if placed.any() else np.zeros(shown.shape[1], dtype=bool)
+    share = shown[:, usual].mean(axis=1) if usual.any() else np.ones(len(q))
+    return np.stack([placed, share], axis=1)
+
+
+def _covariance(
+    problem: PoseProblem, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"]
+) -> Float[np.ndarray, "some dofs dofs"]:
+    """Of each frame's coordinates, by its own markers and what joints do."""
+    information = problem.evaluate(q, frames).H
+    own = np.arange(q.shape[1])
+    information[:, own, own] += np.where(root_dofs(problem.kinematics.skeleton), 1e-6, JOINT_STD_RAD**-2)
+    return np.linalg.inv(information)
+
+
+def _root_is_placed(
+    problem: PoseProblem, q: Float[np.ndarray, "some dofs"], covariance: Float[np.ndarray, "some dofs dofs"]
+) -> Bool[np.ndarray, " some"]:
+    chain, poses = problem.kinematics.chain, problem.kinematics.poses(q)
+    (root,) = (body for body, joint in enumerate(problem.kinematics.skeleton.joints) if joint.parent < 0)
+    own = np.flatnonzero(chain.body == root)
+    twists = poses.twists()[:, own]
+    angular, linear = twists[..., :3], twists[..., 3:]
+    linear = linear + np.cross(angular, poses.p_ground_body[:, root, None])
+    of_root = covariance[:, chain.dof[own][:, None], chain.dof[own]]
+
+    def largest_std(columns: Float[np.ndarray, "some six 3"]) -> Float[np.ndarray, " some"]:
+        spread = np.einsum("tki,tkl,tlj->tij", columns, of_root, columns)
+        return np.sqrt(np.linalg.eigvalsh(spread)[:, -1])
+
+    return (largest_std(linear) < PLACED_M) & (largest_std(angular) < TURNED_RAD)
