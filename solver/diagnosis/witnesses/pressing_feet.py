@@ -24,7 +24,7 @@ class PressingFoot:
     """One foot over time."""
 
     middle: Float[np.ndarray, "frames 2"]  # [m] x and z of what is down; NaN where unseen
-    lift: Float[np.ndarray, " frames"]  # [m] of its lowest marker above that one's own lowest
+    lift: Float[np.ndarray, " frames"]  # [m] of its lowest marker above its own lowest; NaN where unseen
 
 
 def pressing_feet(markers: Markers, settings: WitnessSettings = WITNESSES) -> Sequence[PressingFoot]:
@@ -84,4 +84,4 @@ def _foot(places: Float[np.ndarray, "frames markers 3"], settings: WitnessSettin
         middle = (bears[:, :, None] * flat).sum(axis=1) / total[:, None]
     middle[total <= 0] = np.nan
     lift = np.min(np.where(np.isfinite(above), above, np.inf), axis=1)
-    return PressingFoot(middle, lift)
+    return PressingFoot(middle, np.where(np.isfinite(lift), lift, np.nan))

@@ -33,7 +33,7 @@ TURNS = {  # of x and z, seen from above
 }
 FEWEST_FRAMES = 5  # of a stance
 BOTH_DOWN_M = 0.005  # a foot that swings is lifted by more, on average over the other's stance
-MOSTLY = 0.7  # of a stance, in which another plate is loaded too
+MOSTLY = 0.7  # of a stance, in which another plate is loaded too, or a foot is seen
 
 
 @dataclass(frozen=True)
@@ -129,8 +129,8 @@ def _stances(trial: Measured, k: int, feet: Sequence[PressingFoot]) -> list[_Sta
     centres = [_pressed(trial, plate) for plate in trial.capture.plates]
     centre, found = centres[k], []
     for start, end in runs(np.isfinite(centre).all(axis=1)):
-        if end - start < FEWEST_FRAMES:
-            continue
+        if end - start < FEWEST_FRAMES or not all(_seen(foot, start, end) for foot in feet):
+            continue  # a foot that is not seen may bear it as well as one that is
         others = [c[start:end] for j, c in enumerate(centres) if j != k]
         middle = _bearing(feet, start, end, centre[start:end], others).middle[start:end]
         known = np.isfinite(middle).all(axis=1)
@@ -163,7 +163,7 @@ def _bearing(
 
     Of two that are, the nearer one; where a second plate is loaded, each plate has a foot of its own.
     """
-    lifts = [float(f.lift[start:end].mean()) for f in feet]
+    lifts = [float(np.nanmean(f.lift[start:end])) for f in feet]
     down = [f for f, lift in zip(feet, lifts, strict=True) if lift < min(lifts) + BOTH_DOWN_M]
     if len(down) == 1:
         return down[0]
@@ -173,6 +173,11 @@ def _bearing(
         of_other = [_away(f.middle[start:end], shared[0]) for f in down]
         return down[int(away[0] + of_other[1] > away[1] + of_other[0])]
     return down[int(np.argmin(away))]
+
+
+def _seen(foot: PressingFoot, start: int, end: int) -> bool:
+    """Whether it is known, through most of a stance, how high it is."""
+    return bool(np.isfinite(foot.lift[start:end]).mean() > MOSTLY)
 
 
 def _away(middle: Float[np.ndarray, "frames 2"], centre: Float[np.ndarray, "frames 2"]) -> float:

@@ -1,10 +1,17 @@
 """Two feet that stand still keep their distance as well."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from solver.capture.capture import Markers
+from solver.capture.capture import Capture, ForcePlate, Markers
+from solver.capture.reading_settings import READING
+from solver.diagnosis.witnesses.measured import Measured
 from solver.diagnosis.witnesses.pressing_feet import pressing_feet
+from solver.diagnosis.witnesses.pressure_path import pressure_path
 
 FOOT = {"heel": (-0.10, 0.0), "toe": (0.14, 0.01), "side": (0.05, 0.05)}  # x and z about its middle
 APART_M = 0.26
@@ -38,3 +45,27 @@ def test_without_sides_they_are_two_once_they_move():
 
 def test_where_nothing_tells_them_apart_there_is_none():
     assert pressing_feet(feet("one {}", "two {}")) == []
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.sampled_from([(0, 3), (3, 6), (0, 6), (1, 2)]), st.integers(0, 199), st.integers(1, 200))
+    )
+)
+def test_feet_that_are_not_seen_for_a_while_tell_nothing_and_break_nothing(gaps):
+    markers = feet(travel_m=(0.6, -0.6))
+    places = markers.positions_ground.copy()
+    for (first, last), start, length in gaps:
+        places[start : start + length, first:last] = np.nan
+    frames = len(places)
+    at = np.stack([0.6 * TRAVEL, 0 * TRAVEL, np.full(frames, APART_M / 2)], axis=1)
+    force = np.tile([0.0, 700.0, 0.0], (frames, 1))
+    plate = ForcePlate("plate 1", force, np.cross(at, force), at, 100.0)
+    capture = Capture("walk", replace(markers, positions_ground=places), (plate,))
+    told = pressure_path([Measured(capture, READING)])
+    seen = np.isfinite(places[:, :, 0])
+    if not (seen[:, :3].any(axis=1).mean() > 0.7 and seen[:, 3:].any(axis=1).mean() > 0.7):
+        assert not told
+    for statement in told:
+        assert statement.figures["off_m"] < 0.15
