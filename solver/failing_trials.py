@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import TypeVar
 
+from numpy.linalg import LinAlgError
+
 from solver.capture.capture import Subject, TrialFiles, UnreadTrial, UnusedFile
 from solver.capture.readable_trials import unused
 from solver.errors import Cancelled, FitError, SolverError
@@ -11,6 +13,10 @@ from solver.errors import Cancelled, FitError, SolverError
 Trial = TypeVar("Trial")
 Result = TypeVar("Result")
 Failed = tuple[UnreadTrial, ...]
+UNSOLVABLE = (
+    "its markers or forces leave nothing to solve, as frozen or invented numbers do. Look at it with "
+    "`addb-viewer open`, and export it again or leave it out."
+)
 
 
 class TrialFailedError(Exception):
@@ -58,7 +64,9 @@ def together(
         return solve_some(trials)
     except (SolverError, MemoryError, TrialFailedError):
         raise
-    except Exception:
+    except Exception as error:
+        if len(trials) == 1 and isinstance(error, LinAlgError):
+            raise TrialFailedError(name_of(trials[0])) from error
         for trial in trials if len(trials) > 1 else ():
             with about(name_of(trial)), suppress(SolverError):  # a trial may lack alone what others have
                 solve_some([trial])
@@ -89,6 +97,9 @@ def without_failing(
             first = first or failure.__cause__
             assert first is not None
             if len(failed) + 1 == len(chosen):
+                if isinstance(first, LinAlgError):
+                    name = failed[0].name if failed else failure.trial
+                    raise FitError(f"{subject.folder}: {name}: {UNSOLVABLE}") from first
                 raise first from None
             files = next(files for files in chosen if files.name == failure.trial)
             failed = (*failed, UnreadTrial(files.name, _why(failure.__cause__, subject, files)))

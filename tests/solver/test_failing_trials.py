@@ -11,6 +11,7 @@ from solver.capture import readable_trials
 from solver.capture.subject import open_subject
 from solver.diagnosis import diagnose as diagnosis
 from solver.errors import FitError
+from solver.failing_trials import together, without_failing
 from solver.pipeline import solve
 from solver.settings import Settings, settings_from
 
@@ -137,3 +138,12 @@ def test_a_diagnosis_goes_on_without_one_that_breaks_down(subject, monkeypatch):
     assert told.notes[0] == "looked at"
     assert told.notes[1].startswith("again: left out, ")
     assert "IndexError: index 5" in told.notes[1]
+
+
+@pytest.mark.parametrize("names", [["walk"], ["walk", "again"]])
+def test_numbers_that_leave_nothing_to_solve_are_told_in_a_sentence(subject, names):
+    def solve_some(files, failed=()):
+        return together(files, lambda trial: trial.name, lambda _: np.linalg.cholesky(np.zeros((2, 2))))
+
+    with pytest.raises(FitError, match="walk: its markers or forces leave nothing to solve"):
+        without_failing(subject, names, solve_some)
