@@ -12,7 +12,6 @@ import typer
 
 from addb_viewer.commands.listed import ListedCommand, ListedGroup, listing
 from addb_viewer.environment import ENDS_WITH_STDIN, STORE
-from solver.capture.file_names import readable
 
 DATASET = (
     ListedCommand(
@@ -248,6 +247,8 @@ def main() -> None:
 def _shown(error: UnicodeError) -> tuple[bytes, int]:
     """A terminal without '²' still gets its table, and the names of files whatever bytes they are."""
     assert isinstance(error, UnicodeEncodeError)
+    from solver.capture.file_names import readable  # noqa: PLC0415 (help needs nothing of the solver)
+
     text = readable(error.object[error.start : error.end])
     return text.encode(error.encoding, errors="replace"), error.end
 
