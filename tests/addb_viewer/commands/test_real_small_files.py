@@ -85,6 +85,7 @@ def test_trials_whose_names_look_alike_are_exported_into_files_of_their_own(fold
         "[trials.part2]", '[trials."walk[1]"]'
     )
     (folder / "subject.toml").write_text(trials)
+    assert run("fit", folder).exit_code == 0
     said = run("export", folder, "--to", "csv")
     assert said.exit_code == 0, said.output
     files = sorted((folder / "results" / "csv").glob("*.csv"))
@@ -103,6 +104,7 @@ def test_trials_whose_names_subject_toml_exchanges_are_exported_under_their_new_
     for old, new in (("[trials.part1]", "-"), ("[trials.part2]", "[trials.part1]"), ("-", "[trials.part2]")):
         trials = trials.replace(old, new, 1)
     (folder / "subject.toml").write_text(trials)
+    assert run("fit", folder).exit_code == 0
     said = run("export", folder, "--to", "csv")
     assert said.exit_code == 0, said.output
     assert [rows(exported / f"{name}.csv") for name in ("part1", "part2")] == [second, first]

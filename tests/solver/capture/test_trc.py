@@ -348,7 +348,7 @@ def test_every_real_file_opens_or_says_what_to_do(real_data):
         "btk_Truncated.trc": "cut off",
         "btk_10002-20130626160334-Unnamed.trc": "Label",
     }
-    paths = sorted(real_data.rglob("*.trc"))
+    paths = sorted(path for path in real_data.rglob("*.trc") if "wild" not in path.parts)
     assert len(paths) > 20
     for path in paths:
         if path.name in unusable:
