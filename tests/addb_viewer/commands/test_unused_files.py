@@ -44,7 +44,7 @@ def test_fit_counts_them_names_the_worst_and_lists_all_when_asked(folder):
     assert "unchanged: kept fit" in again.stdout
     assert "4 files of the folder not used:\n" in again.stdout
     assert "  walk_ik.mot: no columns of ground forces" in again.stdout
-    assert "  found later.csv: a table of a kind that is not read here" in again.stdout
+    assert "  found later.csv: text of a kind that is not read here" in again.stdout
 
     told = [note for note in open_library(folder).notes if note.startswith("Not used: ")]
     assert [note.split(": ")[1] for note in told] == [
