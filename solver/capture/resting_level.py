@@ -20,6 +20,7 @@ SEEN_SHARE = 0.75  # of the most markers that are seen at once; with fewer, a fo
 MOST_LEVELS = 3  # at which a plate rests: empty, under one foot, under both
 FEWEST_RETURNS = 3  # to one level from loads between: nobody who stands presses so evenly
 OFTEN = 0.99  # of the readings lie to one side of an empty plate's
+HUM_S = 0.04  # readings are judged by their mean over two periods of the mains (2.4 where it has 60 Hz)
 
 
 def resting_samples(
@@ -30,9 +31,10 @@ def resting_samples(
 ) -> Bool[np.ndarray, " samples"]:
     """Samples of the empty plate; none where the recording does not show it.
 
-    They stay within a plate's noise of one level, or of a slow drift, and nobody is near at some of them: no
-    marker is above the plate, none of a leg beside it. Or the plate comes back to that level from every load
-    and never goes beyond, as on treadmills, which have somebody above them all the time.
+    Their means, in which hum and vibration cancel, stay within a plate's noise of one level, or of a slow
+    drift, and nobody is near at some of them: no marker is above the plate, none of a leg beside it. Or the
+    plate comes back to that level from every load and never goes beyond, as on treadmills, which have
+    somebody above them all the time.
 
     Args:
         plate: as read, y up, whichever way it counts.
@@ -40,8 +42,8 @@ def resting_samples(
         settings: for how long a plate rests.
         conditioning: how closely, and what tells its surface.
     """
-    vertical = plate.force_ground[:, 1]
-    quiet = _quiet(plate, settings, conditioning)
+    vertical = _without_hum(plate)
+    quiet = _quiet(vertical, plate.rate, settings, conditioning)
     fewest = settings.rest_s * plate.rate
     left = quiet.copy()
     for _ in range(MOST_LEVELS):
@@ -56,15 +58,26 @@ def resting_samples(
     return np.zeros_like(quiet)
 
 
+def _without_hum(plate: ForcePlate) -> Float[np.ndarray, " samples"]:
+    """Vertical readings, each the mean of those around; NaN where one of a wrench is not known [N]."""
+    known = np.isfinite(plate.force_ground).all(axis=1) & np.isfinite(plate.moment_ground).all(axis=1)
+    window = np.ones(round(HUM_S * plate.rate) | 1)
+    total = np.convolve(np.where(known, plate.force_ground[:, 1], 0.0), window, "same")
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(known, total / np.convolve(known, window, "same"), np.nan)
+
+
 def _quiet(
-    plate: ForcePlate, settings: PlateSignSettings, conditioning: ConditioningSettings
+    vertical: Float[np.ndarray, " samples"],
+    rate: float,
+    settings: PlateSignSettings,
+    conditioning: ConditioningSettings,
 ) -> Bool[np.ndarray, " samples"]:
     """Samples in stretches of a rest's length whose readings differ by no more than noise."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d  # noqa: PLC0415 (slow to load)
 
-    known = np.isfinite(plate.force_ground).all(axis=1) & np.isfinite(plate.moment_ground).all(axis=1)
-    vertical = plate.force_ground[:, 1]
-    window = max(2, round(settings.rest_s * plate.rate)) | 1
+    known = np.isfinite(vertical)
+    window = max(2, round(settings.rest_s * rate)) | 1
     highest = maximum_filter1d(np.where(known, vertical, np.inf), window, mode="constant", cval=np.inf)
     lowest = minimum_filter1d(np.where(known, vertical, -np.inf), window, mode="constant", cval=-np.inf)
     middles = highest - lowest <= 2 * conditioning.zero_noise_N
