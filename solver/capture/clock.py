@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
 from solver.capture.clock_settings import CLOCK, ClockSettings
-from solver.capture.clock_steps import fits, hides_gaps, off_beat, resolution_of, with_gaps
+from solver.capture.clock_steps import fits, hides_gaps, off_beat, resolution_of, uneven, with_gaps
 from solver.errors import CaptureError
 from solver.runs import runs
 
@@ -49,14 +50,20 @@ class Clock:
         """
         if self.moments is None:
             return placed
-        result = placed.copy()
+        result = np.full_like(placed, np.nan)
         taken = self.placed(self.moments)
-        for column in result.reshape(self.samples, -1).T:
+        for column, moved in zip(
+            placed.reshape(self.samples, -1).T, result.reshape(self.samples, -1).T, strict=True
+        ):
             for start, end in runs(np.isfinite(column)):
+                first, last = taken[start], taken[end - 1]
+                nearest = np.arange(round(first), round(last) + 1)
+                nearest = nearest[(nearest >= 0) & (nearest < self.samples)]
                 if end - start > 1:
                     spline = CubicSpline(taken[start:end], column[start:end], bc_type="natural")
-                    wanted = np.clip(np.arange(start, end), taken[start], taken[end - 1])
-                    column[start:end] = spline(wanted)
+                    moved[nearest] = spline(np.clip(nearest, first, last))
+                else:
+                    moved[nearest] = column[start]
         return result
 
 
@@ -80,7 +87,7 @@ def find_clock(
         settings: what counts as uniform.
 
     Raises:
-        CaptureError: times run backwards, or step so irregularly that no uniform clock is behind them, or
+        CaptureError: times run backwards, or step so irregularly that they are no recording's, or
             there is no rate at all.
     """
     rows = len(times)
@@ -104,23 +111,16 @@ def find_clock(
         return Clock(header_rate, 0.0, np.arange(rows), np.ones(rows, bool), (note,))
 
     resolution = resolution_of(times, settings.finest_decimals)
-    sample = np.arange(rows)
-    jittering = False
-    if not fits(times, sample, resolution, settings) or hides_gaps(times, resolution, header_rate):
-        stepped = with_gaps(times, resolution, settings)
-        if stepped is None:
-            stepped = off_beat(times, header_rate, settings)
-            jittering = stepped is not None
-        if stepped is None:
-            raise _irregular(times, path, lines)
-        sample = stepped
-        _refuse_two_recordings(times, sample, path, lines, settings)
+    sample, rows_lie = _on_samples(times, resolution, header_rate, settings)
+    if sample is None:
+        raise _irregular(times, path, lines)
+    _refuse_two_recordings(times, sample, path, lines, settings)
     keep = np.r_[True, np.diff(sample) > 0]
     notes = _gap_notes(times, sample, keep, lines, path.name)
 
     span = float(times[-1] - times[0])
     rate = round(float(sample[-1]) / span, settings.finest_decimals)
-    if jittering:
+    if rows_lie is _Rows.ABOUT:
         rate = round(float(np.polyfit(times[keep], sample[keep], 1)[0]), settings.finest_decimals)
     if header_rate and abs(header_rate - rate) <= max(1e-9, rate * resolution / span):
         rate = header_rate  # the same within what rounding of the times can tell
@@ -129,9 +129,11 @@ def find_clock(
             f"{path.name}: the header says {header_rate:g} Hz, the time column {rate:.6g} Hz; "
             "the time column is used",
         )
-    if not jittering:
+    if rows_lie is _Rows.ON:
         return Clock(rate, float(times[0]), sample, keep, notes)
-    start_time = float(np.mean(times[keep] - sample[keep] / rate))
+    start_time = float(times[0])
+    if rows_lie is _Rows.ABOUT:
+        start_time = float(np.mean(times[keep] - sample[keep] / rate))
     moments = (times - start_time) * rate
     off = np.abs(moments - sample)
     worst = int(np.argmax(off))
@@ -140,6 +142,32 @@ def find_clock(
         f"{1000 / rate:.4g} ms off, line {lines[worst]}); resampled at {rate:.6g} Hz",
     )
     return Clock(rate, start_time, sample, keep, notes, moments)
+
+
+class _Rows(Enum):
+    """How rows lie to a uniform clock."""
+
+    ON = "on it, but for rounding"
+    ABOUT = "about it, by less than half a step"
+    ADRIFT = "in its order"
+
+
+def _on_samples(
+    times: Float[np.ndarray, " rows"],
+    resolution: float,
+    header_rate: float | None,
+    settings: ClockSettings,
+) -> tuple[Int[np.ndarray, " rows"] | None, _Rows]:
+    """The sample of each row, and how the rows lie to the clock; None where they are no recording's."""
+    in_order = np.arange(len(times))
+    if fits(times, in_order, resolution, settings) and not hides_gaps(times, resolution, header_rate):
+        return in_order, _Rows.ON
+    sample, found = with_gaps(times, resolution, settings), _Rows.ON
+    if sample is None:
+        sample, found = off_beat(times, header_rate, settings), _Rows.ABOUT
+    if sample is None:
+        sample, found = uneven(times, settings), _Rows.ADRIFT
+    return sample, found
 
 
 def _with_stamps_missing(
@@ -223,8 +251,8 @@ def _irregular(times: Float[np.ndarray, " rows"], path: Path, lines: Sequence[in
     k = int(np.argmax(np.abs(steps - whole * median)))
     return CaptureError(
         f"{path}: line {lines[k + 1]}: the time steps are irregular ({steps.min():.6g} to "
-        f"{steps.max():.6g} s; here from {times[k]:.6g} to {times[k + 1]:.6g} s): no uniform clock is within "
-        "half a step of all rows. Export at a constant rate."
+        f"{steps.max():.6g} s; here from {times[k]:.6g} to {times[k + 1]:.6g} s): most are far from the "
+        "usual one. Export at a constant rate."
     )
 
 

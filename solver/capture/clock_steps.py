@@ -86,6 +86,21 @@ def off_beat(
     return None if best is None else (best - best[0])[np.cumsum(moving) - 1]
 
 
+def uneven(times: Float[np.ndarray, " rows"], settings: ClockSettings) -> Int[np.ndarray, " rows"] | None:
+    """The sample of each row by their order, where most steps are near the usual one; else None.
+
+    A step of one and a half and more leaves a gap. The rows may drift about a uniform clock by any amount.
+    """
+    moving = np.diff(times, prepend=-np.inf) > 0
+    steps = np.diff(times[moving])
+    if len(steps) < settings.fewest_jittering:
+        return None
+    multiples = steps / np.median(steps)
+    if np.mean((multiples > 0.5) & (multiples < 1.5)) < settings.single_steps:
+        return None
+    return np.r_[0, np.cumsum(np.maximum(np.round(multiples), 1).astype(int))][np.cumsum(moving) - 1]
+
+
 def _settled(times: Float[np.ndarray, " rows"], period: float) -> tuple[Int[np.ndarray, " rows"], float]:
     """Samples of a clock fitted to ever longer beginnings, and how far the worst row is off [samples]."""
     offset, used = float(times[0]), min(16, len(times))

@@ -43,6 +43,7 @@ class _Folder:
     path: Path
     spans: Mapping[Path, tuple[float, float] | None]  # [s] first and last time of each marker file
     settings: ReadingSettings
+    tables: int  # force tables without markers
 
 
 def pair_forces(
@@ -56,7 +57,7 @@ def pair_forces(
         tables: files that hold columns of ground forces and no markers.
         settings: how files are read, what counts as a load under a foot, and as a clear pair.
     """
-    among = _Folder(folder, {path: _span(path, settings) for path in markers}, settings)
+    among = _Folder(folder, {path: _span(path, settings) for path in markers}, settings, len(tables))
     candidates, left = [], {}
     for table in tables:
         loads = _loads(table, _stamp(table), settings)
@@ -98,7 +99,7 @@ def _weighed(among: _Folder, markers: Path, table: Path, loads: Loads) -> _Candi
     def together(span: tuple[float, float] | None) -> bool:
         return span is not None and max(abs(span[0] - loads.start), abs(span[1] - loads.end)) <= slack
 
-    alone = together((first, last)) and sum(map(together, among.spans.values())) == 1
+    same_span = together((first, last)) and sum(map(together, among.spans.values())) == 1
     said = f"{named.value}; {_told(markers, found)}"
     of_names = {
         Relation.SAME: odds.named_alike,
@@ -106,7 +107,10 @@ def _weighed(among: _Folder, markers: Path, table: Path, loads: Loads) -> _Candi
         Relation.UNRELATED: 0.0,
         Relation.SIBLINGS: odds.named_siblings,
     }[named]
-    return _Candidate(markers, table, of_names + found.log_odds + odds.same_span * alone, said)
+    if len(among.spans) == among.tables == 1 and found.log_odds > LITTLE:
+        said = f"nothing else comes into question; {said}"
+        of_names = 0.0 if named is Relation.SIBLINGS else of_names + odds.alone
+    return _Candidate(markers, table, of_names + found.log_odds + odds.same_span * same_span, said)
 
 
 def _told(markers: Path, found: Evidence) -> str:

@@ -47,6 +47,9 @@ class ForceFileSettings:
     named_siblings: float = setting(
         -3.0, unit="", least=-math.inf, why="walk1 and walk2 are two trials, 20 to 1"
     )
+    alone: float = setting(
+        1.0, unit="", why="the only markers and the only forces without a partner, where contents agree"
+    )
     same_span: float = setting(
         1.5, unit="", why="both begin and end together, as no other markers of the folder do"
     )

@@ -55,6 +55,9 @@ def name_tokens(text: str) -> tuple[str, ...]:
 def relation(one: PurePath, other: PurePath) -> Relation:
     """How the names of two files relate; of their folders, what lies below the one that holds both.
 
+    Two trials differ in a word or in a number. A word here and a number there, as in PREF_15 and 15_2plates,
+    only say more of each file.
+
     Args:
         one: path of a file.
         other: path of another, from the same root.
@@ -75,6 +78,7 @@ def _relation(one: Sequence[str], other: Sequence[str]) -> Relation:
     if first <= second or second <= first:
         return Relation.PART
     words = [{token for token in tokens if not token.isdigit()} for tokens in (first, second)]
-    if words[0] & words[1] or not (words[0] or words[1]):
-        return Relation.SIBLINGS
-    return Relation.UNRELATED
+    if not words[0] & words[1] and (words[0] or words[1]):
+        return Relation.UNRELATED
+    kinds = [{token.isdigit() for token in rest} for rest in (first - second, second - first)]
+    return Relation.SIBLINGS if kinds[0] & kinds[1] else Relation.PART

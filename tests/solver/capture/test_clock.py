@@ -154,11 +154,30 @@ def test_where_every_other_row_has_a_time_those_are_read():
     assert any("lines 8, 10, 12, 14, 16 and 25 more" in note for note in clock.notes)
 
 
-def test_irregular_steps_name_the_line():
-    times = np.arange(100) / 100
-    times[40:] += 0.0053 * np.sin(np.arange(60))
+def test_times_of_events_are_an_error_that_names_the_line():
+    times = np.cumsum(np.random.default_rng(3).exponential(0.01, 100))
     with pytest.raises(CaptureError, match=r"line \d+: the time steps are irregular"):
         clock_of(times)
+
+
+@pytest.mark.parametrize("paused", [False, True])
+def test_stamps_that_drift_by_many_steps_are_interpolated_with_a_note(paused):
+    """Steps of 1.6 to 2.2 ms, as a program stamps rows when they arrive; and a pause of the recording."""
+    order = np.arange(2000)
+    steps = 0.0019 + 0.0003 * np.sin(order / 150)
+    steps[1200] += 0.05 * paused
+    times = 3.0 + np.cumsum(steps)
+    clock = clock_of(times)
+    assert clock.rate == pytest.approx(1 / 0.0019, rel=0.02)
+    assert any("the time steps are irregular" in note and "resampled at" in note for note in clock.notes)
+    moved = clock.moved(clock.placed(np.sin(9 * times)[:, None]))[:, 0]
+    uniform = clock.start_time + np.arange(clock.samples) / clock.rate
+    known = np.isfinite(moved)
+    np.testing.assert_allclose(moved[known], np.sin(9 * uniform[known]), atol=0.01)
+    away = np.abs(uniform[:, None] - times).min(axis=1)
+    assert away[known].max() < 0.0012
+    assert (~known).sum() * 0.0019 == pytest.approx(0.05 * paused, abs=0.004)
+    assert uniform[-1] == pytest.approx(times[-1], abs=0.002)
 
 
 @pytest.mark.parametrize("header_rate", [None, 100.0])

@@ -41,6 +41,9 @@ WALKWAY, WALKWAY_FORCES = (
     f"overground_camargo2021_AB06/levelground_ccw_fast_01_01{n}" for n in (".trc", "_grf.mot")
 )
 
+TRANSPARENT = "exo_apo_gordon/S1_ET21_exo_transparent/ET21.trc"
+NO_EXO_FORCES = "exo_apo_gordon/S1_NE21_no_exo/NE21.mot"
+
 
 @dataclass(frozen=True)
 class Part:
@@ -76,6 +79,22 @@ FOLDERS = {
     ),
     "no common name": Folder(
         {"run0350cms.trc": SPRINT, "jog_grf.mot": SPRINT_FORCES}, {"run0350cms.trc": "jog_grf.mot"}
+    ),
+    "a word here, a number there": Folder(
+        {"A01_PREF_T0015.trc": WALK, "A01_T0015_GRF_2plates.mot": WALK_FORCES},
+        {"A01_PREF_T0015.trc": "A01_T0015_GRF_2plates.mot"},
+    ),
+    "names of two trials, one content, nothing else": Folder(
+        {"walk_1.trc": BELT, "walk_2_grf.mot": BELT_FORCES}, {"walk_1.trc": "walk_2_grf.mot"}
+    ),
+    "names of two trials, one content, and another trial": Folder(
+        {"walk_1.trc": BELT, "walk_2_grf.mot": BELT_FORCES, "walk_2.trc": WALK},
+        {"walk_1.trc": None, "walk_2.trc": "walk_2_grf.mot"},
+    ),
+    "the only forces, of another trial": Folder(
+        {"steps.trc": TRANSPARENT, "plates.mot": NO_EXO_FORCES},
+        {"steps.trc": None},
+        {"plates.mot": "cannot be assigned"},
     ),
     "no common name, treadmill": Folder(
         {"jog.trc": RUN, "plates 4 m_s.mot": RUN_FORCES}, {"jog.trc": "plates 4 m_s.mot"}

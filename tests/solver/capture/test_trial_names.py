@@ -25,6 +25,8 @@ from solver.capture.trial_names import Relation, name_tokens, relation
         ("walk_fast.trc", "walk_slow_grf.mot", Relation.SIBLINGS),
         ("days/walk1/markers.trc", "days/walk2/grf.mot", Relation.SIBLINGS),
         ("S01_walk1.trc", "walk1_forces.mot", Relation.PART),
+        ("A01_PREF_T0015.trc", "A01_T0015_GRF_2plates.mot", Relation.PART),
+        ("A01_PREF_T0015.trc", "A01_T0016_GRF_2plates.mot", Relation.SIBLINGS),
         ("run0350cms.trc", "jog_grf.mot", Relation.UNRELATED),
         ("trial 3.trc", "run 3.mot", Relation.UNRELATED),
         ("walk.trc", "forces.mot", Relation.UNRELATED),
