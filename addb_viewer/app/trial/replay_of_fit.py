@@ -21,6 +21,9 @@ from addb_viewer.app.trial.replay import (
 )
 from addb_viewer.suggested_activities import suggestions_of
 from solver.capture.capture import Capture, ForcePlate
+from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
+from solver.capture.force_settings import CONDITIONING, ConditioningSettings
+from solver.capture.zero_level import zeroed
 from solver.contact.contact_phases import contact_phases
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fit import TrialFit
@@ -33,7 +36,7 @@ from solver.skeleton.skeleton import Skeleton
 from solver.summary import Thresholds
 
 
-def unfitted_replay(capture: Capture) -> Replay:
+def unfitted_replay(capture: Capture, conditioning: ConditioningSettings = CONDITIONING) -> Replay:
     """A recording that nothing has been fitted to yet: markers and plates."""
     measured = capture.markers.positions_ground
     return Replay(
@@ -41,7 +44,7 @@ def unfitted_replay(capture: Capture) -> Replay:
         times=capture.markers.times,
         rate=capture.markers.rate,
         markers=MarkerReplay(capture.markers.names, measured, np.full_like(measured, np.nan)),
-        plates=tuple(_plate(plate, capture.markers.times) for plate in capture.plates),
+        plates=tuple(_plate(plate, capture.markers.times, conditioning) for plate in capture.plates),
         notes=capture.notes,
     )
 
@@ -63,7 +66,8 @@ def fitted_replay(
         settings: of the fit, as it keeps them.
         large_torque: what the joint with most rarely exceeds, in any trial [N·m]; None: in this one.
     """
-    bare = unfitted_replay(trial.capture)
+    given = from_dict(settings)
+    bare = unfitted_replay(trial.capture, given.conditioning)
     on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
     feet: tuple[str, ...] = ()
     plates, notes = bare.plates, bare.notes
@@ -88,7 +92,7 @@ def fitted_replay(
         joint_loads=_joint_loads(trial, skeleton, on_fit, large_torque),
         demanded=demanded_forces(trial, skeleton, foretold, on_fit.floats),
         missing=_missing(trial, foretold, on_fit),
-        forces=_force_use(trial, skeleton, from_dict(settings)),
+        forces=_force_use(trial, skeleton, given),
         label_faults=trial.label_faults,
         suggested=suggestions_of(trial, skeleton),
         notes=(*notes, *trial.notes),
@@ -112,11 +116,19 @@ class _Clock:
         return np.where(self.inside, values[self.row], -1)
 
 
-def _plate(plate: ForcePlate, times: Float[np.ndarray, " frames"]) -> PlateReplay:
-    """The plate's sample nearest to each marker frame: raw, so that what is drawn was measured."""
+def _plate(
+    plate: ForcePlate, times: Float[np.ndarray, " frames"], conditioning: ConditioningSettings
+) -> PlateReplay:
+    """The plate's sample nearest to each marker frame, less its zero level; else as it was measured."""
     clock = _Clock(times, plate.start_time, plate.rate, plate.samples)
-    force = clock.floats(plate.force_ground)
+    lowered, _ = zeroed(plate, conditioning)
+    force = clock.floats(lowered.force_ground)
     cop = clock.floats(plate.cop_ground)
+    if lowered is not plate:
+        centre = centre_of_pressure(
+            force, clock.floats(lowered.moment_ground), surface_of(plate, conditioning)
+        )
+        cop = np.where(force[:, 1:2] >= SMALLEST_N, centre, np.nan)
     return PlateReplay(plate.name, force, cop, np.full(len(times), -1), plate.corners_ground)
 
 

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from addb_viewer import Subject
 from addb_viewer.app.trial.replay import BodySize
 from addb_viewer.app.trial.replay_of_fit import fitted_replay, unfitted_replay
 from solver.capture.capture import Capture, ForcePlate, Markers
+from solver.capture.subject import open_subject
+from solver.capture.trial import read_trial
 
 PERSON = BodySize(mass_kg=100.0, height_m=2.0)
 
@@ -31,6 +34,28 @@ def test_forces_come_from_the_sample_nearest_in_time():
     assert np.isnan(plate.force[0]).all()  # 3 ms before the first sample
     assert np.isnan(plate.cop[:5]).all()
     np.testing.assert_allclose(plate.cop[6:, 0], [0.057, 0.067, 0.077, 0.087])
+
+
+@pytest.mark.parametrize("level_N", [-25.0, 8.0, 30.0])
+def test_loads_are_asked_for_after_the_zero_level_is_off(level_N):
+    """Of a plate that nobody saw empty, so that reading left its level for conditioning."""
+    subject = Subject.demo()  # a temporary folder lives as long as it does
+    walk = read_trial(open_subject(subject.folder).trials[0])
+    noise = np.random.default_rng(0).normal(0, 0.5, walk.plates[1].force_ground.shape)
+    level = np.array([0, level_N, 0])
+    moment = np.cross(np.nanmedian(walk.plates[1].cop_ground, axis=0), level)
+    off = replace(
+        walk.plates[1],
+        force_ground=walk.plates[1].force_ground + level + noise,
+        moment_ground=walk.plates[1].moment_ground + moment,
+    )
+    true, shown = (
+        unfitted_replay(replace(walk, plates=(plate,))).plates[0] for plate in (walk.plates[1], off)
+    )
+    np.testing.assert_allclose(shown.force, true.force, atol=3.0)
+    loaded = true.force[:, 1] > 100
+    np.testing.assert_allclose(shown.cop[loaded], true.cop[loaded], atol=0.01)
+    assert np.isnan(shown.cop[true.force[:, 1] < 10]).all()
 
 
 def test_forces_that_end_early_are_unknown_not_zero():
