@@ -177,7 +177,9 @@ def _fitted_together(
     at the former sister, and one fit is enough.
     """
 
-    def fit(trials: Sequence[TrialData], phi: Float[np.ndarray, " parameters"] | None) -> TrajectoryFit:
+    def fit(
+        trials: Sequence[TrialData], phi: Float[np.ndarray, " parameters"] | None, *, edited: bool
+    ) -> TrajectoryFit:
         return fit_trajectories(
             skeleton,
             list(trials),
@@ -186,15 +188,18 @@ def _fitted_together(
             phi=phi,
             extra=extension.parameters if extension else None,
             weighed=extension is None,
+            edited=edited,
         )
 
+    edited = groundwork.phi is not None
     if not settings.foretelling.enabled or not any(misses_a_force(trial) for trial in fits):
-        return fit(data, groundwork.phi), None
+        return fit(data, groundwork.phi, edited=edited), None
     learnt = learnt_before(fits, groundwork, settings)
-    begun = fit(data, groundwork.phi) if learnt is None else None
+    begun = fit(data, groundwork.phi, edited=False) if learnt is None else None
     sister = sister_of(fits, data, begun, skeleton, settings, extension=extension, learnt=learnt)
     assert sister is not None
-    return fit(with_foretold(data, begun, sister), begun.phi if begun else groundwork.phi), sister
+    held = with_foretold(data, begun, sister)
+    return fit(held, begun.phi if begun else groundwork.phi, edited=edited), sister
 
 
 def fitted_to_forces(fits: Sequence[TrialFit], settings: Settings) -> list[int]:

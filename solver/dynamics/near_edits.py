@@ -110,7 +110,7 @@ def fitted_near(
     if parts:
         with threadpool_limits(1):
             solver = TrajectorySolver(fitted, parts, replace(settings, fit_inertias=False))
-            near = searched(solver, progress, None)
+            near = searched(solver, progress, None, edited=True)
         for span, part in zip(spans, near.splines, strict=True):
             i = span.trial
             splines[i] = spliced(splines[i], part, span.start // spacing[i])

@@ -46,6 +46,7 @@ def fit_trajectories(
     phi: Float[np.ndarray, " parameters"] | None = None,
     extra: ExtraParameters | None = None,
     weighed: bool = False,
+    edited: bool = False,
 ) -> TrajectoryFit:
     """Fit all trials of a subject with one set of inertias.
 
@@ -59,6 +60,8 @@ def fit_trajectories(
         phi: inertia parameters where the search begins, those of an earlier fit; None: the nominal ones.
         extra: of the trials' extra columns; None: they have none.
         weighed: the skeleton's mass is what these forces weigh already; it moves no more easily than shares.
+        edited: the trials begin at splines of an earlier fit, and forces have changed since; what that gains
+            decides where the search ends. Longer trials are made anew as from the beginning.
 
     Raises:
         FitError: no trial is long enough, or a trial's columns are not as many as extra parameters.
@@ -69,7 +72,7 @@ def fit_trajectories(
         caution = inertia_caution(skeleton, trials, settings) if settings.fit_inertias else 1.0
         if not are_long([len(trial.counts) for trial in trials], settings):
             solver = TrajectorySolver(skeleton, trials, settings, extra, caution, weighed=weighed)
-            return searched(solver, progress, phi)
+            return searched(solver, progress, phi, edited=edited)
         return WindowedFit(skeleton, trials, settings, extra, caution, weighed=weighed).searched(
             progress, phi
         )

@@ -1,5 +1,6 @@
 """The search of the trajectory fit: Gauss-Newton with Levenberg's damping, all of its trials together."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +19,8 @@ FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
 # tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
 SMALL_STEP = 10  # tolerances
 AS_FORETOLD = 0.1
+MOST_FOLLOWING = 25  # steps after an edit with one factor
+LAST_DIGITS = 1e-12  # of the cost, which is a sum of many: no step is told by less
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,11 @@ class TrajectoryFit:
 
 
 def searched(
-    solver: TrajectorySolver, progress: Progress, phi: Float[np.ndarray, " parameters"] | None
+    solver: TrajectorySolver,
+    progress: Progress,
+    phi: Float[np.ndarray, " parameters"] | None,
+    *,
+    edited: bool = False,
 ) -> TrajectoryFit:
     """From where the trials' data begin to where a step gains no more.
 
@@ -50,6 +57,9 @@ def searched(
         solver: of the trials.
         progress: told the fraction done; may raise `Cancelled`.
         phi: inertia parameters where the search begins; None: the nominal ones.
+        edited: the data begin where a fit ended, and forces on a few frames have changed since. What that
+            gains decides, which may be less than the tolerance of the whole cost and hundreds of newtons on a
+            frame: the motion follows the edit to within the tolerance, the cost to within its square.
     """
     state = solver.begun(phi)
     damping, converged, iteration = FIRST_DAMPING, False, 0
@@ -80,11 +90,19 @@ def searched(
         undamped = damping <= FIRST_DAMPING
         small = undamped and gained < SMALL_STEP * least
         as_foretold = small and abs(gained - step.foretold) < AS_FORETOLD * least
-        converged = gained < least or as_foretold or arrived
+        converged = not edited and (gained < least or as_foretold or arrived)
         left, state, cost, damping = state, tried, tried_cost, damping / 10
         if undamped and not converged and gained < NEARLY_THERE * cost:
-            left, gradient = state, solver.gradient(state)
-            state, converged = _settled(solver, state, cost, factor.step(gradient))
+            if edited:
+                least = solver.settings.tolerance**2 * (costs[0] - cost)
+            left, gradient, state, converged = _settled(
+                solver,
+                state,
+                cost,
+                factor,
+                least=max(least, LAST_DIGITS * cost),
+                following=MOST_FOLLOWING if edited else 0,
+            )
         if converged:
             asked = state.shared.phi
             if solver.caution != 1.0:
@@ -108,15 +126,82 @@ def searched(
     )
 
 
-def _settled(solver: TrajectorySolver, state: State, cost: float, step: Step) -> tuple[State, bool]:
-    """The state after a last step with the curvature at hand, and whether it is the last one.
+def _settled(
+    solver: TrajectorySolver,
+    state: State,
+    cost: float,
+    factor: BorderedFactor,
+    *,
+    least: float,
+    following: int,
+) -> tuple[State, Gradient, State, bool]:
+    """Where steps with the curvature at hand lead, and whether the last of them was the last one.
 
-    It is if all that is left to gain is less than the tolerance, by the gradient here and that curvature.
+    It is if all that is left to gain is less than asked for, by the gradient there and that curvature. What
+    the gradients tell of another curvature on the way corrects it (L-BFGS): that of frames far from their
+    force is much overrated, as their robust weights are held.
+
+    Args:
+        solver: of the trials.
+        state: where they begin.
+        cost: there.
+        factor: of the curvature.
+        least: what may be left to gain.
+        following: how many steps may come before the last one.
+
+    Returns:
+        Where the last step began, and the gradient there; where it ended; whether it was the last one.
     """
-    if step.foretold >= solver.settings.tolerance * cost:
-        return state, False
-    tried = solver.stepped(state, step)
-    return (tried, True) if solver.cost(tried) < cost else (state, False)
+    gradient, learnt = solver.gradient(state), list[_Learnt]()
+    while True:
+        step = _corrected(factor, gradient, learnt)
+        if step.foretold >= least and len(learnt) == following:
+            return state, gradient, state, False
+        tried = solver.stepped(state, step)
+        tried_cost = solver.cost(tried)
+        is_last = step.foretold < least
+        if is_last or tried_cost >= cost:
+            return state, gradient, tried if tried_cost < cost else state, is_last
+        before, state, cost, gradient = gradient, tried, tried_cost, solver.gradient(tried)
+        learnt.append(_Learnt(_flat(step), _flat(gradient) - _flat(before)))
+
+
+@dataclass(frozen=True)
+class _Learnt:
+    """Of the curvature: by how much a step changed the gradient."""
+
+    step: Float[np.ndarray, " all"]
+    change: Float[np.ndarray, " all"]
+
+    @property
+    def curvature(self) -> float:
+        """Along the step, times its square."""
+        return float(self.step @ self.change)
+
+
+def _corrected(factor: BorderedFactor, gradient: Gradient, learnt: Sequence[_Learnt]) -> Step:
+    """The step down a gradient by the factored curvature and what was learnt since (two-loop recursion)."""
+    down, told = _flat(gradient), [one for one in learnt if one.curvature > 0]
+    shares = []
+    for one in reversed(told):
+        shares.append(float(one.step @ down) / one.curvature)
+        down = down - shares[-1] * one.change
+    step = _flat(factor.step(_laid_out(down, gradient)))
+    for one, share in zip(told, reversed(shares), strict=True):
+        step -= (float(one.change @ step) / one.curvature + share) * one.step
+    along = _laid_out(step, gradient)
+    return Step(along.coefficients, along.shared, -float(_flat(gradient) @ step))
+
+
+def _flat(of: Gradient | Step) -> Float[np.ndarray, " all"]:
+    return np.concatenate([*(part.ravel() for part in of.coefficients), of.shared])
+
+
+def _laid_out(flat: Float[np.ndarray, " all"], like: Gradient) -> Gradient:
+    """As trials' coefficients and shared parameters again."""
+    *parts, shared = np.split(flat, np.cumsum([part.size for part in like.coefficients]))
+    shapes = (part.shape for part in like.coefficients)
+    return Gradient(tuple(part.reshape(s) for part, s in zip(parts, shapes, strict=True)), shared)
 
 
 def _asked(
