@@ -63,6 +63,7 @@ KINDS = (
             "the forces ask for a body of ",
             "is not used for the body's mass",
             "plates read ",
+            "the forces lean ",
             "its readings contradict that",
             "the largest force is ",
             "do both share one clock?",
@@ -71,7 +72,16 @@ KINDS = (
         ),
         True,
     ),
-    NoteKind("a guess", ("is ambiguous", "unknown POINT:UNITS", "no forces to estimate it from"), True),
+    NoteKind(
+        "a guess",
+        (
+            "is ambiguous",
+            "unknown POINT:UNITS",
+            "no forces to estimate it from",
+            "the recorded forces do not tell it",
+        ),
+        True,
+    ),
     NoteKind(
         "model against markers",
         (

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import Capture, Subject, UnreadTrial, UnusedFile
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.com_mass import Standing
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.foretelling.learnt_terms import LearntTerms
 from solver.dynamics.heldout import Heldout, WithheldLayout
@@ -80,11 +81,12 @@ class Groundwork:
     skeleton: Skeleton  # scaled, with fitted marker offsets; its mass is still the model's
     match: MarkerMatch
     notes: tuple[str, ...]  # of matching and scaling
+    unread: tuple[UnreadTrial, ...] = ()  # that the solve went without
+    standing: tuple[Standing, ...] = ()  # what plates read under a person whose mass nobody entered
     mass_kg: float | None = None  # that forces were judged with
     phi: Float[np.ndarray, " parameters"] | None = (
         None  # fitted inertias; None: no trial was fitted to forces
     )
-    unread: tuple[UnreadTrial, ...] = ()  # that the solve went without
     learnt: LearntTerms | None = None  # by the last sister fit; None: there was none
     learnt_on: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     # by trial, the stretches of known frames that chose the kinds of these terms

@@ -42,6 +42,7 @@ from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
 from solver.skeleton.subject_model import load_subject_model
+from solver.standing_stage import weighed_standing
 
 SCALED, TRACKED, FITTED = 0.2, 0.4, 0.75  # shares of the work done after scaling, marker fit, trajectory fit
 
@@ -127,6 +128,7 @@ def _solve(
                 with_labels_repaired(capture, others, match, body, settings.label_repair, accepted=accepted)
             )
     recorded = [capture for capture, _ in repaired]
+    shown = [*recorded, *([static] if static else ())]
     give_back()
     with clock("scaling"):
         frames = choose_frames(
@@ -152,18 +154,16 @@ def _solve(
             registered_std=ownership.offset_std(body, generic.marker_names, settings.kinematics),
             height_m=subject.height_m,
             mass_kg=subject.mass_kg,
-            hip_width_m=expected_hip_width(
-                named.landmarks, match, [c.markers for c in ([*recorded, static] if static else recorded)]
-            ),
+            hip_width_m=expected_hip_width(named.landmarks, match, [c.markers for c in shown]),
             pitch_of_spines=pitch_of_spines(body, named.landmarks) if subject.model is None else None,
             progress=part(progress, 0.0, SCALED),
         )
-    whose = people_notes(
-        {c.name: c.markers for c in recorded}
-        | ({f"{static.name} (static)": static.markers} if static else {})
-    )
+    whose = people_notes({c.name + (" (static)" if c is static else ""): c.markers for c in shown})
     notes = (*read.notes, *whose, *match.notes, *ownership.notes, *calibration.notes)
-    groundwork = Groundwork(calibration.skeleton, match, notes, unread=read.unread)
+    standing = weighed_standing(
+        subject, recorded, static, skeleton=calibration.skeleton, match=match, settings=settings
+    )
+    groundwork = Groundwork(calibration.skeleton, match, notes, read.unread, standing)
     shared = {stage: seconds / len(recorded) for stage, seconds in clock.seconds.items()}
     share = (TRACKED - SCALED) / len(recorded)
     fits = []

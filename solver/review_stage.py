@@ -16,7 +16,7 @@ from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import MassEstimate
 from solver.dynamics.extension import Extension
 from solver.dynamics.mass import mass_from_forces
-from solver.dynamics.person_estimates import person_height, person_mass, person_sex
+from solver.dynamics.person_estimates import Plates, person_height, person_mass, person_sex
 from solver.dynamics_stage import obeying_forces
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
@@ -65,20 +65,21 @@ def obeying_reviews(
     judged_without = [_erroneous(fit) for fit in fits]
     fits = [_masked(fit, settings, said.get(fit.capture.name)) for fit in fits]
     told = _told_by_forces(groundwork.skeleton, fits, settings)
-    mass_kg, mass_notes = person_mass(subject, groundwork.skeleton, told, settings.com)
-    skeleton = with_mass(groundwork.skeleton, mass_kg)
+    plates = Plates(told, groundwork.standing, any(f.contacts and f.contacts.has_plates for f in fits))
+    mass = person_mass(subject, groundwork.skeleton, plates, settings.com)
+    skeleton = with_mass(groundwork.skeleton, mass.kg)
     fits = [
         fit
-        if mass_kg == groundwork.mass_kg and _erroneous(fit) == before
-        else _judged(fit, skeleton, settings)
+        if mass.kg == groundwork.mass_kg and _erroneous(fit) == before
+        else _judged(fit, skeleton, settings, mass.guessed_within)
         for fit, before in zip(fits, judged_without, strict=True)
     ]
     fits = [_proposed(fit, settings, said) for fit in fits]
-    if subject.mass_kg is None and told is None:
+    if mass.guessed_within is not None:
         told = _told_by_forces(groundwork.skeleton, fits, settings)  # without frames that miss a force
         if told is not None:
-            mass_kg, mass_notes = person_mass(subject, groundwork.skeleton, told, settings.com)
-            skeleton = with_mass(groundwork.skeleton, mass_kg)
+            mass = person_mass(subject, groundwork.skeleton, replace(plates, told=told), settings.com)
+            skeleton = with_mass(groundwork.skeleton, mass.kg)
             fits = [_proposed(_judged(fit, skeleton, settings), settings, said) for fit in fits]
     obeying = obeying_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
     solved = tuple(
@@ -109,7 +110,7 @@ def obeying_reviews(
         provenance=provenance_of(subject, read, reviews, extension),
         notes=(
             *groundwork.notes,
-            *mass_notes,
+            *mass.notes,
             *obeying.notes,
             *height_notes,
             *person_sex(subject, height_m),
@@ -117,7 +118,7 @@ def obeying_reviews(
         ),
         groundwork=replace(
             groundwork,
-            mass_kg=mass_kg,
+            mass_kg=mass.kg,
             phi=obeying.phi,
             learnt=obeying.learnt,
             learnt_on=obeying.learnt_on,
@@ -205,11 +206,17 @@ def _masked(
     return replace(fit, mask=mask)
 
 
-def _judged(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:
+def _judged(
+    fit: TrialFit, skeleton: Skeleton, settings: Settings, guessed_within: float | None = None
+) -> TrialFit:
     """The trial with what detection proposes of the frames that are to be used, learnt from these alone.
 
     Forces outside the trial's ranges are no evidence; in an erroneous stretch neither forces nor markers are.
+    A mass that nothing weighed is as uncertain to detection as it is: no force is missing for want of it.
     """
+    detection = settings.detection
+    if guessed_within is not None:
+        detection = replace(detection, mass_error=guessed_within)
     if fit.contacts is None or not fit.contacts.has_plates:
         return fit
     sound = np.ones(fit.motion.frames, dtype=bool)
@@ -223,7 +230,7 @@ def _judged(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:
         replace(fit.contacts, observed=fit.contacts.observed & used),
         fit.capture.plates,
         tracked=_tracked_frames(fit, settings) & sound,
-        settings=settings.detection,
+        settings=detection,
     )
     return replace(fit, proposals=within(proposals, used))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from solver.capture.capture import Markers
 from solver.capture.same_motion import markers_of
 
 STATIC = re.compile(
@@ -109,8 +110,11 @@ def shown(path: Path) -> Shown | None:
 def _shown(path: Path, stamp: tuple[int, int]) -> Shown | None:
     """Looked into again when the file's time or size has changed."""
     markers = markers_of(path)
-    if markers is None:
-        return None
+    return None if markers is None else shown_by(markers)
+
+
+def shown_by(markers: Markers) -> Shown:
+    """What markers show of a person."""
     often = np.isfinite(markers.positions_ground).all(axis=2).mean(axis=0) > SEEN
     if not often.any():
         return Shown(np.inf, 0, markers.frames, markers.frames / markers.rate)

@@ -26,6 +26,15 @@ class MassEstimate:
     mass_kg: float
     std_kg: float
     sampling_std_kg: float  # from errors that differ from step to step
+    lean_deg: float = 0.0  # of the forces from the vertical, where it is so large that they are in other axes
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A recording in which somebody stands still, and what all plates together read."""
+
+    name: str
+    mass: MassEstimate
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,8 @@ ROUNDS = 10  # of choosing frames by the mass and the mass by the frames; real r
 SETTLED_KG = 1e-3
 WELL_LOADED = 0.5  # of gravity: below it the ratio of force to acceleration is noise
 LIGHTEST_KG = 5.0  # whoever stands on a plate weighs more: it is empty
+LEAN_DEG = 4.0  # 7 %: forces that lean farther on average are in axes of a sloping belt, not of a floor
+LEAN_S = 1.0  # of known forces, for their average to say so: a stride
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,7 @@ class Balance:
     """Upward force and the support that the motion demands per kilogram, averaged around each frame."""
 
     force_up: Float[np.ndarray, " frames"]  # [N]
+    acceleration_ground: Float[np.ndarray, "frames 3"]  # [m/s²] of the trajectory that knows no force
     support: Float[np.ndarray, " frames"]  # [m/s²] upward acceleration less gravity's
     greatest: Float[np.ndarray, " frames"]  # [m/s²] support in the window, not averaged; at least gravity's
     complete: Bool[np.ndarray, " frames"]  # every frame of the window has its force
@@ -54,6 +57,7 @@ def balance(data: ComData, settings: ComSettings) -> Balance:
     window = 2 * round(settings.window_s * data.rate / 2) + 1
     support = blind.acceleration_ground @ up + strength
     return Balance(
+        acceleration_ground=blind.acceleration_ground,
         force_up=uniform_filter1d(data.force_ground @ up, window, mode="nearest"),
         support=uniform_filter1d(support, window, mode="nearest"),
         greatest=np.maximum(maximum_filter1d(support, window), strength),
@@ -67,9 +71,10 @@ def balance(data: ComData, settings: ComSettings) -> Balance:
 def mass_from_forces(trials: Sequence[ComData], settings: ComSettings) -> MassEstimate | None:
     """The mass of least squares in the centre of mass' trajectories, pooled over trials.
 
-    Frames on which the force is off what the motion demands don't count: a step beside the plates that nobody
-    flagged, a chair. As that needs the mass, both are found in turns. Trials differ by more than their own
-    noise, because plates do; that enters their weights.
+    Forces that lean although nobody is accelerated, as those of a sloping belt in its own axes, weigh along
+    their own direction. Frames on which the force is off what the motion demands don't count: a step beside
+    the plates that nobody flagged, a chair. As that needs the mass, both are found in turns. Trials differ by
+    more than their own noise, because plates do; that enters their weights.
 
     Args:
         trials: with the frames known to miss a force already unobserved.
@@ -108,11 +113,31 @@ def _pooled_mass(
         observed = held.frames(mass_kg, settings.imbalance)
         if observed.sum() < held.window:
             continue
-        projection = project(replace(trial, observed=observed), settings.penalty_s2(observed))
+        gravity, lean_deg = _gravity_of_forces(trial, held, observed)
+        projection = project(
+            replace(trial, observed=observed, gravity=gravity), settings.penalty_s2(observed)
+        )
         ratio = told_ratio(projection, trial.rate, settings)
         if ratio is not None and ratio.mass is not None:
-            estimates.append(ratio.mass)
+            estimates.append(replace(ratio.mass, lean_deg=lean_deg))
     return pooled(estimates, settings) if estimates else None
+
+
+def _gravity_of_forces(
+    trial: ComData, held: Balance, observed: Bool[np.ndarray, " frames"]
+) -> tuple[Float[np.ndarray, "3"], float]:
+    """Gravity in the axes of the forces [m/s²], and how far they lean [°]; the trial's own where they do not.
+
+    Of mean force f and acceleration a, mass m and gravity follow from |f/m − a| = g.
+    """
+    strength = float(np.linalg.norm(trial.gravity))
+    f, a = trial.force_ground[observed].mean(axis=0), held.acceleration_ground[observed].mean(axis=0)
+    per_kg = np.roots([f @ f, -2 * f @ a, a @ a - strength**2]).real.max()
+    gravity = a - per_kg * f
+    lean_deg = float(np.degrees(np.arccos(np.clip(gravity @ trial.gravity / strength**2, -1.0, 1.0))))
+    if lean_deg < LEAN_DEG or observed.sum() < LEAN_S * trial.rate:
+        return trial.gravity, 0.0
+    return gravity, lean_deg
 
 
 def pooled(estimates: Sequence[MassEstimate], settings: ComSettings) -> MassEstimate:
@@ -129,4 +154,5 @@ def pooled(estimates: Sequence[MassEstimate], settings: ComSettings) -> MassEsti
     weight = 1 / (variance + between)
     mean = float(np.average(mass, weights=weight))
     sampling = float(weight.sum() ** -0.5)
-    return MassEstimate(mean, float(np.hypot(sampling, settings.plate_gain_std * mean)), sampling)
+    std = float(np.hypot(sampling, settings.plate_gain_std * mean))
+    return MassEstimate(mean, std, sampling, max(e.lean_deg for e in estimates))

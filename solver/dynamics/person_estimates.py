@@ -1,11 +1,14 @@
 """Mass, height and sex where nobody entered them: from the forces, the scaled body, and tables."""
 
 import math
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from solver.capture.capture import Subject
-from solver.dynamics.com_mass import MassEstimate, disagreement
+from solver.dynamics.com_mass import MassEstimate, Standing, disagreement
 from solver.dynamics.com_settings import ComSettings
-from solver.kinematics.scale_prior import stature
+from solver.dynamics.mass import pooled
+from solver.kinematics.scale_prior import stature, stature_of_trunk
 from solver.skeleton.skeleton import Skeleton
 
 # Mean and standard deviation of stature [m], and mean mass [kg]: Gordon et al., 1988 Anthropometric Survey of
@@ -18,54 +21,95 @@ _CHILDRENS_INDEX, _CHILDRENS_STATURE, _GROWN_UP_STATURE = 16.0, 1.30, 1.65
 _INDEX_SPREAD = 0.15  # of grown-ups; soldiers vary by 0.12
 _BETWEEN_SPREAD = 0.20  # where a stature may be a child's or a grown-up's
 _LEAST_SHARE, _MOST_SHARE = 0.55, 1.8  # of the usual mass: an index of 13 to 44 kg/m² of grown-ups
-STATURE_STD_M = (
-    0.05  # of a stature from the legs: 3 cm between people (Trotter & Gleser 1958), and the scaling
-)
+HIP_HEIGHT = 0.530  # over stature (Drillis & Contini 1966)
+STATURE_STD_M = 0.05  # of a stature from legs and trunk: 4 cm of eleven people, 6 from their legs alone
 _LIKELY = 0.9  # a sex less probable than this is not called likely
 
 
-def person_mass(
-    subject: Subject, skeleton: Skeleton, estimate: MassEstimate | None, settings: ComSettings
-) -> tuple[float, tuple[str, ...]]:
-    """The entered mass, else what the forces tell, else what people of this height weigh [kg]; and a note.
+class PersonMass(NamedTuple):
+    """What the body weighs, and what to say of it."""
+
+    kg: float
+    notes: tuple[str, ...] = ()
+    guessed_within: float | None = None  # standard deviation over the mass, where nothing weighed the person
+
+
+@dataclass(frozen=True)
+class Plates:
+    """What forces say of the mass."""
+
+    told: MassEstimate | None = None  # by the trials' frames that count
+    standing: tuple[
+        Standing, ...
+    ] = ()  # by somebody who stands still; one who weighs as no person does is none
+    read_something: bool = False
+
+
+def person_mass(subject: Subject, skeleton: Skeleton, plates: Plates, settings: ComSettings) -> PersonMass:
+    """The entered mass, else what a standing person weighs, else what forces of trials tell, else tables.
 
     Args:
         subject: what was entered.
-        skeleton: scaled; of a model that the subject brought, its own mass stands where there are no forces.
-        estimate: of the forces.
+        skeleton: scaled; of a model that the subject brought, its own mass stands where nothing weighs.
+        plates: what they tell.
         settings: how far the entered mass and the forces may differ.
     """
+    leaning = _leaning(plates.told)
     if subject.mass_kg is not None:
-        warning = estimate and disagreement(estimate, subject.mass_kg, settings)
-        return subject.mass_kg, (warning,) if warning else ()
-    height = subject.height_m or stature(skeleton)
-    if estimate is not None:
-        told = f"{estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg estimated from the forces"
-        return estimate.mass_kg, (
-            f"mass not given; {told}",
-            *_hardly_a_persons(estimate.mass_kg, height, subject),
+        warning = plates.told and disagreement(plates.told, subject.mass_kg, settings)
+        return PersonMass(subject.mass_kg, (*([warning] if warning else ()), *leaning))
+    height = subject.height_m or _height_of_body(subject, skeleton)
+    standing = [one for one in plates.standing if _is_a_persons(one.mass.mass_kg, height, subject)]
+    if standing:
+        weight = pooled([one.mass for one in standing], settings)
+        told = f"{weight.mass_kg:.1f} ± {weight.std_kg:.1f} kg stand still on the plates"
+        where = ", ".join(one.name for one in standing)
+        return PersonMass(weight.mass_kg, (f"mass not given; {told} ({where})", *leaning))
+    if plates.told is not None:
+        mass = plates.told.mass_kg
+        notes = (
+            f"mass not given; {mass:.1f} ± {plates.told.std_kg:.1f} kg estimated from the forces",
+            *leaning,
         )
+        if height is not None and not _is_a_persons(mass, height, subject):
+            notes += (_hardly_a_persons(mass, height, subject),)
+        return PersonMass(mass, notes)
+    why = "and no forces to estimate it from"
+    if plates.read_something:
+        why = "and the recorded forces do not tell it, as none counts that carries the body"
     if subject.model is not None or height is None:
         told = f"the model's own {skeleton.mass:.1f} kg is used"
-        return skeleton.mass, (f"mass not given, and no forces to estimate it from; {told}",)
+        return PersonMass(skeleton.mass, (f"mass not given, {why}; {told}",), _INDEX_SPREAD)
     mass, std = mass_of_height(height, subject.sex)
     if subject.height_m is None:
         std = math.hypot(std, 2 * mass * STATURE_STD_M / height)
     told = f"people of {height:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
-    return mass, (f"mass not given, and no forces to estimate it from; {told}",)
+    return PersonMass(mass, (f"mass not given, {why}; {told}",), std / mass)
 
 
-def _hardly_a_persons(mass_kg: float, height_m: float | None, subject: Subject) -> tuple[str, ...]:
-    """Said of forces that ask for more or less than anybody of that height weighs."""
+def _leaning(told: MassEstimate | None) -> tuple[str, ...]:
+    if told is None or not told.lean_deg:
+        return ()
+    return (
+        f"the forces lean {told.lean_deg:.0f}° on average although nobody is accelerated, so they weigh "
+        "along their own direction: does the belt slope, and are forces given in its axes? `diagnose` tells",
+    )
+
+
+def _is_a_persons(mass_kg: float, height_m: float | None, subject: Subject) -> bool:
+    """Whether somebody of that height may weigh so much."""
     if height_m is None:
-        return ()
+        return True
+    return _LEAST_SHARE < mass_kg / mass_of_height(height_m, subject.sex)[0] < _MOST_SHARE
+
+
+def _hardly_a_persons(mass_kg: float, height_m: float, subject: Subject) -> str:
+    """Said of forces that ask for more or less than anybody of that height weighs."""
     usual_kg, _ = mass_of_height(height_m, subject.sex)
-    if _LEAST_SHARE < mass_kg / usual_kg < _MOST_SHARE:
-        return ()
     return (
         f"the forces ask for a body of {mass_kg:.0f} kg, and people of {height_m:.2f} m weigh about "
         f"{usual_kg:.0f} kg: do plates hold more than this person's forces, in other units, or was one tared "
-        "under a load? Do not use any torque before that is known; enter mass_kg",
+        "under a load? Do not use any torque before that is known; enter mass_kg"
     )
 
 
@@ -73,10 +117,19 @@ def person_height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[st
     """The entered height, else the scaled body's [m], NaN where it has no legs; and what to say."""
     if subject.height_m is not None:
         return subject.height_m, ()
-    height = stature(skeleton)
+    height = _height_of_body(subject, skeleton)
     if height is None:
         return math.nan, ("height not given, and the model has no legs to estimate it from",)
-    return height, (f"height not given; {height:.2f} ± {STATURE_STD_M:.2f} m from the scaled model's legs",)
+    of = "legs and trunk" if subject.model is None else "legs"
+    return height, (f"height not given; {height:.2f} ± {STATURE_STD_M:.2f} m from the scaled model's {of}",)
+
+
+def _height_of_body(subject: Subject, skeleton: Skeleton) -> float | None:
+    """Standing height of the scaled body [m]; trunks of other models are no measure of anybody."""
+    legs, trunk = stature(skeleton), stature_of_trunk(skeleton)
+    if legs is None or trunk is None or subject.model is not None:
+        return legs
+    return HIP_HEIGHT * legs + (1 - HIP_HEIGHT) * trunk
 
 
 def person_sex(subject: Subject, height_m: float) -> tuple[str, ...]:

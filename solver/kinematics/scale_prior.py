@@ -14,6 +14,7 @@ from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.forward import ForwardKinematics, Poses
 from solver.skeleton.functions import Linear
 from solver.skeleton.scaling import scaled
+from solver.skeleton.segment_tables import lengths
 from solver.skeleton.skeleton import Marker, Skeleton
 
 LEG_LENGTH_FRACTION = 0.491  # hip to ankle over stature: thigh 0.245, shank 0.246 (Drillis & Contini 1966)
@@ -160,6 +161,22 @@ def stature(skeleton: Skeleton) -> float | None:
         hip, knee, ankle = (origin[names.index(b)] for b in ("femur" + side, "tibia" + side, foot))
         legs.append(np.linalg.norm(hip - knee) + np.linalg.norm(knee - ankle))
     return float(np.mean(legs)) / LEG_LENGTH_FRACTION if legs else None
+
+
+def stature_of_trunk(skeleton: Skeleton) -> float | None:
+    """Standing height [m] from hips to shoulders over their share of stature in the default body.
+
+    None where the model has no arms with the field's names.
+    """
+    names = skeleton.body_names
+    if not {"femur_r", "femur_l", "humerus_r", "humerus_l"} <= set(names):
+        return None
+    joints = ForwardKinematics(skeleton).poses(skeleton.default_q[None]).p_ground_body[0]
+    hips, shoulders = (
+        joints[[names.index(f"{bone}_r"), names.index(f"{bone}_l")]].mean(axis=0)
+        for bone in ("femur", "humerus")
+    )
+    return float(np.linalg.norm(shoulders - hips)) / lengths(1.0, None).shoulders_above_hips
 
 
 def _legs(skeleton: Skeleton) -> np.ndarray:

@@ -12,7 +12,7 @@ from solver.capture import capture
 from solver.capture.b3d import stored
 from solver.capture.file_names import lying
 from solver.contact import proposals, wrenches
-from solver.dynamics import dynamics, extension, heldout
+from solver.dynamics import com_mass, dynamics, extension, heldout
 from solver.dynamics.foretelling import learnt_terms
 from solver.errors import ResultsError
 from solver.fit import Groundwork, KinematicsOnly, SettledFit, TrialFit
@@ -28,6 +28,7 @@ _ROOMS = (
     stored,
     wrenches,
     proposals,
+    com_mass,
     dynamics,
     heldout,
     learnt_terms,
