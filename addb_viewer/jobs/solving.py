@@ -250,11 +250,8 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     Raises:
         SolverError: the fit would not find room in the results folder, or the data cannot be used.
     """
-    wanted, has_room = _wanted(job.subject, job.trials), partial(_check_room, job)
-    if kept is not None and can_resolve(kept, job.subject, wanted, job.settings, extension=job.extension):
-        has_room(kept.skeleton, [trial.capture for trial in kept.trials])
-        previous, first = replace(kept, subject=job.subject), part(progress, 0.0, RESOLVED)
-        fit = resolve(previous, job.reviews, job.settings, first, extension=job.extension)
+    fit = None if kept is None else resolved(job, kept, part(progress, 0.0, RESOLVED))
+    if fit is not None:
         fit = predicting_withheld(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
         return fit, "only flags changed: scaling and marker fit are those of the kept fit"
     fit = solve(
@@ -263,10 +260,29 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
         trials=job.trials,
         reviews=job.reviews,
         extension=job.extension,
-        before_fitting=has_room,
+        before_fitting=partial(_check_room, job),
         progress=progress,
     )
     return fit, ""
+
+
+def resolved(job: Job, kept: Fit, progress: Progress = silent) -> Fit | None:
+    """The kept fit with the forces that count now, withheld blocks due; None where more has changed.
+
+    Args:
+        job: what is wanted; nothing is written.
+        kept: the last fit.
+        progress: told how far it is.
+
+    Raises:
+        SolverError: as `computed`.
+    """
+    wanted = _wanted(job.subject, job.trials)
+    if not can_resolve(kept, job.subject, wanted, job.settings, extension=job.extension):
+        return None
+    _check_room(job, kept.skeleton, [trial.capture for trial in kept.trials])
+    previous = replace(kept, subject=job.subject)
+    return resolve(previous, job.reviews, job.settings, progress, extension=job.extension)
 
 
 def _check_room(job: Job, skeleton: Skeleton, captures: Sequence[Capture]) -> None:

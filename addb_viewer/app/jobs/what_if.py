@@ -19,16 +19,14 @@ WORKER = "addb_viewer.app.workers.what_if"
 class WhatIf:
     """One worker a subject; it keeps the fit, and what it has answered, in memory until `close`."""
 
-    def __init__(self, subject_folder: Path, results: Path, fit_folder: Path | None = None) -> None:
+    def __init__(self, subject_folder: Path, results: Path) -> None:
         """Start nothing yet.
 
         Args:
             subject_folder: of the recordings.
-            results: with what people accepted.
-            fit_folder: of the fit that the search begins at; None: the results folder.
+            results: with the kept fit, at which the search begins, and what people accepted.
         """
-        places = (subject_folder, results, fit_folder or results)
-        self._arguments = tuple(str(Path(place).absolute()) for place in places)
+        self._arguments = tuple(str(Path(place).absolute()) for place in (subject_folder, results))
         self._lock = threading.Lock()
         self._process: subprocess.Popen[str] | None = None
         self._prepared, self._closed = "", False

@@ -201,7 +201,7 @@ def what_if_html(told: Mapping[str, Any], words: str) -> str:
     )
     return boxed(
         f"<b>{html.escape(words)}</b><table>{rows}</table>"
-        f"<span style='opacity:.75'>This trial alone, {told['seconds']:.1f} s; G solves all.</span>"
+        f"<span style='opacity:.75'>As G would solve it, in {told['seconds']:.1f} s.</span>"
     )
 
 

@@ -284,7 +284,7 @@ class SharedSubject:
         self._tell(lambda listener: listener.told("A fit of this subject has come", said))
 
     def _asking(self) -> WhatIf:
-        return WhatIf(self.subject.folder, self.fits.shown.results, self.fits.shown.fit_folder)
+        return WhatIf(self.subject.folder, self.results)
 
     def _fit_replaced(self) -> None:
         before, self.what_if = self.what_if, self._asking()

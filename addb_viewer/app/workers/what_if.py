@@ -1,38 +1,43 @@
 """What the residual would be with other flags: keeps a subject's fit in memory and answers lines of JSON.
 
-`python -m` this module with SUBJECT, RESULTS and the folder of the fit. Asked {"trial": …, "present": {…},
-"instead": {…}}, each a `ForceReview`, it answers {"present": {…}, "instead": {…}, "seconds": …} in figures,
-or {"error": …}. Told {"prepare": trial, "present": {…}} it computes that side and answers nothing.
+`python -m` this module with SUBJECT and RESULTS. Asked {"trial": …, "present": {…}, "instead": {…}}, each a
+`ForceReview`, it answers {"present": {…}, "instead": {…}, "seconds": …} in figures, or {"error": …}. Told
+{"prepare": trial, "present": {…}} it computes that side and answers nothing.
 """
 
 import contextlib
 import json
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from addb_viewer.jobs.solving import Job, job_for
-from solver.contact.force_review import from_plain
-from solver.dynamics.extension import Extension
-from solver.errors import SolverError
+from addb_viewer.jobs.solving import Job, job_for, resolved
+from annotations.errors import ReviewError
+from solver.contact.force_review import ForceReview, as_plain, from_plain
+from solver.errors import FitError, SolverError
 from solver.fit import Fit, TrialFit
-from solver.pipeline import resolve
 from solver.results.store import load_fit
-from solver.settings import Settings
 
 Figures = dict[str, float | None]
 
 
 class Asked:
-    """One subject's fit, and what was asked of it."""
+    """One subject's kept fit, and what was asked of it: answered as a solve for the app would."""
 
-    def __init__(self, fit: Fit, settings: Settings, extension: Extension | None) -> None:
-        self.fit, self.settings, self.extension = fit, settings, extension
-        self.known: dict[str, Figures] = {}
+    def __init__(self, fit: Fit, job: Callable[[], Job]) -> None:
+        """Solve nothing yet.
+
+        Args:
+            fit: kept.
+            job: of the subject as it is when it is called, with what people say now of all its trials.
+        """
+        self.fit, self.job = fit, job
+        self.known: dict[str, dict[str, Figures]] = {}  # by what is said of all trials, by trial
 
     def answer(self, question: dict[str, Any]) -> dict[str, Any]:
         """Both sides of a question, in figures of the trial."""
@@ -43,16 +48,23 @@ class Asked:
 
     def prepare(self, question: dict[str, Any]) -> None:
         """Compute the present side of a question that will come; it fails when that comes, not now."""
-        with contextlib.suppress(SolverError):
+        with contextlib.suppress(SolverError, ReviewError):
             self._figures(question["prepare"], question["present"])
 
     def _figures(self, trial: str, said: dict[str, Any]) -> Figures:
-        key = json.dumps([trial, said])
+        job = self.job()
+        all_said = {**job.reviews, trial: from_plain(said)}
+        reviews = {name: review for name, review in all_said.items() if review != ForceReview()}
+        key = json.dumps({name: as_plain(review) for name, review in reviews.items()}, sort_keys=True)
         if key not in self.known:
-            alone = replace(self.fit, trials=tuple(t for t in self.fit.trials if t.capture.name == trial))
-            solved = resolve(alone, {trial: from_plain(said)}, self.settings, extension=self.extension)
-            self.known[key] = figures_of(solved.trials[0])
-        return self.known[key]
+            solved = resolved(replace(job, reviews=reviews), self.fit)
+            if solved is None:
+                raise FitError(
+                    "recordings, settings or accepted causes have changed since the kept fit: keep another "
+                    "one first (G solves)"
+                )
+            self.known[key] = {each.capture.name: figures_of(each) for each in solved.trials}
+        return self.known[key][trial]
 
 
 def figures_of(trial: TrialFit) -> Figures:
@@ -75,11 +87,9 @@ def _rms(values: np.ndarray) -> float | None:
 
 def main() -> int:
     """Answer until the input ends."""
-    folder, results, fit_folder = (Path(place) for place in sys.argv[1:4])
+    folder, results = (Path(place) for place in sys.argv[1:3])
     try:
-        job: Job = job_for(folder, out=results)
-        fit = load_fit(fit_folder, folder)
-        asked = Asked(replace(fit, subject=job.subject), job.settings, job.extension)
+        asked = Asked(load_fit(results, folder), lambda: job_for(folder, out=results))
     except SolverError as error:
         print(json.dumps({"error": str(error)}), flush=True)
         return 1
@@ -91,7 +101,7 @@ def main() -> int:
             continue
         try:
             told = asked.answer(question)
-        except SolverError as error:
+        except (SolverError, ReviewError) as error:
             told = {"error": str(error)}
         print(json.dumps(told), flush=True)
     return 0
