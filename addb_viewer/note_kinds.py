@@ -145,6 +145,7 @@ KINDS = (
     NoteKind("bodies without markers", (
         "how they move is a guess",
         "their pose is interpolated",
+        "no angle of ",
         "they are used as they are",
         "the shoulder rose?",
     ), False),

@@ -48,6 +48,7 @@ class TrialFit:
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
     notes: tuple[str, ...] = ()
     label_faults: tuple[LabelFault, ...] = ()  # that were repaired in the capture, in the order of time
+    left_open: Bool[np.ndarray, "frames dofs"] | None = None  # coordinates that the markers seen leave open
 
     @property
     def forces_known(self) -> Bool[np.ndarray, " frames"]:

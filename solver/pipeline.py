@@ -22,6 +22,7 @@ from solver.failing_trials import Failed, about, together, without_failing
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.freed_memory import give_back
 from solver.kinematics.calibration import calibrate, choose_frames
+from solver.kinematics.determined import left_open
 from solver.kinematics.hip_width import expected_hip_width
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.label_faults.repair import with_labels_repaired
@@ -307,16 +308,15 @@ def _compared(
 ) -> TrialFit:
     """A trial's marker fit, compared with its markers."""
     markers, match, skeleton = capture.markers, groundwork.match, groundwork.skeleton
-    model_markers = marker_positions(skeleton, q)
-    errors, notes = marker_errors(
-        skeleton, match.model, model_markers, match.observed(markers), settings.kinematics
-    )
+    model_markers, observed = marker_positions(skeleton, q), match.observed(markers)
+    errors, notes = marker_errors(skeleton, match.model, model_markers, observed, settings.kinematics)
     return TrialFit(
         capture=capture,
         motion=Motion(skeleton.dofs, q, markers.rate, markers.start_time),
         marker_errors=errors,
         model_markers_ground=model_markers,
         notes=notes,
+        left_open=left_open(skeleton, observed, q, settings.kinematics),
     )
 
 

@@ -21,10 +21,15 @@ from solver.dynamics_stage import obeying_forces
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.marker_matching import MarkerMatch
-from solver.kinematics.unseen_bodies import unseen_body_notes, unseen_frame_notes, unseen_mass_notes
+from solver.kinematics.unseen_bodies import (
+    guessed_notes,
+    unseen_body_notes,
+    unseen_frame_notes,
+    unseen_mass_notes,
+)
 from solver.progress import Progress
 from solver.provenance import provenance_of
-from solver.seen_part import in_whole, review_of_part, seen_part
+from solver.seen_part import guessed, in_whole, review_of_part, seen_part
 from solver.settings import Settings, as_dict
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
@@ -253,6 +258,7 @@ def _noted(
     notes = (
         *unseen_frame_notes(whole.motion),
         *unseen_body_notes(match.skeleton(skeleton), observed, whole.motion),
+        *guessed_notes(whole.motion, guessed(whole)),
     )
     if fit.mask is not None and not fit.mask.counts.any():
         notes += (

@@ -16,6 +16,7 @@ from solver.contact.mask import TOO_FEW_MARKERS, with_own_file
 from solver.contact.proposals import within
 from solver.contact.wrenches import NO_FOOT, RECORDING, ContactWrenches, FrameMask, MissingRange
 from solver.fit import KinematicsOnly, TrialFit
+from solver.kinematics.determined import beyond_bridges
 from solver.kinematics.motion import Motion
 from solver.runs import runs
 
@@ -53,6 +54,37 @@ def seen_part(trial: TrialFit) -> TrialFit:
         if before
         else None,
         heldout=cut(heldout) if heldout else None,
+        left_open=None if trial.left_open is None else trial.left_open[span],
+    )
+
+
+def guessed(trial: TrialFit) -> Bool[np.ndarray, "frames dofs"]:
+    """Coordinates that markers out of view would show, for longer than the motion around them tells."""
+    if trial.left_open is None:
+        return np.zeros(trial.motion.q.shape, dtype=bool)
+    return beyond_bridges(trial.left_open, trial.motion.rate)
+
+
+def without_guesses(trial: TrialFit) -> TrialFit:
+    """The trial as it is told to others: no angle, speed or torque of a coordinate that is guessed."""
+    unknown = guessed(trial)
+    if not unknown[trial.motion.posed].any():
+        return trial
+
+    def motion(of: Motion) -> Motion:
+        return replace(of, q=np.where(unknown, np.nan, of.q))
+
+    before, dynamics = trial.kinematics_only, trial.dynamics
+    return replace(
+        trial,
+        motion=motion(trial.motion),
+        kinematics_only=before and replace(before, motion=motion(before.motion)),
+        dynamics=dynamics
+        and replace(
+            dynamics,
+            motion=motion(dynamics.motion),
+            joint_torques=np.where(unknown, np.nan, dynamics.joint_torques),
+        ),
     )
 
 
@@ -94,6 +126,7 @@ def in_whole(part: TrialFit, whole: TrialFit) -> TrialFit:
         dynamics=replace(back(dynamics), motion=motion(dynamics.motion)) if dynamics else None,
         kinematics_only=KinematicsOnly(motion(before.motion), back(before.marker_errors)) if before else None,
         heldout=back(part.heldout) if part.heldout else None,
+        left_open=whole.left_open,
     )
 
 

@@ -17,7 +17,7 @@ from solver.gravity import GRAVITY
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.runs import runs
-from solver.seen_part import seen_part
+from solver.seen_part import guessed, seen_part
 from solver.skeleton.skeleton import Skeleton
 
 HELDOUT_DUE = "the withheld blocks have not been predicted yet for the present flags"
@@ -89,6 +89,7 @@ def _trial(trial: TrialFit, skeleton: Skeleton, body_weight: float, height: floa
         "frames_with_force_used": int(used.sum()),
         "frames_used_ranges": [list(run) for run in runs(used)],
         "frames_without_pose_ranges": [list(run) for run in runs(~trial.motion.posed)],
+        "coordinates_guessed_ranges": _guessed_ranges(trial),
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
         "label_faults": [_label_fault(fault) for fault in trial.label_faults],
@@ -101,6 +102,13 @@ def _trial(trial: TrialFit, skeleton: Skeleton, body_weight: float, height: floa
         "stored": [_stored(found, used) for found in trial.capture.stored],
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
     }
+
+
+def _guessed_ranges(trial: TrialFit) -> dict[str, list[list[int]]]:
+    """By coordinate, where markers that would show it are out of view for long; there it has no value."""
+    there = guessed(trial) & trial.motion.posed[:, None]
+    named = zip(trial.motion.dofs, there.T, strict=True)
+    return {dof: [list(run) for run in runs(frames)] for dof, frames in named if frames.any()}
 
 
 def _label_fault(fault: LabelFault) -> dict[str, object]:

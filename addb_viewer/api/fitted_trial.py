@@ -12,6 +12,7 @@ from solver.export.tables import trial_columns
 from solver.fit import TrialFit
 from solver.gait.gait import joint_power
 from solver.kinematics.motion import Motion
+from solver.seen_part import without_guesses
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
@@ -36,7 +37,7 @@ class FittedTrial:
             trial: solved.
             skeleton: of the fit.
         """
-        self._trial, self._skeleton = trial, skeleton
+        self._trial, self._skeleton = without_guesses(trial), skeleton
 
     def __repr__(self) -> str:
         """Name and length."""
@@ -78,6 +79,14 @@ class FittedTrial:
     def coordinates(self) -> Series:
         """Generalized coordinates q [rad, m]; [frames, coordinates]."""
         return self._of_coordinates(self._motion.q, 0, "")
+
+    @cached_property
+    def determined(self) -> Series:
+        """Whether the frame's own markers show it, bool; else bridged or NaN; [frames, coordinates]."""
+        left_open = self._trial.left_open
+        shown = self._trial.motion.posed[:, None] & (True if left_open is None else ~left_open)
+        names = self._skeleton.dofs
+        return self._series(np.broadcast_to(shown, (self.frames, len(names))), names, [""] * len(names))
 
     @cached_property
     def velocities(self) -> Series:

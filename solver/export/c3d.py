@@ -19,6 +19,7 @@ from solver.fit import Fit, TrialFit
 from solver.gait.events import Kind
 from solver.gait.gait import Gait
 from solver.kinematics.motion import Motion
+from solver.seen_part import without_guesses
 from solver.skeleton.skeleton import Skeleton
 
 NMM = 1000.0  # per N·m
@@ -109,6 +110,7 @@ def joint_outputs(
 
 
 def _outputs(trial: TrialFit, skeleton: Skeleton) -> tuple[ModelOutput, ...]:
+    trial = without_guesses(trial)
     if trial.dynamics is None:
         return joint_outputs(skeleton, trial.motion, None)
     return joint_outputs(skeleton, trial.dynamics.motion, trial.dynamics.joint_torques)

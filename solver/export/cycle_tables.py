@@ -12,6 +12,7 @@ from solver.fit import Fit, TrialFit
 from solver.gait.cycles import Cycle
 from solver.gait.gait import Gait, joint_power
 from solver.gait.stride_curves import POINTS, StrideCurves, stride_curves
+from solver.seen_part import without_guesses
 
 Place = tuple[str, str]  # trial and foot
 Columns = dict[str, np.ndarray]
@@ -97,6 +98,7 @@ def _of_foot(fit: Fit, trial: TrialFit, foot: str, cycles: Sequence[Cycle]) -> I
 
 
 def _quantities(trial: TrialFit, units: tuple[str, str]) -> Iterator[Quantity]:
+    trial = without_guesses(trial)
     dynamics, power = trial.dynamics, joint_power(trial)
     if dynamics is None or power is None:
         yield units[0], trial.motion.times, trial.motion.q, None

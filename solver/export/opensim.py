@@ -26,6 +26,7 @@ from solver.fit import Fit, TrialFit
 from solver.kinematics.motion import Motion
 from solver.plate_figures import CONTACT_N
 from solver.runs import runs
+from solver.seen_part import without_guesses
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
 
@@ -67,6 +68,7 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
     loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
     times = trial.dynamics.motion.times
     told = trial.dynamics.motion.posed
+    shown = without_guesses(trial).dynamics or trial.dynamics
     write_motion(trial.dynamics.motion, skeleton, ik)
     foretold = trial.dynamics.wrench_foretold_ground
     if trial.forces_foretold and foretold is not None:
@@ -75,7 +77,7 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
         wrenches = counted_wrenches(trial.contacts.wrench_ground, trial.mask)
         write_body_forces(forces, trial.contacts.foot_bodies, wrenches, trial.contacts.cop_ground, times)
     name = f"{torques.stem}{_inferred(trial.dynamics)}"
-    write_torques(torques, skeleton, times[told], trial.dynamics.joint_torques[told], name)
+    write_torques(torques, skeleton, times[told], shown.joint_torques[told], name)
     write_external_loads(loads, trial.contacts.foot_bodies, forces)
     write_inverse_dynamics_setup(
         setup,
@@ -91,7 +93,7 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
 def write_motion(motion: Motion, skeleton: Skeleton, path: Path) -> None:
     """All coordinates of the model, the locked and coupled ones too: OpenSim would take them as zero.
 
-    A frame without a pose has no row.
+    A frame without a pose has no row; a coordinate that nobody saw is guessed, as a model needs all of them.
 
     Raises:
         CaptureError: the file cannot be written.

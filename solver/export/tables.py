@@ -20,6 +20,7 @@ from solver.fit import Fit, TrialFit
 from solver.gait.gait import joint_power
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
+from solver.seen_part import without_guesses
 from solver.skeleton.skeleton import Skeleton
 
 Columns = dict[str, np.ndarray]
@@ -49,6 +50,7 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
 
     The motion is the one that torques and residuals were computed on.
     """
+    trial = without_guesses(trial)
     motion = trial.dynamics.motion if trial.dynamics else trial.motion
     columns = {"frame": np.arange(motion.frames), "time_s": motion.times}
     columns |= _of_motion(motion, skeleton)

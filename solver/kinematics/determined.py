@@ -10,7 +10,9 @@ from jaxtyping import Bool, Float, Int
 
 from solver.frames_at_once import by_frames
 from solver.kinematics.frame_solver import PoseProblem, root_dofs
+from solver.kinematics.settings import KinematicsSettings
 from solver.runs import runs
+from solver.skeleton.skeleton import Skeleton
 
 JOINT_STD_RAD = 0.5  # of a joint that no marker shows, about the pose the fit gives it
 PLACED_M = 0.1  # the root's standard deviation, at most
@@ -48,6 +50,56 @@ def posed_frames(
     return posed, own & posed
 
 
+def left_open(
+    skeleton: Skeleton,
+    observed_ground: Float[np.ndarray, "frames markers 3"],
+    q: Float[np.ndarray, "frames dofs"],
+    settings: KinematicsSettings,
+) -> Bool[np.ndarray, "frames dofs"]:
+    """Coordinates that all markers of the trial together would show, and those seen on a frame do not.
+
+    Args:
+        skeleton: its markers are those of `observed_ground`, in the same order.
+        observed_ground: NaN where unseen [m].
+        q: fitted poses; where there is none (NaN), everything is open.
+        settings: of the fit.
+    """
+    posed, seen = np.isfinite(q).all(axis=1), np.isfinite(observed_ground).all(axis=2)
+    result = np.tile(~posed[:, None], q.shape[1])
+    ever = seen.any(axis=0)
+    gaps = np.flatnonzero(posed & ~seen[:, ever].all(axis=1))
+    if len(gaps):
+        whole = np.where(ever[:, None], np.nan_to_num(observed_ground), np.nan)
+        problems = (PoseProblem(skeleton, x, settings) for x in (observed_ground, whole))
+        own, together = (
+            by_frames(lambda some, at, of=of: _shown(_covariance(of, some, at, robust=False)), q[gaps], gaps)
+            for of in problems
+        )
+        result[gaps] = together & ~own & ~root_dofs(skeleton)
+    return result
+
+
+def beyond_bridges(
+    open_there: Bool[np.ndarray, "frames dofs"], rate: float
+) -> Bool[np.ndarray, "frames dofs"]:
+    """Those that the motion before and after does not tell; half as many frames where one of them lacks.
+
+    Args:
+        open_there: coordinates that a frame's own markers leave open.
+        rate: [Hz].
+    """
+    result = np.zeros_like(open_there)
+    for dof in np.flatnonzero(open_there.any(axis=0)):
+        for start, end in runs(open_there[:, dof]):
+            sides = int(start > 0) + int(end < len(open_there))
+            result[start:end, dof] = end - start > sides * BRIDGED_S / 2 * rate
+    return result
+
+
+def _shown(covariance: Float[np.ndarray, "some dofs dofs"]) -> Bool[np.ndarray, "some dofs"]:
+    return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) < SHOWN * JOINT_STD_RAD
+
+
 def _entered(shown: Float[np.ndarray, " frames"], start: int, end: int) -> tuple[int, int]:
     """Without ends on which a leg is still, or already, out of sight: beyond an end nothing bridges."""
     whole = start + np.flatnonzero(shown[start:end] >= ENTERED)
@@ -61,18 +113,20 @@ def _told(
     covariance = _covariance(problem, q, frames)
     placed = _root_is_placed(problem, q, covariance)
     joints = ~root_dofs(problem.kinematics.skeleton)
-    left = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)[:, joints])
-    shown = left < SHOWN * JOINT_STD_RAD
+    shown = _shown(covariance)[:, joints]
     usual = shown[placed].mean(axis=0) > 0.5 if placed.any() else np.zeros(shown.shape[1], dtype=bool)
     share = shown[:, usual].mean(axis=1) if usual.any() else np.ones(len(q))
     return np.stack([placed, share], axis=1)
 
 
 def _covariance(
-    problem: PoseProblem, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"]
+    problem: PoseProblem,
+    q: Float[np.ndarray, "some dofs"],
+    frames: Int[np.ndarray, " some"],
+    robust: bool = True,
 ) -> Float[np.ndarray, "some dofs dofs"]:
     """Of each frame's coordinates, by its own markers and what joints do."""
-    information = problem.evaluate(q, frames).H
+    information = problem.evaluate(q, frames, robust).H
     own = np.arange(q.shape[1])
     information[:, own, own] += np.where(root_dofs(problem.kinematics.skeleton), 1e-6, JOINT_STD_RAD**-2)
     return np.linalg.inv(information)

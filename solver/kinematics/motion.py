@@ -17,11 +17,11 @@ class Motion:
     Velocities and accelerations are those of the natural quintic spline through q: three-point differences
     cost 5 N RMS in running at 100 Hz, and the spline is what OpenSim's inverse dynamics differentiates.
 
-    Frames without a pose are NaN, and so is what is derived there.
+    Frames without a pose are NaN, a coordinate where nothing tells it, and so is what is derived there.
     """
 
     dofs: tuple[str, ...]
-    q: Float[np.ndarray, "frames dofs"]  # [rad or m] NaN on frames without a pose
+    q: Float[np.ndarray, "frames dofs"]  # [rad or m] NaN where it is not known
     rate: float  # [Hz]
     start_time: float = 0.0  # [s]
 
@@ -38,15 +38,18 @@ class Motion:
     @cached_property
     def posed(self) -> Bool[np.ndarray, " frames"]:
         """Frames that have a pose."""
-        return np.isfinite(self.q).all(axis=1)
+        return np.isfinite(self.q).any(axis=1)
 
     def filled(self) -> "Motion":
-        """With a pose on every frame: lines between poses, the nearest one at the ends."""
-        if self.posed.all() or not self.posed.any():
+        """With a pose on every frame: lines between known values, the nearest one at the ends, else zero."""
+        told = np.isfinite(self.q)
+        if told.all() or not told.any():
             return self
-        frames, known = np.arange(self.frames), np.flatnonzero(self.posed)
-        columns = [np.interp(frames, known, column) for column in self.q[known].T]
-        return replace(self, q=np.stack(columns, axis=1))
+        frames, q = np.arange(self.frames), np.where(told, self.q, 0.0)
+        for known, column in zip(told.T, q.T, strict=True):
+            if known.any():
+                column[~known] = np.interp(frames[~known], frames[known], column[known])
+        return replace(self, q=q)
 
     @cached_property
     def _spline(self) -> BSpline:
@@ -65,14 +68,14 @@ class Motion:
     def at(self, seconds: Float[np.ndarray, " times"], order: int = 0) -> Float[np.ndarray, "times dofs"]:
         """The spline's derivative of that order at any times within the trial [rad/sⁿ or m/sⁿ].
 
-        NaN where the nearest frame has no pose.
+        NaN where the nearest frame tells nothing.
 
         Args:
             seconds: since the first frame [s].
             order: 0 for the spline itself.
         """
         nearest = np.clip(np.round(np.asarray(seconds) * self.rate), 0, self.frames - 1).astype(int)
-        return np.where(self.posed[nearest, None], self._spline(seconds, nu=order), np.nan)
+        return np.where(np.isfinite(self.q[nearest]), self._spline(seconds, nu=order), np.nan)
 
     @cached_property
     def velocity(self) -> Float[np.ndarray, "frames dofs"]:
@@ -98,4 +101,4 @@ class Motion:
         A cutoff at or above the Nyquist frequency leaves it as it is.
         """
         smooth = low_pass(self.filled().q, self.rate, cutoff_Hz, order)
-        return replace(self, q=np.where(self.posed[:, None], smooth, np.nan))
+        return replace(self, q=np.where(np.isfinite(self.q), smooth, np.nan))

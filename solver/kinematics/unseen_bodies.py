@@ -36,10 +36,9 @@ def unseen_body_notes(
         if sum(end - start for start, end in stretches) == motion.posed.sum():
             notes.append(f"no marker on {', '.join(bodies)} is ever seen: how they move is a guess")
             continue
-        listed = ", ".join(f"{start}-{end - 1}" for start, end in stretches[:LISTED])
-        more = f" and {len(stretches) - LISTED} more stretches" if len(stretches) > LISTED else ""
         notes.append(
-            f"no marker on {', '.join(bodies)} is seen in frames {listed}{more}: their pose is interpolated"
+            f"no marker on {', '.join(bodies)} is seen in frames {_listed(stretches)}: "
+            "their pose is interpolated"
         )
     return tuple(notes)
 
@@ -58,6 +57,29 @@ def unseen_frame_notes(motion: Motion) -> tuple[str, ...]:
         f"no pose on {int((~motion.posed).sum())} of {motion.frames} frames, where too few markers are "
         f"seen to determine one: {listed}{more}. Nothing is said of these frames",
     )
+
+
+def guessed_notes(motion: Motion, guessed: Bool[np.ndarray, "frames dofs"]) -> tuple[str, ...]:
+    """A note for all coordinates that are guessed on the same frames.
+
+    Args:
+        motion: of the trial; of frames without a pose nothing is said.
+        guessed: where no marker in view shows a coordinate, for longer than can be bridged.
+    """
+    by_stretches: dict[tuple[tuple[int, int], ...], list[str]] = {}
+    for dof, there in zip(motion.dofs, (guessed & motion.posed[:, None]).T, strict=True):
+        if there.any():
+            by_stretches.setdefault(tuple(runs(there)), []).append(dof)
+    return tuple(
+        f"no angle of {', '.join(dofs)} in frames {_listed(stretches)}: markers that would show it are out "
+        "of view for too long. Files that need whole poses hold a guess there"
+        for stretches, dofs in by_stretches.items()
+    )
+
+
+def _listed(stretches: tuple[tuple[int, int], ...]) -> str:
+    more = f" and {len(stretches) - LISTED} more stretches" if len(stretches) > LISTED else ""
+    return ", ".join(f"{start}-{end - 1}" for start, end in stretches[:LISTED]) + more
 
 
 def unseen_mass_notes(

@@ -153,7 +153,7 @@ def test_the_contract_has_all_its_fields(small_fit):
         "marker_rms_m", "marker_rms_frame_mean_m", "marker_max_m",
         "linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw",
         "hicks", "heldout", "kinematics_only", "change", "seconds", "torques_inferred_ranges", "label_faults",
-        "withheld", "forces_foretold", "stored", "frames_without_pose_ranges",
+        "withheld", "forces_foretold", "stored", "frames_without_pose_ranges", "coordinates_guessed_ranges",
     }  # fmt: skip
 
 

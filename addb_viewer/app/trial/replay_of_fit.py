@@ -1,9 +1,10 @@
 """A recording, or its fit, as a `Replay`."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from addb_viewer.app.trial.joint_loads import JointLoads, joint_loads, large_joint_load
 from addb_viewer.app.trial.missing_force import MissingForce, foretold_wrenches, missing_force_of
@@ -29,6 +30,7 @@ from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fit import TrialFit
 from solver.gait.gait import joint_power
 from solver.gravity import GRAVITY
+from solver.seen_part import without_guesses
 from solver.settings import Settings, from_dict
 from solver.skeleton.forward import body_poses
 from solver.skeleton.rotations import quaternions
@@ -66,7 +68,7 @@ def fitted_replay(
         settings: of the fit, as it keeps them.
         large_torque: what the joint with most rarely exceeds, in any trial [N·m]; None: in this one.
     """
-    given = from_dict(settings)
+    given, shown = from_dict(settings), without_guesses(trial)
     bare = unfitted_replay(trial.capture, given.conditioning)
     on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
     feet: tuple[str, ...] = ()
@@ -79,17 +81,18 @@ def fitted_replay(
             PlateReplay(p.name, p.force, p.cop, on_fit.integers(trial.contacts.plate[:, i]), p.corners)
             for i, p in enumerate(plates)
         )
+    bodies = _bodies(shown, skeleton, on_fit)
     return Replay(
         name=bare.name,
         times=bare.times,
         rate=bare.rate,
-        markers=MarkerReplay(bare.markers.names, bare.markers.measured, _model_markers(trial, bare, on_fit)),
+        markers=replace(bare.markers, model=_model_markers(trial, bare, on_fit, _known(bodies, skeleton))),
         plates=plates,
         feet=feet,
-        bodies=_bodies(trial, skeleton, on_fit),
+        bodies=bodies,
         residual=_residual(trial, person, on_fit),
-        joints=joint_replay(trial, skeleton, bare.times),
-        joint_loads=_joint_loads(trial, skeleton, on_fit, large_torque),
+        joints=joint_replay(shown, skeleton, bare.times),
+        joint_loads=_joint_loads(shown, skeleton, on_fit, large_torque),
         demanded=demanded_forces(trial, skeleton, foretold, on_fit.floats),
         missing=_missing(trial, foretold, on_fit),
         forces=_force_use(trial, skeleton, given),
@@ -132,12 +135,21 @@ def _plate(
     return PlateReplay(plate.name, force, cop, np.full(len(times), -1), plate.corners_ground)
 
 
-def _model_markers(trial: TrialFit, bare: Replay, on_fit: _Clock) -> Float[np.ndarray, "frames markers 3"]:
+def _known(bodies: BodyReplay, skeleton: Skeleton) -> dict[str, Bool[np.ndarray, " frames"]]:
+    """By marker of the model, where its segment has a pose."""
+    posed = np.isfinite(bodies.wxyz).all(axis=2) & np.isfinite(bodies.position).all(axis=2)
+    return {marker.name: posed[:, marker.body] for marker in skeleton.markers}
+
+
+def _model_markers(
+    trial: TrialFit, bare: Replay, on_fit: _Clock, known: Mapping[str, Bool[np.ndarray, " frames"]]
+) -> Float[np.ndarray, "frames markers 3"]:
     model = np.full_like(bare.markers.measured, np.nan)
     column = {name: i for i, name in enumerate(bare.markers.names)}
     for i, name in enumerate(trial.marker_errors.names):
         if name in column:
-            model[:, column[name]] = on_fit.floats(trial.model_markers_ground[:, i])
+            there = on_fit.floats(trial.model_markers_ground[:, i])
+            model[:, column[name]] = np.where(known[name][:, None], there, np.nan)
     return model
 
 

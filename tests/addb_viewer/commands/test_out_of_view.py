@@ -10,6 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer import Subject
+from addb_viewer.app.trial.replay import BodySize
+from addb_viewer.app.trial.replay_of_fit import fitted_replay
 from addb_viewer.cli import app
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
@@ -18,6 +20,9 @@ from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
 
 UNSEEN = ((0, 30), (70, 100))
+ARM = ("RELB", "RELM", "RFRM", "RWRA", "RWRB", "RFIN")
+ARM_UNSEEN, ARM_BRIDGED = (110, 145), (40, 55)
+ELBOW = "elbow_flex_r"
 SECONDS = 1.6
 
 
@@ -37,11 +42,14 @@ def folder(tmp_path_factory):
     x = walk.markers.positions_ground.copy()
     for start, end in UNSEEN:
         x[start:end] = np.nan
+    for start, end in (ARM_UNSEEN, ARM_BRIDGED):
+        x[start:end, [walk.markers.names.index(name) for name in ARM]] = np.nan
     folder = tmp_path_factory.mktemp("passer_by")
     write_subject(folder, who, [replace(walk, markers=replace(walk.markers, positions_ground=x))])
     (folder / "settings.toml").write_text("[trajectory]\nenabled = false\n")
     told = run("fit", folder, "--notes")
     assert "no pose on 60 of" in told
+    assert "elbow_flex_r, pro_sup_r, wrist_flex_r, wrist_dev_r in frames 110-144" in told
     return folder
 
 
@@ -55,7 +63,41 @@ def unseen(frames):
 def test_arrays_are_nan(folder):
     trial = Subject.open(folder).fit()[0]
     for values in map(np.asarray, (trial.com.values, trial.coordinates.values, trial.torques.values)):
-        assert np.array_equal(np.isnan(values).any(axis=1), unseen(len(values)))
+        assert np.array_equal(np.isnan(values).all(axis=1), unseen(len(values)))
+
+
+def test_a_joint_out_of_view_has_no_angle_and_no_torque_and_a_short_gap_is_marked_as_bridged(folder):
+    trial = Subject.open(folder).fit()[0]
+    nowhere = unseen(trial.frames)
+    hidden, open_there = nowhere.copy(), nowhere.copy()
+    hidden[slice(*ARM_UNSEEN)] = open_there[slice(*ARM_UNSEEN)] = open_there[slice(*ARM_BRIDGED)] = True
+    for series in (trial.coordinates, trial.velocities, trial.torques, trial.powers):
+        assert np.array_equal(np.isnan(series[ELBOW]), hidden)
+        assert np.array_equal(np.isnan(series["elbow_flex_l"]), nowhere)
+        assert np.array_equal(np.isnan(series["knee_angle_r"]), nowhere)
+    assert np.array_equal(~trial.determined[ELBOW], open_there)
+    assert np.array_equal(~trial.determined["knee_angle_r"], nowhere)
+    hand = trial.bodies.index("hand_r"), trial.bodies.index("hand_l")
+    there = np.isfinite(trial.body_positions.values).all(axis=2)
+    assert np.array_equal(~there[:, hand[0]], hidden)
+    assert np.array_equal(~there[:, hand[1]], nowhere)
+    (told,) = json.loads((folder / "results" / "fit.json").read_text())["trials"]
+    assert told["coordinates_guessed_ranges"][ELBOW] == [list(ARM_UNSEEN)]
+
+
+def test_the_app_draws_no_bone_and_no_curve_of_what_nobody_saw(folder):
+    fit = Subject.open(folder).fit()
+    size = BodySize(fit.mass_kg, fit.height_m)
+    replay = fitted_replay(fit.solved.trials[0], fit.solved.skeleton, size, fit.solved.settings)
+    drawn = np.isfinite(replay.bodies.position).all(axis=2)
+    assert not drawn[slice(*ARM_UNSEEN), replay.bodies.names.index("hand_r")].any()
+    assert drawn[slice(*ARM_UNSEEN), replay.bodies.names.index("hand_l")].all()
+    elbow = replay.joints.names.index(ELBOW)
+    assert np.isnan(replay.joints.position[slice(*ARM_UNSEEN), elbow]).all()
+    assert np.isfinite(replay.joints.position[slice(*ARM_BRIDGED), elbow]).all()
+    wrist, knee = (replay.markers.names.index(name) for name in ("RWRA", "RKNE"))
+    assert np.isnan(replay.markers.model[slice(*ARM_UNSEEN), wrist]).all()
+    assert np.isfinite(replay.markers.model[slice(*ARM_UNSEEN), knee]).all()
 
 
 def test_tables_and_scenes(folder):
@@ -65,6 +107,11 @@ def test_tables_and_scenes(folder):
         rows = list(csv.DictReader(file))
     blank = [row["pelvis_tilt_rad"] == "" for row in rows]
     assert blank == unseen(len(rows)).tolist()
+    assert all(
+        row["elbow_flex_r_rad"] == row["elbow_flex_r_moment_Nm"] == "" for row in rows[slice(*ARM_UNSEEN)]
+    )
+    motion = (folder / "results" / "opensim" / "walk_ik.mot").read_text()
+    assert "nan" not in motion  # OpenSim needs whole poses
     glb = (folder / "results" / "gltf" / "walk.glb").read_bytes()
     tree = json.loads(glb[20 : 20 + struct.unpack("<I", glb[12:16])[0]])
     keys = tree["accessors"][tree["animations"][0]["samplers"][0]["input"]]
