@@ -147,7 +147,7 @@ class Library:
             person = BodySize(self.fit.mass_kg, self.fit.height_m)
             settings, large = self.fit.settings, self._large_torque
             return fitted_replay(trial, self.fit.skeleton, person, settings, large_torque=large)
-        return unfitted_replay(self.capture(name))
+        return unfitted_replay(self.capture(name), settings_for(self.subject.folder).conditioning)
 
 
 def library_of(subject: Subject, results: Path | None = None, solve: Path | None = None) -> Library:
