@@ -55,20 +55,7 @@ _DECIDED_BY = {
     PERSON: "the review in this program",
     FILE: "an imported review (a review.json or a table)",
     DETECTION: "automatic detection, which no person has confirmed",
-    NOBODY: "nobody, so every recorded force counts",
 }
-
-
-def decided_by(mask_source: str, count: int) -> str:
-    """Who decided which frames count, in words.
-
-    Args:
-        mask_source: as in the figures of a fit.
-        count: how many frames count.
-    """
-    if mask_source == NOBODY and not count:
-        return "nobody; there is no usable force recording"
-    return "; elsewhere ".join(_DECIDED_BY.get(source, source) for source in mask_source.split(" + "))
 
 
 @dataclass(frozen=True)
@@ -122,6 +109,22 @@ class Kept:
     def ranges(self) -> tuple[tuple[int, int], ...]:
         """Where they are."""
         return tuple(runs(self.used))
+
+
+def decided_by(mask_source: str, kept: Kept) -> str:
+    """Who decided which frames count, in words.
+
+    Args:
+        mask_source: as in the figures of a fit.
+        kept: the frames.
+    """
+    if mask_source == NOBODY:
+        if not kept.count:
+            return "nobody; there is no usable force recording"
+        if kept.count < kept.frames:
+            return "nobody; what is left out follows from the recording itself"
+        return "nobody, so every recorded force counts"
+    return "; elsewhere ".join(_DECIDED_BY.get(source, source) for source in mask_source.split(" + "))
 
 
 def kept_frames(replay: Replay) -> Kept:

@@ -132,7 +132,7 @@ def _frames(report: SubjectReport) -> Safe:
     if any(len(trial.causes) > 1 for trial in kept):
         lines.append("A frame is usable when the forces of both feet are; so reasons overlap.")
     sources = [str(record.figures["mask_source"]) for record in report.recording.trials]
-    who = [decided_by(source, of.count) for source, of in zip(sources, kept, strict=True)]
+    who = [decided_by(source, of) for source, of in zip(sources, kept, strict=True)]
     lines.append(f"Who decided: {listed(list(dict.fromkeys(who)))}.")
     unconfirmed = any(DETECTION in source for source in sources)
     kind = BAD if not count else DOUBT if count < FEW * frames or unconfirmed else GOOD

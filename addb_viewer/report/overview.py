@@ -120,7 +120,7 @@ def _row(entry: Entry, address: str, record: TrialRecord, kept: Kept) -> Safe:
         element("td", record.replay.name),
         _sorted(str(kept.frames), kept.frames),
         _sorted(usable, share),
-        element("td", short, title=decided_by(source, kept.count)),
+        element("td", short, title=decided_by(source, kept)),
         *(_judged(judged) for judged in judged_figures(record.figures)),
         element("td", "not asked" if diagnosis is None else str(diagnosis["verdict"])),
     )

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from solver.capture.capture import ForcePlate, Markers
 from solver.plate_figures import JUDGED_N
@@ -34,6 +34,11 @@ class UnderFeetSettings:
     most_markers: int = setting(16, unit="", why="on two feet; of somebody who lies down, all would be low")
     low_m: float = setting(
         0.10, unit="m", why="above its own lowest: higher, the marker is on a swinging foot"
+    )
+    seen_share: float = setting(
+        0.7,
+        unit="",
+        why="of the most foot markers that any frame shows: where fewer are seen, a foot may be there unseen",
     )
     foot_length_m: float = setting(0.32, unit="m", why="markers that are farther apart are on two feet")
     hit_m: float = setting(
@@ -74,6 +79,7 @@ class Feet:
     times: Float[np.ndarray, " frames"]  # [s]
     positions: Float[np.ndarray, "frames markers 2"]  # [m] x and z in the ground frame
     rate: float  # [Hz]
+    seen: Bool[np.ndarray, " frames"]  # whether both feet show, up in the air or not
 
 
 @dataclass(frozen=True)
@@ -107,9 +113,11 @@ def feet_of(markers: Markers, settings: UnderFeetSettings = UNDER_FEET) -> Feet:
     lowest[np.argsort(lowest, kind="stable")[settings.most_markers :]] = np.inf
     on_feet = lowest < lowest.min(initial=np.inf) + settings.foot_height_m
     positions = markers.positions_ground[:, on_feet][:, :, [0, 2]].copy()
+    shown = np.isfinite(height[:, on_feet]).sum(axis=1)
+    seen = shown >= max(1, settings.seen_share * shown.max(initial=0))
     with np.errstate(invalid="ignore"):
         positions[~(height[:, on_feet] - lowest[on_feet] <= settings.low_m)] = np.nan
-    return Feet(markers.times, positions, markers.rate)
+    return Feet(markers.times, positions, markers.rate, seen)
 
 
 def loads_of(plates: Sequence[ForcePlate], settings: UnderFeetSettings = UNDER_FEET) -> Loads | None:
@@ -186,7 +194,7 @@ def best_lag_s(feet: Feet, loads: Loads, settings: UnderFeetSettings = UNDER_FEE
 
 @dataclass(frozen=True)
 class _Compared:
-    """The loads that fall into the markers' recording."""
+    """The loads of frames on which the feet are seen."""
 
     frames: Int[np.ndarray, " samples"]
     centres: Float[np.ndarray, "samples 2"]
@@ -195,10 +203,17 @@ class _Compared:
 
 def _compared(feet: Feet, loads: Loads, settings: UnderFeetSettings) -> _Compared | None:
     frames = np.round((loads.times - feet.times[0]) * feet.rate).astype(int)
-    inside = (frames >= 0) & (frames < len(feet.times))
-    if not inside.any() or not feet.positions.shape[1]:
+    inside = _asked(frames, feet)
+    if not inside.any():
         return None
     return _Compared(frames[inside], loads.centres[inside], _worth(loads.steps[inside], settings))
+
+
+def _asked(frames: Int[np.ndarray, " samples"], feet: Feet) -> Bool[np.ndarray, " samples"]:
+    """Of frames of the markers, which of them show the feet; none before or after the recording does."""
+    inside = (frames >= 0) & (frames < len(feet.times))
+    inside[inside] = feet.seen[frames[inside]]
+    return inside
 
 
 def _at_other_moments(
@@ -210,7 +225,7 @@ def _at_other_moments(
     totals = np.full(len(lags), -np.inf)
     for k, lag in enumerate(lags):
         moved = compared.frames + lag
-        known = (moved >= 0) & (moved < frames)
+        known = _asked(moved, feet)
         if known.sum() >= settings.fewest_share * len(moved):
             there = _gain(
                 _distance(feet.positions[moved[known]], compared.centres[known], settings), settings

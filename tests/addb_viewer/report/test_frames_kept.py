@@ -9,6 +9,7 @@ from addb_viewer.report.frames_kept import (
     MEANINGS,
     NO_FORCES,
     TRIAL_ENDS,
+    decided_by,
     duration_s,
     frames_words,
     in_all,
@@ -18,7 +19,7 @@ from addb_viewer.report.frames_kept import (
 from annotations.reasons import FORCE_COUNTS, REASONS
 from solver.contact import mask
 from solver.contact.contact_phases import ContactPhase
-from solver.contact.wrenches import RECORDING, SOURCES
+from solver.contact.wrenches import NOBODY, RECORDING, SOURCES
 
 
 @pytest.fixture
@@ -37,6 +38,23 @@ def test_frames_and_their_cause(replay):
     assert (cause.foot, cause.reason, cause.ranges) == ("calcn_r", "notOverForcePlate", ((30, 36),))
     assert (cause.frames, cause.foot_words, cause.words) == (6, "right foot", "not over a plate")
     assert cause.meaning == "The foot stands where no plate is."
+
+
+@pytest.mark.parametrize(
+    "missing", [(), ((30, 36, None, "hasNoForcePlateData"),), ((0, 39, "calcn_r", "a"),)]
+)
+@pytest.mark.parametrize("ends", [0, 2])
+def test_every_force_counts_only_where_no_frame_is_left_out(replay, missing, ends):
+    used = np.ones(40, dtype=bool)
+    used[:ends] = False
+    for start, end, _, _ in missing:
+        used[start:end] = False
+    kept = kept_frames(
+        with_forces(replace(replay, residual=replace(replay.residual, used=used)), missing=missing)
+    )
+    said = decided_by(NOBODY, kept)
+    assert said.startswith("nobody")
+    assert ("every recorded force counts" in said) == (not kept.causes)
 
 
 def test_every_frame_that_does_not_count_has_a_cause(replay):
