@@ -18,6 +18,7 @@ class NoteKind:
     heading: str
     phrases: tuple[str, ...]  # one of which stands in each
     decide: bool  # whether somebody has to choose or look
+    whole: bool = False  # whether it is printed to its end
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ FAR_MARKERS = NoteKind("markers far from the model", ("slipped, swapped or misla
 OTHER = NoteKind("other notes", (), True)
 
 KINDS = (
+    NoteKind("several people", ("people in one file: ", "these trials seem to be of "), True, whole=True),
     NoteKind(
         "not read",
         (

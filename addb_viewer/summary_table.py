@@ -88,7 +88,8 @@ def after_table(figures: dict[str, Any], width: int) -> list[str]:
         width: of a line [characters].
     """
     kinds = by_kind(figures["notes"])
-    decisions = [*_about_trials(figures["trials"]), *(found.in_short for found in kinds if found.kind.decide)]
+    decisions = [(line, False) for line in _about_trials(figures["trials"])]
+    decisions += [(found.in_short, found.kind.whole) for found in kinds if found.kind.decide]
     shown, left = decisions[:_MOST_DECISIONS], len(decisions) - _MOST_DECISIONS
     room = width * max(1, min(2, _MOST_DECISIONS // max(1, len(shown))))
     rest = [f"{left} more to decide"] if left > 0 else []
@@ -98,7 +99,7 @@ def after_table(figures: dict[str, Any], width: int) -> list[str]:
     rest += [found.heading for found in kinds if not found.kind.decide]
     lines = [
         *_withheld_at_worst(figures["trials"]),
-        *(_cut(f"! {line}", room) for line in shown),
+        *(f"! {line}" if is_whole else _cut(f"! {line}", room) for line, is_whole in shown),
         *([f"also noted (--notes): {'; '.join(rest)}"] if rest else []),
     ]
     return [line if line.startswith("!") else _cut(line, width) for line in lines]

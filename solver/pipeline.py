@@ -33,7 +33,7 @@ from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.kinematics.upright_pelvis import pitch_of_spines, posture_notes
 from solver.markers.mapping_file import chosen_for
-from solver.markers.people import people_notes
+from solver.markers.people import of_one_person
 from solver.progress import Progress, part, silent
 from solver.provenance import provenance_of, without_reviews
 from solver.review_stage import obeying_reviews, predicting_withheld
@@ -109,6 +109,7 @@ def _solve(
         )
         read = replace(read, unread=(*read.unread, *failed))
         recorded, static = read.captures, read.static
+    mixed = of_one_person(subject, recorded, static)
     named = name_markers(
         generic,
         [c.markers for c in ([*recorded, static] if static else recorded)],
@@ -159,8 +160,7 @@ def _solve(
             pitch_of_spines=pitch_of_spines(body, named.landmarks) if subject.model is None else None,
             progress=part(progress, 0.0, SCALED),
         )
-    whose = people_notes({c.name + (" (static)" if c is static else ""): c.markers for c in shown})
-    notes = (*read.notes, *whose, *match.notes, *ownership.notes, *calibration.notes)
+    notes = (*read.notes, *mixed, *match.notes, *ownership.notes, *calibration.notes)
     standing = weighed_standing(
         subject, recorded, static, skeleton=calibration.skeleton, match=match, settings=settings
     )

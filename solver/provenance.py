@@ -112,7 +112,7 @@ def _words(trial: TrialFiles) -> str:
         f"{plate.name!r}: sign {plate.sign}, zero {plate.zero_N}"
         for plate in sorted(trial.plates, key=lambda plate: plate.name)
     ]
-    axes = [f"{key} {word}" for key, word in (("up", trial.up), ("moments", trial.moments)) if word]
+    axes = [f"{key} {word}" for key in ("up", "moments", "prefix") if (word := getattr(trial, key))]
     return "; ".join([*axes, *plates])
 
 

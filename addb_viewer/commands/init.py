@@ -1,6 +1,6 @@
 """`addb-viewer init`: a subject.toml that says what was understood of a folder."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -14,12 +14,13 @@ from solver.capture.atomic import write_whole
 from solver.capture.b3d.places import subject_folder_of
 from solver.capture.capture import Subject
 from solver.capture.same_motion import markers_of
-from solver.capture.subject import open_subject, subjects_in
+from solver.capture.subject import subjects_in
 from solver.capture.subject_layout import DESCRIBED_BY_HAND
 from solver.capture.subject_toml_writing import described_as_toml
+from solver.capture.text_table import some_of
 from solver.capture.trial import read_static, read_trial
 from solver.errors import CaptureError
-from solver.markers.people import people_notes
+from solver.markers.people import subjects_among
 from solver.settings import settings_for
 
 Folder = Annotated[
@@ -42,38 +43,42 @@ def init(folder: Folder, recursive: Recursive = False, debug: Debug = False) -> 
     """
     with errors_as_lines(debug):
         check_folder(folder)
-        if not recursive:
-            _refuse_existing(folder)
-            _describe(open_subject(folder, settings_for(folder).reading))
-            return
-        subjects, notes = subjects_in(folder, settings_of=lambda place: settings_for(place).reading)
+        subjects, notes = _subjects(folder, recursive)
         for subject in subjects:
-            if _file(subject.folder).exists():
-                typer.echo(f"{_file(subject.folder)}: there already; left as it is")
-            else:
-                _describe(subject)
+            for one in (subject,) if subject.is_described else subjects_among(subject):
+                file = _file(one.folder)
+                if not file.exists():
+                    _describe(one)
+                elif recursive:
+                    typer.echo(f"{file}: there already; left as it is")
+                else:
+                    raise CaptureError(
+                        f"{file}: there already, and never written over. Correct it, or move it away."
+                    )
         for note in notes:
             typer.echo(f"note: {note}")
+
+
+def _subjects(folder: Path, recursive: bool) -> tuple[Sequence[Subject], Sequence[str]]:
+    """The subject of a folder, or the only one in it; all of them where they are asked for."""
+    found, notes = subjects_in(folder, settings_of=lambda place: settings_for(place).reading)
+    if len(found) > 1 and not recursive:
+        names = some_of([subject.folder.relative_to(folder).as_posix() for subject in found])
+        raise CaptureError(f"{folder}: {len(found)} subjects: {names}. Give one of them, or add --recursive.")
+    return found, notes
 
 
 def _file(folder: Path) -> Path:
     return folder / DESCRIBED_BY_HAND
 
 
-def _refuse_existing(folder: Path) -> None:
-    if _file(folder).exists():
-        raise CaptureError(
-            f"{_file(folder)}: there already, and never written over. Correct it, or move it away."
-        )
-
-
 def _describe(subject: Subject) -> None:
+    subject.folder.mkdir(exist_ok=True)
     named = {trial.name: trial.markers for trial in subject.trials}
     if subject.static is not None:
         named[f"{subject.static.stem} (static)"] = subject.static
-    read = {name: markers for name, path in named.items() if (markers := markers_of(path)) is not None}
-    damaged = [name for name in named if name not in read and named[name] != subject.recording]
-    subject = replace(subject, notes=(*people_notes(read), *_why_unread(subject, damaged), *subject.notes))
+    damaged = [name for name, path in named.items() if markers_of(path) is None and path != subject.recording]
+    subject = replace(subject, notes=(*_why_unread(subject, damaged), *subject.notes))
     write_whole(_file(subject.folder), described_as_toml(subject))
     forces = sum(trial.forces is not None for trial in subject.trials)
     inside = sum(trial.forces is None and trial.markers.suffix.lower() == ".c3d" for trial in subject.trials)
@@ -97,6 +102,6 @@ def _why_unread(subject: Subject, damaged: list[str]) -> Iterator[str]:
                 yield f"{trial.name}: a fit will leave it out: {error}"
     if subject.static is not None and f"{subject.static.stem} (static)" in damaged:
         try:
-            read_static(subject.static, reading)
+            read_static(subject.static, reading, subject.prefix)
         except CaptureError as error:
             yield f"static trial: a fit will leave it out: {error}"

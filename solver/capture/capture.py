@@ -99,6 +99,7 @@ class Capture:
     )
     stored: tuple[StoredPass, ...] = ()  # what the file itself says of its passes; nothing of it is used
     imported_reasons: tuple[ImportedReason, ...] = ()  # of the missing frames, where the file names reasons
+    prefix: str = ""  # before the labels in the file, as in PREFIX:LASI
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,7 @@ class TrialFiles:
     moments: str | None = None  # "free", "plate", "ground": what moment columns mean, where a person said so
     plates: tuple[PlateWord, ...] = ()  # of those about which a person said something
     ranges: tuple[tuple[float, float], ...] = ()  # [s] whose forces are to be used; empty: the whole trial
+    prefix: str | None = None  # before the person's labels, in a file of several people
     inner_review_finished: bool | None = None  # of a review in the recording's own file; None: it has none
 
     @property
@@ -187,6 +189,9 @@ class Subject:
     unused: tuple[UnusedFile, ...] = ()  # the most harmful first
     recording: Path | None = None  # the one file that holds all trials; `folder` then keeps decisions only
     release: ReleaseWords | None = None
+    prefix: str | None = None  # before the person's labels, in files of several people
+    other_statics: tuple[Path, ...] = ()  # static trials that are not used
+    is_described: bool = True  # somebody says that the trials are one person's
 
     @property
     def name(self) -> str:

@@ -37,6 +37,7 @@ class Description:
     trials: tuple[TrialFiles, ...] | None = None
     ranges: Mapping[str, tuple[tuple[float, float], ...]] | None = None  # [s] by trial, what counts of it
     release: ReleaseWords | None = None
+    prefix: str | None = None  # before the person's labels, in files of several people
     notes: tuple[str, ...] = ()
 
     def or_else(self, other: "Description") -> "Description":
@@ -100,6 +101,13 @@ class Entries:
             raise self.complaint(key, "a list of names is needed.")
         return tuple(item.strip() for item in listed)
 
+    def text(self, key: str) -> str | None:
+        """One text; None where absent."""
+        value = self.values.get(key)
+        if value is not None and not isinstance(value, str):
+            raise self.complaint(key, "a text in quotes is needed.")
+        return value
+
     def word(self, key: str, choices: tuple[str, ...]) -> str | None:
         """One of several words; None where absent."""
         value = self.values.get(key)
@@ -130,15 +138,19 @@ class Entries:
         return (f"{self.path.name}: unknown keys are ignored: {', '.join(strange)}",) if strange else ()
 
     def _inside(self, key: str, name: str) -> Path:
-        parts = PurePosixPath(name.strip().replace("\\", "/")).parts
+        folder, parts = self.path.parent, PurePosixPath(name.strip().replace("\\", "/")).parts
+        is_beside = parts[:1] == ("..",)  # files of several people lie beside the folders of each
+        if is_beside:
+            folder, name, parts = folder.parent, name.strip()[len("../") :], parts[1:]
         if PureWindowsPath(name).anchor or PurePosixPath(name).is_absolute() or ".." in parts:
-            raise self.complaint(key, "leads out of the subject's folder. Copy the file into it.")
-        for path in (lying(self.path.parent, name.strip()), lying(self.path.parent, "/".join(parts))):
+            raise self.complaint(
+                key, "leads out of the subject's folder and the one above it. Copy the file into it."
+            )
+        for path in (lying(folder, name.strip()), lying(folder, "/".join(parts))):
             if os.path.isfile(path):
                 return path
-        files = [
-            str(p.relative_to(self.path.parent)) for p in sorted(self.path.parent.rglob("*")) if p.is_file()
-        ]
+        near_by = sorted(folder.glob("*") if is_beside else folder.rglob("*"))
+        files = [str(p.relative_to(folder)) for p in near_by if p.is_file()]
         near = get_close_matches("/".join(parts), files, n=1)
         raise self.complaint(key, "there is no such file." + (f" Is it '{near[0]}'?" if near else ""))
 

@@ -36,6 +36,7 @@ class FoundTrials:
     static: Path | None
     notes: tuple[str, ...]
     left: Mapping[Path, str]  # marker files and tables that are not used, and why
+    other_statics: tuple[Path, ...] = ()
 
 
 def files_in(folder: Path) -> list[Path]:
@@ -137,7 +138,7 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
         TrialFiles(name, markers, table, _reviews(markers.parent, kept))
         for name, (markers, table) in zip(_names(folder, [m for m, _ in kept]), kept, strict=True)
     )
-    return FoundTrials(trials, statics.static, notes, left)
+    return FoundTrials(trials, statics.static, notes, left, statics.others)
 
 
 def copies_among(files: Sequence[Path]) -> dict[Path, Path]:

@@ -54,7 +54,7 @@ def reason_to_stay(path: Path) -> str:
         return "it is a recording, a model, a description or a review"
     if kind in PAGES and b"addb-viewer" not in _head(path):
         return "this program did not write it"
-    listing = next((file for file in _descriptions(path) if path.resolve() in set(_listed(file))), None)
+    listing = next((file for file in _descriptions(path) if path.resolve() in set(listed_in(file))), None)
     return f"{listing} lists it" if listing else ""
 
 
@@ -84,7 +84,7 @@ def _descriptions(path: Path) -> Iterator[Path]:
             yield folder / "subject.toml"
 
 
-def _listed(description: Path) -> Iterator[Path]:
+def listed_in(description: Path) -> Iterator[Path]:
     """Every file that a subject.toml names; none where it cannot be read."""
     try:
         tables = tomllib.loads(description.read_text(encoding="utf-8"))

@@ -1,5 +1,6 @@
 """All wanted trials of a subject that can be read; one that cannot is told, and takes no other with it."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -76,7 +77,7 @@ def read_trials(
     static = None
     if subject.static is not None:
         try:
-            static = read_static(subject.static, settings)
+            static = read_static(subject.static, settings, subject.prefix)
         except CaptureError as error:
             unread.append(UnreadTrial("", unused(error, subject, subject.static, None)))
     return ReadTrials(captures, static, tuple(unread))
@@ -86,5 +87,5 @@ def unused(error: SolverError, subject: Subject, markers: Path, forces: Path | N
     """The file that an error is about, from the subject's folder, and the reason without its path."""
     text = str(error)
     about = forces if forces is not None and text.startswith(str(forces)) else markers
-    file, reason = about.relative_to(subject.folder).as_posix(), text.removeprefix(f"{about}: ")
+    file, reason = Path(os.path.relpath(about, subject.folder)).as_posix(), text.removeprefix(f"{about}: ")
     return UnusedFile(readable(file), readable(reason), MARKERS if about == markers else FORCES)

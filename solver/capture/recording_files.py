@@ -1,6 +1,6 @@
 """One door to every file of markers or forces: which it is by ending or content, and what reads it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from solver.capture.axes import VerticalAxis, markers_y_up, vertical_axis
@@ -11,6 +11,7 @@ from solver.capture.motive_csv import read_motive_markers
 from solver.capture.nexus_csv import read_nexus_forces, read_nexus_markers
 from solver.capture.qtm_tsv import read_qtm_forces, read_qtm_markers
 from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.several_subjects import one_subject
 from solver.capture.storage import Storage, read_storage
 from solver.capture.text_exports import Program, export_of
 from solver.capture.trc import read_trc
@@ -35,6 +36,8 @@ class MarkersInLab:
     up: VerticalAxis
     notes: tuple[str, ...]
     default: str = "y"  # the axis that points up in such files where nothing tells
+    whose: str = ""  # before the labels, which are without it
+    others: tuple[str, ...] = ()  # names before labels of other people
 
     @property
     def upright(self) -> Markers:
@@ -65,14 +68,15 @@ def holds_table(path: Path) -> bool:
 
 
 def read_markers(
-    path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING
+    path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING, prefix: str | None = None
 ) -> MarkersInLab:
-    """The markers of a file, whatever else it holds.
+    """The markers of one person in a file, whatever else it holds.
 
     Args:
         path: the file.
         up: the axis that points up, where a person said so.
         settings: thresholds.
+        prefix: before the labels of the person, in a file of several; None: of whom it has most.
 
     Raises:
         CaptureError: it cannot be read, or holds no markers.
@@ -80,14 +84,27 @@ def read_markers(
     ending = path.suffix.lower()
     if ending == ".c3d":
         c3d = read_c3d_markers(path, up, settings)
-        return MarkersInLab(c3d.markers, c3d.up, c3d.notes, "z")
+        return of_one_person(MarkersInLab(c3d.markers, c3d.up, c3d.notes, "z"), prefix, path)
     export = export_of(path)
     if ending != ".trc" and export is None:
         raise CaptureError(f"{path}: markers of that kind cannot be read here. Export one of {MARKERS_READ}.")
     found = read_trc(path, settings) if export is None else READ_TEXT[export.program](path, settings)
     default = "z" if export is not None and export.program is not Program.MOTIVE else "y"
     up = up or vertical_axis(found.markers, default=default, settings=settings.axes)
-    return MarkersInLab(found.markers, up, found.notes, default)
+    return of_one_person(MarkersInLab(found.markers, up, found.notes, default), prefix, path)
+
+
+def of_one_person(lab: MarkersInLab, prefix: str | None, path: Path) -> MarkersInLab:
+    """The markers of the person that is wanted, without the name before their labels.
+
+    Args:
+        lab: of everybody in the file.
+        prefix: before the person's labels; None: of whom it has most.
+        path: the file, for the notes.
+    """
+    one = one_subject(lab.markers, prefix)
+    notes = (*lab.notes, *(f"{path.name}: {note}" for note in one.notes))
+    return replace(lab, markers=one.markers, notes=notes, whose=one.name, others=one.others)
 
 
 def read_forces(path: Path) -> Storage:

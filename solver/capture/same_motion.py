@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from solver.capture.capture import Markers
 from solver.capture.reading_settings import ForceFileSettings
-from solver.capture.recording_files import read_markers
+from solver.capture.recording_files import MarkersInLab, read_markers
 from solver.errors import CaptureError
 
 RATE = 50.0  # [Hz] that heights are compared at
@@ -26,10 +26,21 @@ FEWEST = 3  # markers that move
 OVERLAP = ForceFileSettings.least_overlap  # of the shorter recording
 
 
-def markers_of(path: Path) -> Markers | None:
-    """The markers of a file, y up; None where it cannot be read."""
-    status = path.stat()
-    return _markers(path, (status.st_mtime_ns, status.st_size))
+def markers_of(path: Path, prefix: str | None = None) -> Markers | None:
+    """The markers of one person in a file, y up; None where it cannot be read.
+
+    Args:
+        path: the file.
+        prefix: before the person's labels, in a file of several; None: of whom it has most.
+    """
+    found = _read(path, _stamp(path), prefix)
+    return None if found is None else found.upright
+
+
+def people_in(path: Path) -> tuple[str, ...]:
+    """What stands before the labels of each person in a file, if anything; the first has most of them."""
+    found = _read(path, _stamp(path), None)
+    return () if found is None or not (found.whose or found.others) else (found.whose, *found.others)
 
 
 def twins_among(tables: Sequence[Path], recordings: Sequence[Path]) -> dict[Path, Path]:
@@ -143,10 +154,15 @@ def _heights(markers: Markers) -> Float[np.ndarray, "frames markers"]:
     return np.stack(columns, axis=1) if columns else np.zeros((len(times), 0))
 
 
+def _stamp(path: Path) -> tuple[int, int]:
+    status = path.stat()
+    return status.st_mtime_ns, status.st_size
+
+
 @lru_cache(maxsize=16)
-def _markers(path: Path, stamp: tuple[int, int]) -> Markers | None:
+def _read(path: Path, stamp: tuple[int, int], prefix: str | None) -> MarkersInLab | None:
     """Read again when the file's stamp, its time and size, has changed."""
     try:
-        return read_markers(path).upright
+        return read_markers(path, prefix=prefix)
     except CaptureError:
         return None

@@ -1,7 +1,7 @@
 """Labels of several subjects in one recording: programs write them as `name:label`."""
 
 from collections import defaultdict
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,36 +12,69 @@ LEAST_SHARED = 5  # labels that two subjects have in common
 TWICE_M = 0.02  # nearer in the median, they are the same markers written twice
 
 
-def one_subject(markers: Markers) -> tuple[Markers, tuple[str, ...]]:
-    """The labels of the subject that the recording has most of, and a note on those that are left out.
+@dataclass(frozen=True)
+class OneSubject:
+    """The markers of one subject of a recording, without the name before their labels."""
 
-    Others are subjects too where most of their labels are the first one's but for the name. Left in, they
-    would be taken for what the model has besides, or for other spellings of the same marker.
+    markers: Markers
+    name: str = ""  # before its labels
+    others: tuple[str, ...] = ()  # names of the other people
+    notes: tuple[str, ...] = ()
+
+
+def one_subject(markers: Markers, wanted: str | None = None) -> OneSubject:
+    """The subject that is wanted, else the one that the recording has most of, and a note on the others.
+
+    Others are people too where most of their labels are the first one's but for the name. Left in, they
+    would be taken for what the model has besides, or for other spellings of the same marker. What is no
+    person, a bar say, stays, but for labels that the person has.
 
     Args:
         markers: as recorded.
+        wanted: the name before a subject's labels; of no one who is in the recording, it decides nothing.
     """
     own: dict[str, dict[str, int]] = defaultdict(dict)
+    short = list(markers.names)
     for column, name in enumerate(markers.names):
         whose, _, label = name.rpartition(":")
+        if whose.strip().casefold() in SIDES or not label.strip():
+            whose, label = "", name
         own[whose.strip()][label.strip().casefold()] = column
-    for whose in [w for w in own if w.casefold() in SIDES]:
-        del own[whose]
-    if len(own) < 2:
-        return markers, ()
+        short[column] = label.strip()
+    if not own.keys() - {""}:
+        return OneSubject(markers)
     seen = np.isfinite(markers.positions_ground).all(axis=2).sum(axis=0)
-    kept = max(own, key=lambda whose: sum(int(seen[c]) for c in own[whose].values()))
-    others = [whose for whose in own if whose != kept and _is_a_subject(own[whose], own[kept])]
-    if not others:
-        return markers, ()
-    left_out = {column for whose in others for column in own[whose].values()}
-    stay = [c for c in range(len(markers.names)) if c not in left_out]
-    notes = tuple(_note(markers, own, kept, whose) for whose in others)
-    return replace(
+    kept = max(own, key=lambda whose: (whose == wanted, sum(int(seen[c]) for c in own[whose].values())))
+    people = [whose for whose in own if whose != kept and _is_a_subject(own[whose], own[kept])]
+    left_out = {column for whose in people for column in own[whose].values()}
+    doubled = {
+        column
+        for whose in own
+        if whose != kept
+        for label, column in own[whose].items()
+        if column not in left_out and label in own[kept]
+    }
+    stay = [c for c in range(len(markers.names)) if c not in left_out | doubled]
+    one = replace(
         markers,
-        names=tuple(markers.names[c] for c in stay),
+        names=tuple(short[c] for c in stay),
         positions_ground=markers.positions_ground[:, stay],
-    ), notes
+    )
+    twice = [whose for whose in people if _apart_m(markers, own, kept, whose) < TWICE_M]
+    others = tuple(whose for whose in people if whose not in twice)
+    notes = tuple(
+        f"{len(own[whose])} markers of {_called(whose)} are those of {_called(kept)} written twice; left out"
+        for whose in twice
+    )
+    if others:
+        notes += (_people_note(markers, own, kept, others),)
+    if doubled:
+        named = ", ".join(markers.names[c] for c in sorted(doubled))
+        notes += (f"left out, since {_called(kept)} has labels of these names: {named}",)
+    removed = [whose for whose in own if whose and whose not in people]
+    if removed:
+        notes += (f"the name {', '.join(removed)} is removed from the labels",)
+    return OneSubject(one, kept, others, notes)
 
 
 def _is_a_subject(labels: dict[str, int], first: dict[str, int]) -> bool:
@@ -49,18 +82,26 @@ def _is_a_subject(labels: dict[str, int], first: dict[str, int]) -> bool:
     return shared >= LEAST_SHARED and 2 * shared >= len(labels)
 
 
-def _note(markers: Markers, own: dict[str, dict[str, int]], kept: str, whose: str) -> str:
+def _called(whose: str) -> str:
+    return whose or "no name"
+
+
+def _apart_m(markers: Markers, own: dict[str, dict[str, int]], kept: str, whose: str) -> float:
+    """How far the same labels of two subjects are from each other; NaN where they are never seen together."""
     shared = sorted(own[whose].keys() & own[kept].keys())
-    columns = [[own[w][label] for label in shared] for w in (kept, whose)]
-    one, other = (markers.positions_ground[:, c] for c in columns)
+    one, other = (markers.positions_ground[:, [own[w][label] for label in shared]] for w in (kept, whose))
     apart = np.linalg.norm(other - one, axis=2)
-    apart_m = float(np.nanmedian(apart)) if np.isfinite(apart).any() else np.nan
-    names = [f"'{w}'" if w else "no name" for w in (kept, whose)]
-    if apart_m < TWICE_M:
-        return f"{len(own[whose])} markers of {names[1]} are those of {names[0]} written twice; left out"
-    far = f", {apart_m:.1f} m away," if np.isfinite(apart_m) else ""
+    return float(np.nanmedian(apart)) if np.isfinite(apart).any() else float("nan")
+
+
+def _people_note(markers: Markers, own: dict[str, dict[str, int]], kept: str, others: tuple[str, ...]) -> str:
+    told = []
+    for whose in others:
+        apart_m = _apart_m(markers, own, kept, whose)
+        far = f", {apart_m:.1f} m away" if np.isfinite(apart_m) else ""
+        told.append(f"{_called(whose)} ({len(own[whose])} markers{far})")
     return (
-        f"markers of several subjects: {len(own[kept])} of {names[0]} are used, and {len(own[whose])} of "
-        f"{names[1]}{far} are left out. If the forces are theirs, give them a folder of their own, "
-        "without the other's markers"
+        f"{1 + len(others)} people in one file: {_called(kept)} ({len(own[kept])} markers) is taken, "
+        f'{", ".join(told)} left out. To take another: prefix = "{others[0]}" in subject.toml; '
+        "addb-viewer init writes one for each"
     )

@@ -12,6 +12,7 @@ from solver.capture.capture import Subject
 from solver.capture.description import Description
 from solver.capture.file_names import readable
 from solver.capture.loose_files import FoundTrials, files_in, find_models, trials_among
+from solver.capture.measured_files import listed_in
 from solver.capture.qtm_tsv import force_files
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.recording_files import is_recording
@@ -25,7 +26,7 @@ from solver.capture.subject_layout import (
     layout_of,
 )
 from solver.capture.subject_toml import read_subject_toml
-from solver.capture.text_table import unique_names
+from solver.capture.text_table import some_of, unique_names
 from solver.capture.trial_ranges import with_ranges
 from solver.capture.unused_files import read_with, unused_files, what_lies_in
 from solver.errors import CaptureError
@@ -36,6 +37,26 @@ MARKER_MAP = "markers.toml"  # in the subject's folder: what its labels mean
 
 class NoSubjectError(CaptureError):
     """Nobody's recordings lie in a folder, or below it."""
+
+
+class SharedFolderError(CaptureError):
+    """The recordings of a folder are those of several people, each with a folder in it."""
+
+    def __init__(self, folder: Path, people: list[str], left: list[str]) -> None:
+        """Said of the folder; what no one has is told.
+
+        Args:
+            folder: of all.
+            people: names of the folders whose subject.toml names files beside them.
+            left: recordings that none of them names.
+        """
+        self.left = (
+            f"in no subject.toml: {some_of(left, LISTED)}; name each in that of its person" if left else ""
+        )
+        super().__init__(
+            f"{folder}: its recordings are those of {', '.join(people)}, by the subject.toml of each. Give "
+            f"one of these folders. {self.left}".strip()
+        )
 
 
 def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
@@ -92,7 +113,7 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
             left |= dict.fromkeys(models, _which_model(models))
         subject = Subject(
             folder=folder,
-            trials=trials,
+            trials=tuple(replace(trial, prefix=described.prefix) for trial in trials),
             mass_kg=described.mass_kg,
             height_m=described.height_m,
             sex=described.sex,
@@ -104,6 +125,9 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
             foot_bodies=described.foot_bodies or Subject.foot_bodies,
             tags=described.tags or (),
             release=described.release,
+            prefix=described.prefix,
+            other_statics=found.other_statics,
+            is_described=any(map(_lies_there, (by_hand, uploaded))),
             notes=_readable(
                 *described.notes, *range_notes, *_model_notes(folder, model, models, by_hand.is_file())
             ),
@@ -146,6 +170,8 @@ def subjects_in(
             raise
         alone = error
     found, notes = _b3d_subjects(folder, may_be_read, settings_of)
+    if isinstance(alone, SharedFolderError) and alone.left:
+        notes.append(readable(alone.left))
     broken = list(notes)
     for place in folders_below(folder, 1) if deepest else ():
         try:
@@ -198,8 +224,21 @@ def _found(folder: Path, settings: ReadingSettings) -> tuple[Layout, FoundTrials
         in_trials = trials_of(folder / "trials", settings)
         if in_trials.trials:
             return Layout((folder,), {}), _named(in_trials)
+    _refuse_shared(folder)
     layout = layout_of(folder)
     return layout, _named(trials_among(folder, layout.places, settings))
+
+
+def _refuse_shared(folder: Path) -> None:
+    """Raise where folders below name recordings that lie beside them, each those of one person."""
+    people, named = [], set[Path]()
+    for place in folders_below(folder):
+        beside = [p for p in listed_in(place / DESCRIBED_BY_HAND) if not p.is_relative_to(place.resolve())]
+        people += [place.name] if beside else []
+        named.update(beside)
+    if people:
+        left = [p.name for p in files_in(folder) if is_recording(p) and p.resolve() not in named]
+        raise SharedFolderError(folder, people, left)
 
 
 def _named(found: FoundTrials) -> FoundTrials:

@@ -19,6 +19,7 @@ KEYS = (
     "foot_bodies",
     "static",
     "tags",
+    "prefix",
     "trials",
     "release",
 )
@@ -57,6 +58,7 @@ def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) ->
         static=entries.file("static"),
         trials=trials,
         release=release,
+        prefix=entries.text("prefix"),
         notes=notes + entries.unknown(KEYS),
     )
 

@@ -1,6 +1,7 @@
 """A subject.toml that says what was understood of a folder, with reasons as comments, to be corrected."""
 
 import json
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -61,6 +62,8 @@ def _person(subject: Subject) -> Iterator[str]:
         elif without is not None:
             yield f"# {key} = {without}"
     yield f"foot_bodies = {json.dumps(list(subject.foot_bodies))}"
+    if subject.prefix is not None:
+        yield f"prefix = {_text(subject.prefix)}  # before this person's labels: PREFIX:LASI"
     if subject.tags:
         yield f"tags = {_text(list(subject.tags))}"
 
@@ -135,7 +138,7 @@ def _comments(subject: Subject) -> Iterator[str]:
 
 
 def _path(subject: Subject, path: Path) -> str:
-    return _text(readable(path.relative_to(subject.folder).as_posix()))
+    return _text(readable(Path(os.path.relpath(path, subject.folder)).as_posix()))
 
 
 def _text(value: object) -> str:

@@ -36,9 +36,14 @@ from solver.capture.plate_copies import without_copies
 from solver.capture.plate_levels import levelled
 from solver.capture.qtm_tsv import force_files
 from solver.capture.reading_settings import READING, ReadingSettings
-from solver.capture.recording_files import MarkersInLab, holds_table, read_forces, read_markers
+from solver.capture.recording_files import (
+    MarkersInLab,
+    holds_table,
+    of_one_person,
+    read_forces,
+    read_markers,
+)
 from solver.capture.review import imported_review
-from solver.capture.several_subjects import one_subject
 from solver.capture.storage import Storage
 from solver.capture.trajectory_joining import join_trajectories
 from solver.capture.trial_ranges import outside_ranges
@@ -111,21 +116,28 @@ def read_trial(
         imported_reviewed=reviewed,
         outside_ranges=outside,
         stored=recording.stored,
+        prefix=recording.prefix,
         imported_reasons=inner.reasons if inner is not None and mask is inner.missing else (),
     )
 
 
-def read_static(path: Path, settings: ReadingSettings = READING) -> Capture:
+def read_static(path: Path, settings: ReadingSettings = READING, prefix: str | None = None) -> Capture:
     """Read the markers of a static trial, whatever else its file holds.
+
+    Args:
+        path: the file.
+        settings: thresholds.
+        prefix: before the labels of the person, in a file of several.
 
     Raises:
         CaptureError: the file cannot be read.
     """
     path = Path(path)
-    lab = read_markers(path, None, settings)
+    lab = read_markers(path, None, settings, prefix)
     markers, notes = _cleaned(lab.upright, path, settings)
     notes = (*lab.notes, *lab.up.notes(path.name), *notes)
-    return Capture(readable(path.stem), markers, (), tuple(readable(note) for note in notes), (path,))
+    said = tuple(readable(note) for note in notes)
+    return Capture(readable(path.stem), markers, (), said, (path,), prefix=lab.whose)
 
 
 @dataclass(frozen=True)
@@ -137,6 +149,7 @@ class Recording:
     notes: tuple[str, ...]
     review: B3dReview | None = None  # in the recording's own file
     stored: tuple[StoredPass, ...] = ()
+    prefix: str = ""  # before the labels in the file
 
 
 def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Recording:
@@ -157,14 +170,13 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
     if files.forces in (None, files.markers) and kind == ".c3d":
         c3d = read_c3d(files.markers, up, settings)
         plates = tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates)
-        return Recording(
-            markers_y_up(c3d.markers, c3d.up), plates, c3d.notes + c3d.up.notes(files.markers.name)
-        )
-    lab = read_markers(files.markers, up, settings)
+        lab = of_one_person(MarkersInLab(c3d.markers, c3d.up, c3d.notes), files.prefix, files.markers)
+        return Recording(lab.upright, plates, lab.notes + c3d.up.notes(files.markers.name), prefix=lab.whose)
+    lab = read_markers(files.markers, up, settings, files.prefix)
     if files.forces is None and holds_table(files.markers):
         files = replace(files, forces=files.markers)
     if files.forces is None:
-        return Recording(lab.upright, (), lab.notes + lab.up.notes(files.markers.name))
+        return Recording(lab.upright, (), lab.notes + lab.up.notes(files.markers.name), prefix=lab.whose)
     if kind == ".c3d":
         note = f"{files.markers.name}: forces inside it, if any, are not used: {files.forces.name} is named"
         lab = replace(lab, notes=(*lab.notes, note))
@@ -174,17 +186,17 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
             lab.upright,
             tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates),
             lab.notes + lab.up.notes(files.markers.name) + c3d.notes + c3d.up.notes(files.forces.name),
+            prefix=lab.whose,
         )
     return _with_table(lab, files, up, settings)
 
 
 def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[Markers, tuple[str, ...]]:
-    markers, whose = one_subject(markers)
     cleaned, notes = clean_markers(markers, settings.cleaning)
     if not cleaned.names:
         raise CaptureError(f"{path}: no marker was ever seen. Export the trial with its trajectories.")
     joined, joining_notes = join_trajectories(cleaned, settings.joining)
-    return joined, tuple(f"{path.name}: {note}" for note in (*whose, *notes, *joining_notes))
+    return joined, tuple(f"{path.name}: {note}" for note in (*notes, *joining_notes))
 
 
 def _with_table(
@@ -234,7 +246,7 @@ def _turned(
     notes = (*lab.notes, *ups[0].notes(files.markers.name), *plate_notes)
     if ups[0] != ups[1]:
         notes += ups[1].notes(files.forces.name)
-    return Recording(markers_y_up(lab.markers, ups[0]), plates, notes)
+    return Recording(markers_y_up(lab.markers, ups[0]), plates, notes, prefix=lab.whose)
 
 
 def _unloaded(plates: tuple[ForcePlate, ...], feet: Feet, settings: ReadingSettings) -> tuple[str, ...]:

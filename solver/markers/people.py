@@ -1,59 +1,228 @@
-"""Whether a subject's recordings are of one person: lengths between bony landmarks tell people apart.
+"""Of how many people recordings are: by what files say of them, their names, and lengths of the body.
 
-Only distances that no posture changes count: within a segment, or from a knee's to an ankle's marker. Markers
-that were placed again move them by a centimetre, another person by a few per cent of every bone.
+Of the lengths between bony landmarks only those count that no posture changes: within a segment, or from a
+knee's to an ankle's marker. Markers that were placed again move them by a centimetre, another person by a few
+per cent of every bone.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two
-from solver.capture.capture import Markers
+from solver.capture.c3d_person import stated_by, stated_person
+from solver.capture.capture import Capture, Markers, Subject, TrialFiles
+from solver.capture.description import Description
+from solver.capture.file_names import distinct
+from solver.capture.same_motion import markers_of, people_in
+from solver.capture.statics import static_among
+from solver.errors import CaptureError
 from solver.markers.atlas import atlas
 from solver.markers.distances import posture_scatter_m
 from solver.markers.understanding import understand
 
 RIGID_M = 0.015  # scatter of a landmarks' distance over postures: what a knee's axis leaves to its markers
-TWO_PEOPLE = 2.3  # [log odds] 10 to 1; of the shared recordings of one person none is above 1.0
+TWO_PEOPLE = 2.3  # [log odds] 10 to 1; of the shared recordings of one person none is above 1.1
+NAMED = 1.0  # [log odds] different names in two files, or as far apart in mass: one person may get either
+NUMBERED = 2.5  # [log odds] S01 and S02 in two files' names; may be sessions, which lengths then tell
+IN_ONE_FILE = 20.0  # [log odds] seen together
+OTHER_MASS = 1.1  # ratio of two stated masses
 LITTLE_DOUBT = 7.0  # [log odds] no figure beyond it means anything
 WORDS = {2: "two", 3: "three", 4: "four"}
+PERSON = re.compile(
+    r"(?<![A-Za-z0-9])((?i:s|su|subj?|subject|p|pp|ppt|pt|pat|patient|part|participant|vp|vpn|pb|proband|"
+    r"probandin|pers|person|personne|id|tn|player|athlete|child|suj|sujet|sujeto|sogg|soggetto))"
+    r"[-_ ]?0*(\d+)(?![a-z0-9])"
+)
+FIELD = re.compile(r"[-_. ]+")
+UNUSUAL = re.compile(r"[^\w.-]+")  # in a folder's name
 
 
 @dataclass(frozen=True)
-class _Group:
-    """Recordings of one person, by their places in the list."""
+class Recorded:
+    """One person in one file."""
 
-    members: tuple[int, ...]
+    markers: Markers
+    file: Path | None = None
+    prefix: str = ""  # before the person's labels
+
+    @property
+    def names(self) -> frozenset[str]:
+        """What the file calls the person."""
+        if self.prefix or self.file is None:
+            return frozenset({self.prefix} - {""})
+        return stated_person(self.file).names
+
+    @property
+    def number(self) -> tuple[str, str, int] | None:
+        """As in S01_walk: the text, its word and its number."""
+        found = None if self.file is None else PERSON.search(self.file.stem)
+        return None if found is None else (found[0], found[1].lower(), int(found[2]))
+
+    @property
+    def fields(self) -> tuple[str, str]:
+        """The file's name up to its first separator, and the rest."""
+        first, *rest = FIELD.split("" if self.file is None else self.file.stem, maxsplit=1)
+        return first, "".join(rest)
 
 
-def people_notes(recordings: Mapping[str, Markers]) -> tuple[str, ...]:
-    """A note where recordings seem to be of several people; none where they agree or cannot be compared.
+@dataclass(frozen=True)
+class People:
+    """Recordings by person: names of recordings, and what each person may be called."""
+
+    groups: tuple[tuple[str, ...], ...]
+    called: tuple[str, ...]
+    said: str = ""  # that they are several, and why; empty of one
+
+
+def people_among(recordings: Mapping[str, Recorded]) -> People:
+    """Who is in recordings, the static trial among them; one person where they agree or cannot be compared.
 
     Args:
-        recordings: by name, the static trial among them.
+        recordings: by name.
     """
-    names = list(recordings)
-    lengths = _bony_lengths(list(recordings.values()))
-    odds = {}
+    names, known = list(recordings), list(recordings.values())
+    lengths = _bony_lengths([one.markers for one in known])
+    by_lengths, by_names = (np.full((len(names), len(names)), np.nan) for _ in range(2))
+    is_crossed = _crossed(known)
     for i, j in combinations(range(len(names)), 2):
         found = odds_for_two(lengths[i], lengths[j])
-        if found is not None:
-            odds[i, j] = found
-    groups = _grouped(len(names), odds)
-    if len(groups) < 2:
-        return ()
-    told = " | ".join(", ".join(names[i] for i in group.members) for group in groups)
-    between = [value for pair, value in odds.items() if not any(set(pair) <= set(g.members) for g in groups)]
-    off, likelier = _typically_off(lengths, groups), float(np.mean(between))
-    sure = f"{np.exp(likelier):.0f} to 1" if likelier < LITTLE_DOUBT else "more than 1000 to 1"
-    return (
-        f"these trials seem to be of {WORDS.get(len(groups), str(len(groups)))} people: {told} (lengths "
-        f"of the body differ by {1000 * off:.0f} mm in the median, odds of {sure} against markers placed "
-        "again). One skeleton is fitted to all: give each person a folder of their own",
+        by_lengths[[i, j], [j, i]] = np.nan if found is None else found
+        by_names[[i, j], [j, i]] = _by_names(known[i], known[j], is_crossed)
+    groups = _grouped(by_lengths, by_names)
+    said = "" if len(groups) < 2 else _said(names, lengths, groups, by_lengths, by_names)
+    return People(
+        tuple(tuple(names[i] for i in group) for group in groups),
+        _called([[known[i] for i in group] for group in groups]),
+        said,
     )
+
+
+def subjects_among(subject: Subject) -> tuple[Subject, ...]:
+    """One subject for each person in a folder, in a folder in it of their name; the same one where it is one.
+
+    The recordings stay where they are.
+
+    Args:
+        subject: as `open_subject` found it.
+    """
+    statics = [path for path in (subject.static, *subject.other_statics) if path is not None]
+    trials = {trial.name: trial for trial in subject.trials}
+    trials |= {f"{path.stem} (static)": TrialFiles(path.stem, path) for path in statics}
+    units: dict[str, tuple[TrialFiles, Recorded]] = {}
+    for name, trial in trials.items():
+        people = people_in(trial.markers) or ("",)
+        for prefix in people:
+            markers = markers_of(trial.markers, prefix)
+            if markers is not None:
+                called = f"{name} of {prefix}" if len(people) > 1 else name
+                wanted = replace(trial, prefix=prefix if len(people) > 1 else None)
+                units[called] = wanted, Recorded(markers, trial.markers, prefix)
+    found = people_among({name: recorded for name, (_, recorded) in units.items()})
+    if not found.said:
+        return (subject,)
+    folders = distinct(found.called, lambda called: UNUSUAL.sub("_", called).strip("._") or "person")
+    return tuple(
+        _one_of(subject, subject.folder / folders[called], [units[name][0] for name in group], found.said)
+        for called, group in zip(found.called, found.groups, strict=True)
+    )
+
+
+def _one_of(subject: Subject, folder: Path, files: Sequence[TrialFiles], said: str) -> Subject:
+    """The person of these recordings."""
+    paths = [trial.markers for trial in files]
+    static = static_among(paths, paths, subject.folder)
+    trials = tuple(t for t in files if t.markers not in (static.static, *static.others))
+    about = stated_by(paths, Description())
+    return replace(
+        subject,
+        folder=folder,
+        trials=trials,
+        static=static.static,
+        other_statics=static.others,
+        mass_kg=about.mass_kg,
+        height_m=about.height_m,
+        sex=about.sex,
+        age_years=about.age_years,
+        prefix=next((trial.prefix for trial in files if trial.prefix is not None), None),
+        notes=(said, *static.notes, *about.notes),
+        unused=(),
+    )
+
+
+def of_one_person(subject: Subject, recorded: Sequence[Capture], static: Capture | None) -> tuple[str, ...]:
+    """A note where recordings are of several people although somebody says that they are of one.
+
+    Args:
+        subject: whose they should be.
+        recorded: the trials.
+        static: the static trial, if there is one.
+
+    Raises:
+        CaptureError: they are of several people, and nobody says otherwise.
+    """
+    by_name = {c.name: c for c in recorded} | ({f"{static.name} (static)": static} if static else {})
+    found = people_among(
+        {name: Recorded(c.markers, c.files[0] if c.files else None, c.prefix) for name, c in by_name.items()}
+    )
+    if not found.said:
+        return ()
+    if subject.is_described:
+        return (f"{found.said}. One skeleton is fitted to all: give each person a folder of their own",)
+    raise CaptureError(
+        f"{subject.folder}: {found.said}. One skeleton cannot be fitted to all. addb-viewer init writes a "
+        "subject.toml for each; then fit again. If they are one person, say so by a subject.toml in that "
+        "folder; an empty one will do."
+    )
+
+
+def _by_names(one: Recorded, other: Recorded, is_crossed: bool) -> float:
+    """Log odds for two people by all but their bodies."""
+    if one.file is not None and one.file == other.file:
+        return IN_ONE_FILE
+    odds = 0.0
+    if one.names and other.names:
+        odds += -NAMED if one.names & other.names else NAMED
+    numbers = one.number, other.number
+    if numbers[0] and numbers[1] and numbers[0][1] == numbers[1][1]:
+        odds += -NAMED if numbers[0][2] == numbers[1][2] else NUMBERED
+    elif is_crossed and one.fields[0] != other.fields[0]:
+        odds += NAMED
+    masses = [stated_person(each.file).mass_kg for each in (one, other) if each.file is not None]
+    known = [mass for mass in masses if mass is not None]
+    if len(known) == 2 and max(known) > OTHER_MASS * min(known):
+        odds += NAMED
+    return odds
+
+
+def _crossed(recordings: Sequence[Recorded]) -> bool:
+    """Whether one name goes on alike after two beginnings, as anna_walk and bea_walk do."""
+    by_rest: dict[str, set[str]] = {}
+    for one in recordings:
+        first, rest = one.fields
+        if rest:
+            by_rest.setdefault(rest.lower(), set()).add(first.lower())
+    return any(len(firsts) > 1 for firsts in by_rest.values())
+
+
+def _called(groups: Sequence[Sequence[Recorded]]) -> tuple[str, ...]:
+    """What all files of each person call them, by the first way that tells them all apart."""
+    ways = (
+        lambda one: one.names,
+        lambda one: {one.number[0]} if one.number else set(),
+        lambda one: {one.fields[0]},
+    )
+    for way in ways:
+        named = [[names for one in group if (names := way(one))] for group in groups]
+        first = [min(set.intersection(*map(set, names)), default="") if names else "" for names in named]
+        if all(first) and len(set(first)) == len(groups):
+            return tuple(first)
+    return tuple(f"person_{k + 1}" for k in range(len(groups)))
 
 
 def _bony_lengths(recordings: Sequence[Markers]) -> list[Lengths]:
@@ -82,32 +251,62 @@ def _bony_lengths(recordings: Sequence[Markers]) -> list[Lengths]:
     return found
 
 
-def _grouped(count: int, odds: Mapping[tuple[int, int], float]) -> list[_Group]:
-    """Recordings joined, the likest first, while two people are not clearly likelier; mean over all pairs."""
-    groups = [_Group((i,)) for i in range(count)]
-
-    def apart(one: _Group, other: _Group) -> float:
-        known = [
-            odds[pair] for i in one.members for j in other.members if (pair := (min(i, j), max(i, j))) in odds
-        ]
-        return float(np.mean(known)) if known else 0.0
-
+def _grouped(
+    by_lengths: Float[np.ndarray, "n n"], by_names: Float[np.ndarray, "n n"]
+) -> list[tuple[int, ...]]:
+    """Recordings joined, the likest first, while two people are not clearly likelier; means over pairs."""
+    groups: list[tuple[int, ...]] = [(i,) for i in range(len(by_lengths))]
+    sums = [np.nan_to_num(table) for table in (by_lengths, by_names)]
+    counts = [np.isfinite(table).astype(float) for table in (by_lengths, by_names)]
     while len(groups) > 1:
-        one, other = min(combinations(groups, 2), key=lambda pair: apart(*pair))
-        if apart(one, other) >= TWO_PEOPLE:
+        apart = sum(total / np.maximum(count, 1) for total, count in zip(sums, counts, strict=True))
+        apart = apart + np.diag(np.full(len(groups), np.inf))
+        i, j = sorted(int(k) for k in np.unravel_index(np.argmin(apart), apart.shape))
+        if apart[i, j] >= TWO_PEOPLE:
             break
-        joined = _Group(tuple(sorted((*one.members, *other.members))))
-        groups = [group for group in groups if group not in (one, other)] + [joined]
-    return sorted(groups, key=lambda group: group.members)
+        for table in (*sums, *counts):
+            table[i] += table[j]
+            table[:, i] += table[:, j]
+        sums, counts = (
+            [np.delete(np.delete(table, j, axis=0), j, axis=1) for table in tables]
+            for tables in (sums, counts)
+        )
+        groups[i] = tuple(sorted((*groups[i], *groups.pop(j))))
+    return sorted(groups)
 
 
-def _typically_off(lengths: Sequence[Lengths], groups: Sequence[_Group]) -> float:
-    """Median difference of lengths between recordings of different groups [m]."""
+def _said(
+    names: Sequence[str],
+    lengths: Sequence[Lengths],
+    groups: Sequence[tuple[int, ...]],
+    by_lengths: Float[np.ndarray, "n n"],
+    by_names: Float[np.ndarray, "n n"],
+) -> str:
+    """That recordings are of several people, who is in which, and why."""
+    told = " | ".join(", ".join(names[i] for i in group) for group in groups)
+    pairs = [(i, j) for one, other in combinations(groups, 2) for i in one for j in other]
+    odds = [by_lengths[pair] for pair in pairs if np.isfinite(by_lengths[pair])]
+    why = []
+    likelier = float(np.mean(odds)) if odds else 0.0
+    if likelier > 0:
+        sure = f"{np.exp(likelier):.0f} to 1" if likelier < LITTLE_DOUBT else "more than 1000 to 1"
+        off_mm = 1000 * _typically_off(lengths, pairs)
+        against = f"odds of {sure} against markers placed again"
+        why.append(f"lengths of the body differ by {off_mm:.0f} mm in the median, {against}")
+    of_names = [by_names[pair] for pair in pairs]
+    if max(of_names) >= IN_ONE_FILE:
+        why.append("they are in one file together")
+    elif np.mean(of_names) > 0:
+        why.append("their files' names differ, or what these say of the person")
+    count = WORDS.get(len(groups), str(len(groups)))
+    return f"these trials seem to be of {count} people: {told} ({'; '.join(why)})"
+
+
+def _typically_off(lengths: Sequence[Lengths], pairs: Sequence[tuple[int, int]]) -> float:
+    """Median difference of lengths between recordings of different people [m]."""
     off = [
         abs(lengths[i][pair] - lengths[j][pair])
-        for one, other in combinations(groups, 2)
-        for i in one.members
-        for j in other.members
+        for i, j in pairs
         for pair in lengths[i].keys() & lengths[j].keys()
     ]
     return float(np.median(off))

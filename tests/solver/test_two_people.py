@@ -1,4 +1,4 @@
-"""A fit of two people's trials in one folder says so, by the names of the trials."""
+"""A fit of two people's trials that somebody calls one person's says so, by the names of the trials."""
 
 import shutil
 from dataclasses import replace
@@ -12,6 +12,7 @@ from solver.summary import all_notes
 def test_a_fit_of_two_people_says_so_first(real_data, tmp_path):
     shutil.copyfile(real_data / "opencap_subject4/MarkerData/walking1.trc", tmp_path / "anna.trc")
     shutil.copyfile(real_data / "opencap_subject6/walking1.trc", tmp_path / "bea.trc")
+    (tmp_path / "subject.toml").write_text("")
     settings = Settings()
     fit = solve(
         open_subject(tmp_path),

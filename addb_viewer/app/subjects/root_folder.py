@@ -130,8 +130,9 @@ def check_recorded(subject: Subject, fit: Fit) -> None:
         OutsideError: names the file.
     """
     captures = (file for trial in fit.trials for file in trial.capture.files)
+    read = {subject.recording, *_files(subject)}
     for file in (*_files(fit.subject), *captures):
-        if file != subject.recording and not Path(os.path.normpath(file)).is_relative_to(subject.folder):
+        if file not in read and not Path(os.path.normpath(file)).is_relative_to(subject.folder):
             raise OutsideError(
                 f"{subject.folder}: its fit says that it was made of {file}, outside the folder. "
                 "Fit it again: addb-viewer fit"

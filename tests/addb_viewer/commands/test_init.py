@@ -51,7 +51,8 @@ def test_what_is_written_reads_as_what_was_understood(bare, name):
     for file in understood.unused:
         assert f"# - {file.file}: {file.reason}" in text
     described = open_subject(folder)
-    assert replace(described, notes=(), unused=()) == replace(understood, notes=(), unused=())
+    told = {"notes": (), "unused": (), "other_statics": (), "is_described": True}
+    assert replace(described, **told) == replace(understood, **told)
     assert {file.file for file in described.unused} == {file.file for file in understood.unused}
 
 
@@ -93,6 +94,25 @@ def test_recursive_describes_every_subject_that_the_app_opens(bare):
     }
     assert written == set(shown)
     assert open_root(root).names == shown
+
+
+def test_the_only_subject_in_a_folder_is_described_as_if_it_were_given(bare):
+    root = bare("opencap_subject6")
+    (root / "opencap_subject6").rename(root / "2012-10-17")
+    done = run("init", root)
+    assert done.exit_code == 0, done.output
+    assert (root / "2012-10-17" / "subject.toml").is_file()
+    assert not (root / "subject.toml").exists()
+
+
+def test_of_several_subjects_all_are_named_and_none_is_described(bare):
+    root = bare("opencap_subject4", "opencap_subject6")
+    done = run("init", root)
+    assert done.exit_code == 1
+    assert (
+        "2 subjects: opencap_subject4, opencap_subject6. Give one of them, or add --recursive" in done.stderr
+    )
+    assert not list(root.rglob("subject.toml"))
 
 
 def test_a_trial_that_cannot_be_read_is_told_where_the_folder_is_described(bare):

@@ -7,6 +7,7 @@ import pytest
 
 from solver.capture.axes import vertical_axis_named
 from solver.capture.c3d import read_c3d, read_c3d_markers
+from solver.capture.several_subjects import one_subject
 from solver.errors import CaptureError
 
 CONFORMANCE = "c3d_conformance"
@@ -232,7 +233,7 @@ def test_unlabelled_points_and_unit_spellings(real_data):
 
 def test_subject_prefix_missing_channels_and_a_calibration_applied_twice(real_data):
     c3d = read_c3d(real_data / f"{CONFORMANCE}/btk_others/shd01.c3d")
-    assert {"RASI", "C7", "LASI"} <= set(c3d.markers.names)
+    assert {"RASI", "C7", "LASI"} <= set(one_subject(c3d.markers).markers.names)
     assert [plate.name for plate in c3d.plates] == ["plate 1"]
     assert any("plate 2" in note and "channels 8" in note for note in c3d.notes)
     assert 500 < np.abs(c3d.plates[0].force_ground[:, 2]).max() < 1500  # a person, not 5.7 times that

@@ -60,14 +60,36 @@ def test_texts(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["../x.trc", "a/../../x.trc", "/etc/passwd", "C:\\x.trc", "..\\x.trc", "\\\\host\\x"]
+    "name",
+    [
+        "../../x.trc",
+        "a/../../x.trc",
+        "/etc/passwd",
+        "C:\\x.trc",
+        "..\\..\\x.trc",
+        ".././../x.trc",
+        "\\\\host\\x",
+    ],
 )
 def test_paths_out_of_the_folder_are_refused(tmp_path, name):
     (tmp_path / "x.trc").write_text("")
-    inner = tmp_path / "inner"
-    inner.mkdir()
+    inner = tmp_path / "middle" / "inner"
+    inner.mkdir(parents=True)
     with pytest.raises(CaptureError, match="leads out of the subject's folder"):
         toml(inner, f"static = '{name}'").file("static")
+
+
+@pytest.mark.parametrize("name", ["../x.trc", "..\\x.trc", "../Markers/y.trc"])
+def test_files_beside_the_folder_are_found(tmp_path, name):
+    (tmp_path / "Markers").mkdir()
+    (tmp_path / "inner").mkdir()
+    file = tmp_path / name.replace("\\", "/").removeprefix("../")
+    file.write_text("")
+    assert toml(tmp_path / "inner", f"static = '{name}'").file("static") == file
+    with pytest.raises(
+        CaptureError, match=r"no such file. Is it 'x\.trc'" if "x" in name else "no such file"
+    ):
+        toml(tmp_path / "inner", "static = '../xx.trc'").file("static")
 
 
 def test_paths_with_spaces_accents_and_backslashes(tmp_path):

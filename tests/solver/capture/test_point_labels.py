@@ -30,23 +30,6 @@ def test_labels_beyond_the_points_are_ignored():
     assert marker_points(("A", "B", "0", ""), np.array([5, 5]), frozenset(), "a.c3d").names == ("A", "B")
 
 
-def test_subject_prefix():
-    found = chosen("Anna:LASI", "Anna:RASI", "Wand")
-    assert found.names == ("LASI", "RASI", "Wand")
-    assert "'Anna:'" in found.notes[0]
-
-
-def test_of_two_subjects_the_one_seen_most():
-    found = chosen("Anna:LASI", "Ben:LASI", "Ben:RASI", seen=[10, 50, 50])
-    assert found.names == ("LASI", "RASI")
-    assert found.columns == (1, 2)
-    assert any("Anna" in note and "left out" in note for note in found.notes)
-
-
-def test_prefixes_that_never_clash_belong_to_one_person():
-    assert chosen("Legs:LASI", "Arms:LELB").names == ("LASI", "LELB")
-
-
 def test_repeated_names():
     found = chosen("c7", "c7", "sacrum", "c7")
     assert found.names == ("c7", "c7#2", "sacrum", "c7#3")

@@ -53,7 +53,7 @@ def test_without_the_table_nothing_is_said(tmp_path):
         ('doi = "carter"', r"release\.doi = .*no DOI"),
         ('url = "example.org"', r"release\.url = .*https"),
         ('citation = "none.bib"', r"release\.citation = .*there is no such file"),
-        ('citation = "../a.bib"', r"release\.citation = .*leads out"),
+        ('citation = "../../a.bib"', r"release\.citation = .*leads out"),
     ],
 )
 def test_what_is_wrong_is_named_with_what_to_do(tmp_path, line, said):

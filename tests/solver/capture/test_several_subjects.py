@@ -7,49 +7,77 @@ from solver.capture.capture import Markers
 from solver.capture.several_subjects import one_subject
 
 LABELS = ("RASI", "LASI", "RKNE", "LKNE", "RANK", "LANK")
+SIDED = tuple(f"{side}:{label}" for side in "LR" for label in ("ASI", "PSI", "KNE", "ANK", "HEE", "TOE"))
 
 
 def recorded(names, shift_m=None):
-    """Markers beside each other; those of another name than the first one's stand off."""
+    """Markers beside each other; those of other names than the first one's stand off, each its own way."""
     places = np.array([[0.1 * k % 0.6, 1.0, 0.0] for k in range(len(names))])
     whose = [n.rpartition(":")[0] for n in names]
-    places[[w != whose[0] for w in whose]] += [0.0, 0.0, 1.5 if shift_m is None else shift_m]
+    aside = np.array([list(dict.fromkeys(whose)).index(w) for w in whose])
+    places[:, 2] += aside * (1.5 if shift_m is None else shift_m)
     return Markers(tuple(names), np.tile(places, (10, 1, 1)), 100.0)
 
 
-@pytest.mark.parametrize("first", ["", "Ann:"])
+@pytest.mark.parametrize("first", ["", "Ann"])
 def test_the_second_person_is_left_out_and_told(first):
-    whole = recorded([*(first + label for label in LABELS), *(f"Bob:{label}" for label in LABELS)])
-    kept, (note,) = one_subject(whole)
-    assert kept.names == tuple(first + label for label in LABELS)
-    np.testing.assert_array_equal(kept.positions_ground, whole.positions_ground[:, : len(LABELS)])
-    assert "6 of 'Bob'" in note
-    assert ("'Ann'" if first else "no name") in note
+    labels = [f"{first}:{label}" if first else label for label in LABELS]
+    whole = recorded([*labels, *(f"Bob:{label}" for label in LABELS)])
+    found = one_subject(whole)
+    assert found.markers.names == LABELS
+    np.testing.assert_array_equal(found.markers.positions_ground, whole.positions_ground[:, : len(LABELS)])
+    assert (found.name, found.others) == (first, ("Bob",))
+    assert f"2 people in one file: {first or 'no name'} (6 markers) is taken" in found.notes[0]
+    assert "Bob (6 markers, 1.5 m away) left out" in found.notes[0]
+    assert 'prefix = "Bob"' in found.notes[0]
 
 
 def test_who_was_seen_most_is_kept():
     whole = recorded([*LABELS, *(f"Bob:{label}" for label in LABELS)])
     whole.positions_ground[:6, : len(LABELS)] = np.nan
-    kept, (note,) = one_subject(whole)
-    assert kept.names == tuple(f"Bob:{label}" for label in LABELS)
-    assert "6 of no name, 1.5 m away, are left out" in note
+    found = one_subject(whole)
+    assert (found.name, found.others) == ("Bob", ("",))
+    np.testing.assert_array_equal(found.markers.positions_ground, whole.positions_ground[:, len(LABELS) :])
+
+
+@pytest.mark.parametrize("wanted", ["Ann", "Bob", "Cleo"])
+def test_whoever_is_wanted_is_taken(wanted):
+    names = [f"{who}:{label}" for who in ("Ann", "Bob", "Cleo") for label in LABELS]
+    whole = recorded(names)
+    found = one_subject(whole, wanted)
+    assert found.name == wanted
+    assert set(found.others) == {"Ann", "Bob", "Cleo"} - {wanted}
+    first = names.index(f"{wanted}:RASI")
+    np.testing.assert_array_equal(
+        found.markers.positions_ground, whole.positions_ground[:, first : first + 6]
+    )
+
+
+def test_who_is_not_in_the_file_decides_nothing():
+    whole = recorded([f"Ann:{label}" for label in LABELS])
+    assert one_subject(whole, "Bob").markers.names == LABELS
 
 
 def test_the_same_markers_written_twice_are_no_second_person():
-    _, (note,) = one_subject(recorded([*LABELS, *(f"raw:{label}" for label in LABELS)], 0.001))
-    assert "written twice" in note
+    found = one_subject(recorded([*LABELS, *(f"raw:{label}" for label in LABELS)], 0.001))
+    assert "written twice" in found.notes[0]
+    assert (found.markers.names, found.others) == (LABELS, ())
 
 
 @pytest.mark.parametrize(
-    "names",
+    ("names", "kept"),
     [
-        LABELS,
-        [f"Ann:{label}" for label in LABELS],
-        [f"{side}:{label}" for side in ("L", "R") for label in ("ASI", "PSI", "KNE", "ANK", "HEE", "TOE")],
-        [*LABELS, "cart:a", "cart:b", "cart:c", "cart:d", "cart:e", "cart:f"],
-        [*LABELS, "Bob:RASI", "Bob:LASI"],
+        (LABELS, LABELS),
+        ([f"Ann:{label}" for label in LABELS], LABELS),
+        (SIDED, SIDED),
+        ([*LABELS, *(f"cart:{c}" for c in "abcdef")], (*LABELS, *"abcdef")),
+        ([*(f"Legs:{label}" for label in LABELS), "Arms:LELB"], (*LABELS, "LELB")),
+        ([*LABELS, "Bob:RASI", "Bob:LASI", "Bob:bar"], (*LABELS, "bar")),
     ],
 )
-def test_one_person_stays_whole(names):
-    whole = recorded(names)
-    assert one_subject(whole) == (whole, ())
+def test_one_person_stays_whole_without_the_name(names, kept):
+    found = one_subject(recorded(names))
+    assert found.markers.names == tuple(kept)
+    assert found.others == ()
+    left = [name for name in names if name.startswith("Bob") and not name.endswith("bar")]
+    assert all(any(name in note for note in found.notes) for name in left)

@@ -87,7 +87,7 @@ def test_unknown_keys_are_noted_on_both_levels(folder):
     [
         ('[trials.a]\nforces = "a.mot"', "trials.a has no markers"),
         ('[trials.a]\nmarkers = "b.trc"', r"trials\.a\.markers = \"b.trc\": there is no such file"),
-        ('[trials.a]\nmarkers = "../a.trc"', "leads out of the subject's folder"),
+        ('[trials.a]\nmarkers = "../../a.trc"', "leads out of the subject's folder"),
         ("[trials.a]\nmarkers = 3", "the name of a file is needed"),
         ('[trials."../a"]\nmarkers = "a.trc"', "leave out / and"),
         ('[trials.".."]\nmarkers = "a.trc"', "leave out / and"),

@@ -7,7 +7,7 @@ import pytest
 
 from solver.capture.same_motion import markers_of
 from solver.capture.subject import open_subject
-from solver.markers.people import people_notes
+from solver.markers.people import Recorded, people_among, subjects_among
 
 FOUR, SIX = "opencap_subject4/MarkerData/", "opencap_subject6/"
 MIXTURES = {
@@ -40,10 +40,15 @@ MIXTURES = {
 }
 
 
+def said(recordings):
+    """That they are several people; by their markers alone."""
+    return people_among({name: Recorded(markers) for name, markers in recordings.items()}).said
+
+
 @pytest.mark.parametrize("name", MIXTURES)
 def test_several_people_are_told_with_the_names_of_their_trials(real_data, name):
     files, told = MIXTURES[name]
-    (note,) = people_notes({trial: markers_of(real_data / file) for trial, file in files.items()})
+    note = said({trial: markers_of(real_data / file) for trial, file in files.items()})
     assert f"these trials seem to be of {told} (" in note
 
 
@@ -52,11 +57,8 @@ def test_recordings_of_one_person_raise_no_alarm(real_data):
     compared = 0
     for folder in folders:
         subject = open_subject(folder)
-        paths = {trial.name: trial.markers for trial in subject.trials}
-        paths |= {"static": subject.static} if subject.static else {}
-        read = {name: markers for name, path in paths.items() if (markers := markers_of(path)) is not None}
-        assert people_notes(read) == (), folder
-        compared += len(read) > 1
+        assert subjects_among(subject) == (subject,), folder
+        compared += len(subject.trials) > 1 or subject.static is not None
     assert compared >= 8
 
 
@@ -67,28 +69,21 @@ def test_markers_that_were_placed_again_are_no_other_person(real_data):
     for _ in range(20):
         shift = rng.normal(0.0, 0.006, (1, len(standing.names), 3))
         again = replace(standing, positions_ground=standing.positions_ground + shift)
-        assert people_notes({"first day": standing, "second day": again}) == ()
+        assert not said({"first day": standing, "second day": again})
 
 
 def test_a_child_with_the_same_proportions_is_another_person(real_data):
     adult = markers_of(real_data / FOUR / "walking1.trc")
     child = replace(adult, positions_ground=0.85 * adult.positions_ground)
-    (note,) = people_notes({"adult": adult, "child": child})
+    note = said({"adult": adult, "child": child})
     assert "two people: adult | child" in note
-    assert (
-        people_notes(
-            {
-                "adult": adult,
-                "scaled by a hair": replace(adult, positions_ground=1.005 * adult.positions_ground),
-            }
-        )
-        == ()
-    )
+    hair = replace(adult, positions_ground=1.005 * adult.positions_ground)
+    assert not said({"adult": adult, "scaled by a hair": hair})
 
 
 def test_what_cannot_be_compared_raises_no_alarm(real_data):
     walk = markers_of(real_data / FOUR / "walking1.trc")
     renamed = replace(walk, names=tuple(f"{name}_{k}" for k, name in enumerate(walk.names)))
-    assert people_notes({"a": walk, "b": renamed}) == ()
-    assert people_notes({"a": walk}) == ()
-    assert people_notes({}) == ()
+    assert not said({"a": walk, "b": renamed})
+    assert not said({"a": walk})
+    assert not said({})
