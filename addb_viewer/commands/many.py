@@ -158,6 +158,8 @@ def done_to_all(root: RootFolder, work: Work, jobs: int, say: Callable[[str], No
                 outcome = end.result()
                 outcomes[outcome.subject] = outcome
                 say(f"{k:>{len(str(count))}}/{count}  {line_of(outcome)}")
+                for warning in outcome.warnings:
+                    say(f"    {warning}")
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             processes.end()
@@ -199,11 +201,12 @@ def _one(
     seconds = time.monotonic() - start
     figures = json_content(figures_file) if figures_file.is_file() else {}
     row = work.row(figures, said) if figures or not (status or work.has_json) else {}
+    warnings = tuple(line for line in said.splitlines() if line.startswith("! "))
     if status:
-        return Outcome(name, Status.FAILED, seconds, _reason(complained, status), row, figures)
+        return Outcome(name, Status.FAILED, seconds, _reason(complained, status), row, figures, warnings)
     kept = bool(work.unchanged) and work.unchanged in said
     said = "; ".join(_own_lines(complained))
-    return Outcome(name, Status.KEPT if kept else Status.DONE, seconds, said, row, figures)
+    return Outcome(name, Status.KEPT if kept else Status.DONE, seconds, said, row, figures, warnings)
 
 
 def _reason(complained: str, status: int) -> str:

@@ -37,6 +37,7 @@ class Outcome:
     reason: str  # of a failure; else what the command warned of
     row: Mapping[str, str | float | None]  # figures in short, by name with unit
     figures: Mapping[str, Any]  # of the command's own JSON
+    warnings: tuple[str, ...] = ()  # lines of the command's own summary, from the exclamation mark on
 
     def as_json(self) -> dict[str, Any]:
         """Plain values."""

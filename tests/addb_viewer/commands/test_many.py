@@ -74,6 +74,16 @@ def test_one_that_fails_on_the_way_stops_none_and_says_why(root):
     assert "Traceback" not in ben.reason
 
 
+def test_each_subject_s_warnings_stand_below_its_line(root, monkeypatch):
+    code = "import sys; print('fine\\n! mass not given' if 'ben' in sys.argv[2] else 'fine\\nalso noted: !')"
+    monkeypatch.setattr("addb_viewer.commands.many.own_process", lambda _: [sys.executable, "-c", code])
+    lines = []
+    done_to_all(several(root), Work("fit", (), None, lambda *_: {}, has_json=False), 1, lines.append)
+    (place,) = [k for k, line in enumerate(lines) if "  ben: " in line]
+    assert lines[place + 1] == "    ! mass not given"
+    assert sum("!" in line for line in lines) == 1
+
+
 def test_what_is_kept_and_still_true_is_not_made_again(root):
     def kept(folder):
         return {"trials": []} if folder.name == "ben" else None
