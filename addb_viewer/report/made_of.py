@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 
+from addb_viewer.app.trial.replay import PlateReplay
 from addb_viewer.recordings.drawing import SMALLEST_N
 from addb_viewer.recordings.recording import Recording, TrialRecord
 from addb_viewer.report.markup import Safe, element, joined, pairs, table
@@ -47,7 +48,7 @@ def _told(subject: Subject) -> list[tuple[str, str]]:
 def _row(record: TrialRecord, subject: Subject) -> list[str]:
     replay = record.replay
     seen = np.isfinite(replay.markers.measured).all(axis=2).mean() if replay.markers.names else 0.0
-    plates = ", ".join(f"{plate.name} {_loaded_s(plate.force, replay.rate):.1f} s" for plate in replay.plates)
+    plates = ", ".join(f"{plate.name} {_loaded_s(plate, replay.rate):.1f} s" for plate in replay.plates)
     files = next(trial for trial in subject.trials if trial.name == replay.name)
     names = [files.markers.name, *([files.forces.name] if files.forces else [])]
     return [
@@ -60,9 +61,10 @@ def _row(record: TrialRecord, subject: Subject) -> list[str]:
     ]
 
 
-def _loaded_s(force: np.ndarray, rate: float) -> float:
+def _loaded_s(plate: PlateReplay, rate: float) -> float:
     with np.errstate(invalid="ignore"):
-        return float((np.linalg.norm(force, axis=1) >= SMALLEST_N).sum() / rate)
+        loaded = np.isfinite(plate.cop).all(axis=1) & (np.linalg.norm(plate.force, axis=1) >= SMALLEST_N)
+    return float(loaded.sum() / rate)
 
 
 def repeat_part(recording: Recording) -> Safe:

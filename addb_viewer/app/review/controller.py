@@ -125,7 +125,7 @@ class ReviewController:
         if replay is not None:
             chosen, about = self.chosen, self.about
             most = None if chosen is None else replay.most_missing(*chosen, about)
-            contact = contact_words(self._contacts())
+            contact = contact_words(replay, self.screen.frame, self.foot)
             self.panel.selection.content = selection_html(
                 chosen, about, replay.rate, contact, self.current, most_missing=most
             )

@@ -134,11 +134,12 @@ class MarkerNodes:
         self.lines = scene.add_line_segments(f"{parent}/lines", none, GREY, thickness=sizes.line)
         self.trails = scene.add_line_segments(f"{parent}/trails", none, NO_MODEL, thickness=sizes.trail)
 
-    def draw(self, frame: int, *, with_model: bool, trail_seconds: float) -> None:
-        """Show one frame; a trail of 0 s is none."""
+    def draw(self, frame: int, *, with_model: bool, with_lost: bool, trail_seconds: float) -> None:
+        """Show one frame; a trail of 0 s is none. Lost markers stay only while the person is in view."""
         t = self.tracks
-        self.points.points = t.held[frame]
-        self.points.colors = t.colors[frame]
+        drawn = (t.came if with_lost else t.seen)[frame]
+        self.points.points = t.held[frame, drawn]
+        self.points.colors = t.colors[frame, drawn]
         self.model_points.visible = self.lines.visible = with_model
         if with_model:
             shown = np.isfinite(t.model[frame]).all(axis=1)

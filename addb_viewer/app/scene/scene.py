@@ -133,7 +133,12 @@ class TrialScene:
             return
         o = self.options
         with self.server.atomic():
-            self.markers.draw(frame, with_model=o.model_markers, trail_seconds=o.trail_seconds)
+            self.markers.draw(
+                frame,
+                with_model=o.model_markers,
+                with_lost=bool(self.replay.in_view[frame]),
+                trail_seconds=o.trail_seconds,
+            )
             if self.bodies is not None:
                 marked = self.causes.marked_bodies(frame, visible=o.causes)
                 self.bodies.draw(

@@ -15,7 +15,7 @@ from addb_viewer.app.solve.comparison import changed_frames, torque_changes
 from addb_viewer.app.solve.controller import SolveController
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at
+from addb_viewer.app.trial.forces_in_use import contact_words
 from addb_viewer.app.trial.proposals import still_open
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.coordinate_words import torque_in_words
@@ -108,7 +108,7 @@ def chips_json(review: ReviewController, replay: Replay, frame: int) -> list[Chi
         seconds = (chosen[1] - chosen[0]) / replay.rate
         text = f"frames {chosen[0]}–{chosen[1] - 1}, {foot} ({seconds:.2f} s)"
     else:
-        text = contact_words(contacts_at(replay, frame, review.foot))
+        text = contact_words(replay, frame, review.foot)
     chips: list[Chip] = [{"text": text}]
     if found is not None:
         p = found.proposal

@@ -191,7 +191,7 @@ class Session:
             raise
         with self.drawing:
             self._replay = replay
-            self.playback.open(replay.frames, replay.rate, frame)
+            self.playback.open(replay.frames, replay.rate, frame or replay.first_in_view)
             self.scene.show(replay, library.meshes, self.frame)
             self._fill_panel(replay)
             self.compare_changed()

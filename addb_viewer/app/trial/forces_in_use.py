@@ -30,8 +30,11 @@ def contacts_at(replay: Replay, frame: int, foot: str | None) -> list[Stop]:
     ]
 
 
-def contact_words(contacts: list[Stop]) -> str:
-    """What keys act on where nothing is selected."""
+def contact_words(replay: Replay, frame: int, foot: str | None) -> str:
+    """What keys act on where nothing is selected: `contacts_at` in words, or that nobody is in view."""
+    if not replay.in_view[frame]:
+        return "no contact: nobody is in view on this frame"
+    contacts = contacts_at(replay, frame, foot)
     if not contacts:
         return "the contact under the cursor (none here)"
     return " and ".join(f"{foot_words(foot)} {start}–{end - 1}" for start, end, foot in contacts)

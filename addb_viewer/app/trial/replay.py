@@ -31,6 +31,11 @@ class MarkerTracks:
     held: Float[np.ndarray, "frames markers 3"]  # [m] lost markers stay where they were
     colors: UInt8[np.ndarray, "frames markers 3"]
 
+    @cached_property
+    def came(self) -> Bool[np.ndarray, "frames markers"]:
+        """Whether a marker was seen by then."""
+        return np.maximum.accumulate(self.seen, axis=0)
+
 
 def marker_tracks(
     measured: Float[np.ndarray, "frames markers 3"],
@@ -216,6 +221,18 @@ class Replay:
     def frames(self) -> int:
         """Number of frames."""
         return len(self.times)
+
+    @cached_property
+    def in_view(self) -> Bool[np.ndarray, " frames"]:
+        """Frames on which the person is seen: those of a fit with a pose, else with a marker."""
+        if self.bodies is None:
+            return np.asarray(np.isfinite(self.markers.measured).all(axis=2).any(axis=1))
+        return np.asarray(np.isfinite(self.bodies.position).any(axis=(1, 2)))
+
+    @property
+    def first_in_view(self) -> int:
+        """The first of these frames; 0 where there is none."""
+        return int(self.in_view.argmax())
 
     def most_missing(self, start: int, end: int, foot: str | None) -> LargestMissing | None:
         """Where most of a foot's force is missing of frames start to end − 1; None where nobody knows.

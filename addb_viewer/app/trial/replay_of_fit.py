@@ -23,6 +23,7 @@ from addb_viewer.app.trial.replay import (
 from addb_viewer.suggested_activities import suggestions_of
 from solver.capture.capture import Capture, ForcePlate
 from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
+from solver.capture.conditioning import at_nearest_samples, contact_samples
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.zero_level import zeroed
 from solver.contact.contact_phases import contact_phases
@@ -125,6 +126,7 @@ def _plate(
     """The plate's sample nearest to each marker frame, less its zero level; else as it was measured."""
     clock = _Clock(times, plate.start_time, plate.rate, plate.samples)
     lowered, _ = zeroed(plate, conditioning)
+    carrying = at_nearest_samples(contact_samples(lowered, conditioning), plate, times)
     force = clock.floats(lowered.force_ground)
     cop = clock.floats(plate.cop_ground)
     if lowered is not plate:
@@ -132,6 +134,7 @@ def _plate(
             force, clock.floats(lowered.moment_ground), surface_of(plate, conditioning)
         )
         cop = np.where(force[:, 1:2] >= SMALLEST_N, centre, np.nan)
+    cop[~carrying] = np.nan
     return PlateReplay(plate.name, force, cop, np.full(len(times), -1), plate.corners_ground)
 
 

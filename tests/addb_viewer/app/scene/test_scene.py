@@ -23,6 +23,7 @@ from addb_viewer.app.style.palette import (
     foot_color,
     load_colors,
 )
+from addb_viewer.app.trial.forces_in_use import contact_words
 from addb_viewer.app.trial.joint_loads import JointLoads
 from addb_viewer.app.trial.replay import held
 
@@ -54,6 +55,41 @@ def test_a_lost_marker_stays_and_fades(scene):
     assert tuple(scene.markers.points.colors[1]) != UNSEEN
     # No line leads to a marker that is not there, and HEAD has no model marker.
     assert len(scene.markers.lines.points) == 3
+
+
+def test_nothing_is_drawn_of_a_person_out_of_view_and_no_marker_before_it_comes(server, make_replay):
+    whole = make_replay()
+    measured, position = whole.markers.measured.copy(), whole.bodies.position.copy()
+    away = slice(40, 50)
+    position[away] = np.nan
+    measured[away, 1:] = np.nan
+    measured[:20, 0] = np.nan
+    replay = replace(
+        whole,
+        markers=replace(whole.markers, measured=measured),
+        bodies=replace(whole.bodies, position=position),
+    )
+    scene = TrialScene(server)
+    scene.show(replay, MESHES)
+    drawn = []
+    for frame in (10, 30, 45, 60):
+        scene.draw(frame)
+        assert len(scene.markers.points.points) == len(scene.markers.points.colors)
+        drawn.append(len(scene.markers.points.points))
+    assert drawn == [4, 5, 1, 5]
+    assert replay.first_in_view == 0
+    assert not replay.in_view[away].any()
+    assert "nobody is in view" in contact_words(replay, 45, None)
+    assert "nobody is in view" not in contact_words(replay, 30, None)
+
+
+def test_a_trial_opens_where_somebody_is_seen(make_replay):
+    fitted = make_replay()
+    position, measured = fitted.bodies.position.copy(), fitted.markers.measured.copy()
+    position[:25], measured[:15] = np.nan, np.nan
+    fitted = replace(fitted, bodies=replace(fitted.bodies, position=position))
+    unfitted = replace(fitted, bodies=None, markers=replace(fitted.markers, measured=measured))
+    assert (fitted.first_in_view, unfitted.first_in_view) == (25, 15)
 
 
 def test_forces_start_at_their_centre_of_pressure_in_the_colour_of_the_foot(scene):

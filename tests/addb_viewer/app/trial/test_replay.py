@@ -58,6 +58,21 @@ def test_loads_are_asked_for_after_the_zero_level_is_off(level_N):
     assert np.isnan(shown.cop[true.force[:, 1] < 10]).all()
 
 
+def test_a_plate_that_only_hums_presses_nowhere():
+    plate = force_plate(samples=1000)
+    up = 45 * np.sin(2 * np.pi * 50 * plate.times)
+    up[300:500] += 700
+    point = np.where(up[:, None] > 20, [0.1, 0.0, 0.2], np.nan)
+    force = np.column_stack([0 * up, up, 0 * up])
+    moment = np.cross(np.nan_to_num(point), force)
+    humming = replace(plate, force_ground=force, moment_ground=moment, cop_ground=point)
+    shown = unfitted_replay(replace(capture(frames=100), plates=(humming,))).plates[0]
+    pressed = np.isfinite(shown.cop).all(axis=1)
+    assert pressed[31:49].all()
+    assert not pressed[:29].any()
+    assert not pressed[51:].any()
+
+
 def test_forces_that_end_early_are_unknown_not_zero():
     plate = unfitted_replay(capture(samples=50)).plates[0]
     assert np.isnan(plate.force[5:]).all()
