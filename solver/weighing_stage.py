@@ -64,7 +64,7 @@ def weighed(
             notes.append(
                 f"{fit.capture.name}: its forces correspond to {own.mass_kg:.1f} kg, those of the other "
                 f"trials to {pooled.mass_kg:.1f} kg, so it is not used for the body's mass: does something "
-                "stand on a plate, is a gain wrong, or is something carried?"
+                "stand on a plate, is a gain wrong, is something carried, or is it another person?"
             )
         elif abs(gain - 1) > weights.notable_gain:
             notes.append(f"{fit.capture.name}: plates read {100 * (gain - 1):+.1f} % compared with {against}")

@@ -44,11 +44,12 @@ def init(folder: Folder, recursive: Recursive = False, debug: Debug = False) -> 
     with errors_as_lines(debug):
         check_folder(folder)
         subjects, notes = _subjects(folder, recursive)
+        said: frozenset[str] = frozenset()
         for subject in subjects:
             for one in (subject,) if subject.is_described else subjects_among(subject):
                 file = _file(one.folder)
                 if not file.exists():
-                    _describe(one)
+                    said = _describe(one, said)
                 elif recursive:
                     typer.echo(f"{file}: there already; left as it is")
                 else:
@@ -72,7 +73,8 @@ def _file(folder: Path) -> Path:
     return folder / DESCRIBED_BY_HAND
 
 
-def _describe(subject: Subject) -> None:
+def _describe(subject: Subject, said: frozenset[str]) -> frozenset[str]:
+    """Write one, and print what was not said yet."""
     subject.folder.mkdir(exist_ok=True)
     named = {trial.name: trial.markers for trial in subject.trials}
     if subject.static is not None:
@@ -84,12 +86,17 @@ def _describe(subject: Subject) -> None:
     inside = sum(trial.forces is None and trial.markers.suffix.lower() == ".c3d" for trial in subject.trials)
     trials = f"{len(subject.trials)} trial{'s' * (len(subject.trials) != 1)}"
     in_c3d = f", {inside} in C3D files, which may hold forces themselves" if inside else ""
-    said = f"{trials}, {forces} with a force file{in_c3d}; {len(subject.unused)} files not used"
+    found = f"{trials}, {forces} with a force file{in_c3d}"
+    if subject.static is not None:
+        found += f"; static trial {subject.static.name}"
+    found += f"; {len(subject.unused)} files not used"
     if damaged:
-        said += f"; cannot be read: {', '.join(damaged)}"
-    typer.echo(f"{_file(subject.folder)}: {said}")
+        found += f"; cannot be read: {', '.join(damaged)}"
+    typer.echo(f"{_file(subject.folder)}: {found}")
     for note in subject.notes:
-        typer.echo(f"note: {note}")
+        if note not in said:
+            typer.echo(f"note: {note}")
+    return said | {*subject.notes}
 
 
 def _why_unread(subject: Subject, damaged: list[str]) -> Iterator[str]:

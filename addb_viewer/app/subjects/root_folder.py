@@ -105,14 +105,17 @@ def leads_out(path: Path, folder: Path) -> bool:
 def check_inside(root: Path, subject: Subject) -> None:
     """Refuse a subject whose files lie outside the root, by `..` or by a link.
 
+    Of a subject that is the root itself they may lie beside it, as those of several people in one folder do.
+
     Raises:
         OutsideError: names the file.
     """
     inside, opened = root.resolve(), recording_of(root)
+    allowed = inside.parent if subject.folder.resolve() == inside else inside
     for file in (subject.folder, *_files(subject)):
         if file == opened:
             continue  # it is what was asked for, and lies beside the folder of its decisions
-        if not file.resolve().is_relative_to(inside):
+        if not file.resolve().is_relative_to(allowed):
             raise OutsideError(
                 f"{file}: leads out of {inside}, to {file.resolve()}. Copy it into the folder, or open the "
                 "folder that holds both"

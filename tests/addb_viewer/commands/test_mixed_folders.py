@@ -48,7 +48,7 @@ def test_a_mixture_is_described_as_one_subject_each_and_files_stay(mixed):
     before = {path: path.read_bytes() for path in folder.iterdir()}
     done = run("init", folder)
     assert done.exit_code == 0, done.output
-    assert "two people" in done.stdout
+    assert done.stdout.count("two people") == 1
     assert {path: path.read_bytes() for path in before} == before
     by_static = {}
     for name in folders:
@@ -73,6 +73,7 @@ def test_then_the_folder_is_one_of_several_subjects(mixed):
     with pytest.raises(SharedFolderError, match=f"those of {folders[0]}, {folders[1]}"):
         open_subject(folder)
     assert open_root(folder).names == folders
+    assert open_root(folder / folders[0]).names == (".",)
     shutil.copyfile(next(folder.glob("*walk*.trc")), folder / "new.trc")
     subjects, notes = subjects_in(folder)
     assert len(subjects) == 2
