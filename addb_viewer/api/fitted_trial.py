@@ -141,7 +141,10 @@ class FittedTrial:
     def model_markers(self) -> Series:
         """The skeleton's markers [m], those that the recording has as well; [frames, markers, 3]."""
         names = self._trial.marker_errors.names
-        return self._series(self._trial.model_markers_ground, names, ["m"] * len(names))
+        body_of = {marker.name: marker.body for marker in self._skeleton.markers}
+        known = np.isfinite(self._poses[0]).all(axis=(2, 3))[:, [body_of[name] for name in names]]
+        places = np.where(known[..., None], self._trial.model_markers_ground, np.nan)
+        return self._series(places, names, ["m"] * len(names))
 
     @cached_property
     def marker_errors(self) -> Series:

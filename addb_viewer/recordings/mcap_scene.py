@@ -89,11 +89,10 @@ def transforms(trial: str, bodies: BodyReplay, times_ns: Sequence[int]) -> Itera
 
     Numbers are those of single precision (0.1 µm within a laboratory), which halves the file.
     """
-    known = np.isfinite(bodies.position).all(axis=2) & np.isfinite(bodies.wxyz).all(axis=2)
     places = bodies.position.astype(np.float32).tolist()
     turns = bodies.wxyz.astype(np.float32).tolist()
     made: dict[tuple[int, ...], FrameTransforms] = {}  # by their bodies; filling is faster than making
-    for place, turn, there, time_ns in zip(places, turns, known, times_ns, strict=True):
+    for place, turn, there, time_ns in zip(places, turns, bodies.known, times_ns, strict=True):
         shown = tuple(np.flatnonzero(there).tolist())
         if shown not in made:
             made[shown] = _unfilled(frame_of(trial, bodies.names[i]) for i in shown)
@@ -112,34 +111,32 @@ def _unfilled(frames: Iterable[str]) -> FrameTransforms:
     )
 
 
-def bones(trial: str, meshes: Mapping[str, trimesh.Trimesh], time_ns: int) -> SceneUpdate:
-    """All meshes, each fixed to its body's frame; said once."""
-    entities = []
+def bones(
+    trial: str, meshes: Mapping[str, trimesh.Trimesh], seen: Mapping[str, bool], time_ns: int
+) -> SceneUpdate:
+    """The meshes of bodies that are seen, each fixed to its body's frame; those of the others are gone."""
+    when = stamp(time_ns)
+    entities, gone = [], []
     for name, mesh in meshes.items():
+        if not seen[name]:
+            gone.append(
+                SceneEntityDeletion(timestamp=when, type=SceneEntityDeletion.MATCHING_ID, id=f"bone {name}")
+            )
+            continue
         corners = [Point3(x=x, y=y, z=z) for x, y, z in mesh.vertices.astype(np.float32).tolist()]
         triangles = TriangleListPrimitive(
             pose=_unmoved(), points=corners, color=_color(BONE), indices=mesh.faces.ravel().tolist()
         )
         entities.append(
             SceneEntity(
-                timestamp=stamp(time_ns),
+                timestamp=when,
                 frame_id=frame_of(trial, name),
                 id=f"bone {name}",
                 frame_locked=True,
                 triangles=[triangles],
             )
         )
-    return SceneUpdate(entities=entities)
-
-
-def without_bones(meshes: Mapping[str, trimesh.Trimesh], time_ns: int) -> SceneUpdate:
-    """None of the meshes, from frames on that show nobody."""
-    when = stamp(time_ns)
-    gone = [
-        SceneEntityDeletion(timestamp=when, type=SceneEntityDeletion.MATCHING_ID, id=f"bone {name}")
-        for name in meshes
-    ]
-    return SceneUpdate(deletions=gone)
+    return SceneUpdate(entities=entities, deletions=gone)
 
 
 def outlines(plates: Sequence[PlateReplay], time_ns: int) -> SceneUpdate:

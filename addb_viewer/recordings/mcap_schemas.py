@@ -64,7 +64,7 @@ SCHEMAS = {
         ),
         _schema(
             PLATES,
-            "Raw forces on the person at the plates' samples nearest to the frame, ground frame.",
+            "Unfiltered forces on the person at the samples nearest to the frame, in the ground frame.",
             frame=FRAME,
             time_s=TIME,
             plates={

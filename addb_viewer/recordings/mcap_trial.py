@@ -29,7 +29,6 @@ from addb_viewer.recordings.mcap_scene import (
     point_clouds,
     stamp,
     transforms,
-    without_bones,
 )
 from addb_viewer.recordings.mcap_schemas import (
     CAUSE,
@@ -111,9 +110,9 @@ def write_fit(
     file, replay, times = topics.file, record.replay, topics.times_ns
     if replay.bodies is not None:
         drawn = {name: mesh for name, mesh in meshes.items() if name in replay.bodies.names}
-        for frame, seen in replay.bodies.comings_and_goings:
-            shown = bones(topics.name, drawn, times[frame]) if seen else without_bones(drawn, times[frame])
-            file.message(topics.topic("bones"), times[frame], shown)
+        for frame in replay.bodies.comings_and_goings:
+            seen = dict(zip(replay.bodies.names, replay.bodies.known[frame], strict=True))
+            file.message(topics.topic("bones"), times[frame], bones(topics.name, drawn, seen, times[frame]))
         model = point_clouds(replay.markers.model, replay.markers.errors, times)
         moved = transforms(topics.name, replay.bodies, times)
         for time_ns, cloud, poses in zip(times, model, moved, strict=True):

@@ -123,13 +123,9 @@ def _bones(
     bodies = replay.bodies
     if bodies is None:
         return
-    known = np.isfinite(bodies.position).all(axis=2) & np.isfinite(bodies.wxyz).all(axis=2)
     changes = bodies.comings_and_goings
-    if len(changes) > 1:  # a pose holds until the next one: while there is none, the bones have no size
-        sizes = rr.Transform3D.columns(scale=[[float(seen)] * 3 for _, seen in changes])
-        stream.columns((SCENE, which, "bones"), sizes, frames=np.array([frame for frame, _ in changes]))
     for i, name in enumerate(bodies.names):
-        frames = np.flatnonzero(known[:, i])
+        frames = np.flatnonzero(bodies.known[:, i])
         if not len(frames):
             continue
         parts, mesh = (SCENE, which, "bones", name), meshes.get(name)
@@ -146,6 +142,9 @@ def _bones(
             quaternion=bodies.wxyz[frames, i][:, [1, 2, 3, 0]].astype(np.float32),
         )
         stream.columns(parts, columns, frames=frames)
+        if len(changes) > 1:  # a pose holds until the next one: while there is none, the bone has no size
+            sizes = rr.Transform3D.columns(scale=[[float(bodies.known[frame, i])] * 3 for frame in changes])
+            stream.columns(parts, sizes, frames=np.array(changes))
 
 
 def _outline(stream: RrdStream, plate: PlateReplay) -> None:

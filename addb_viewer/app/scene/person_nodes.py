@@ -55,7 +55,7 @@ class BodyNodes:
             hull: by which their surfaces lie farther out [m].
         """
         self.replay, self.color = replay, color
-        self.known = np.isfinite(replay.position).all(axis=2) & np.isfinite(replay.wxyz).all(axis=2)
+        self.known = replay.known
         self.handles = {
             index: scene.add_mesh_simple(
                 f"{parent}/{index}", meshes[name].vertices + hull * meshes[name].vertex_normals,

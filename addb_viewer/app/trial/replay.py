@@ -126,12 +126,15 @@ class BodyReplay:
     com_body: Float[np.ndarray, "bodies 3"] | None = None  # [m] centres of mass; None: the bodies' origins
     joints: Mapping[int, JointCentre] = field(default_factory=dict)  # by the body's index; the root has none
 
+    @cached_property
+    def known(self) -> Bool[np.ndarray, "frames bodies"]:
+        """Where a body has a pose."""
+        return np.asarray(np.isfinite(self.position).all(axis=2) & np.isfinite(self.wxyz).all(axis=2))
+
     @property
-    def comings_and_goings(self) -> list[tuple[int, bool]]:
-        """The first frame and each on which the person comes or goes; True where they are seen."""
-        seen = np.isfinite(self.position).any(axis=(1, 2))
-        changes = np.flatnonzero(np.r_[True, seen[1:] != seen[:-1]])
-        return [(frame, bool(seen[frame])) for frame in changes.tolist()]
+    def comings_and_goings(self) -> list[int]:
+        """The first frame and each on which some body comes into view or leaves."""
+        return np.flatnonzero(np.r_[True, (self.known[1:] != self.known[:-1]).any(axis=1)]).tolist()
 
     def point_ground(
         self, index: int, point_body: Float[np.ndarray, "3"] | None = None

@@ -140,8 +140,7 @@ def _plate(
 
 def _known(bodies: BodyReplay, skeleton: Skeleton) -> dict[str, Bool[np.ndarray, " frames"]]:
     """By marker of the model, where its segment has a pose."""
-    posed = np.isfinite(bodies.wxyz).all(axis=2) & np.isfinite(bodies.position).all(axis=2)
-    return {marker.name: posed[:, marker.body] for marker in skeleton.markers}
+    return {marker.name: bodies.known[:, marker.body] for marker in skeleton.markers}
 
 
 def _model_markers(

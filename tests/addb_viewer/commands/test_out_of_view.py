@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
 from typer.testing import CliRunner
 
 from addb_viewer import Subject
@@ -123,4 +125,19 @@ def test_pages_and_recordings(folder, tmp_path):
     run("report", folder)
     run("record", folder, "--rrd", tmp_path / "walk.rrd", "--mcap", tmp_path / "walk.mcap")
     assert (tmp_path / "walk.rrd").stat().st_size > 0
-    assert (tmp_path / "walk.mcap").stat().st_size > 0
+    with (tmp_path / "walk.mcap").open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        drawn, shown = set(), {}
+        for _, _, message, update in reader.iter_decoded_messages(topics=["/walk/bones"]):
+            drawn |= {entity.id for entity in update.entities}
+            drawn -= {deletion.id for deletion in update.deletions}
+            shown[round(message.log_time / 1e7)] = frozenset(drawn)
+    assert list(shown) == [0, 30, 70, 100, 110, 145]  # at 100 frames a second
+    assert ["bone hand_r" in shown[k] for k in shown] == [False, True, False, True, False, True]
+    assert ["bone hand_l" in shown[k] for k in shown] == [False, True, False, True, True, True]
+
+
+def test_the_models_markers_on_it_are_nowhere(folder):
+    trial = Subject.open(folder).fit()[0]
+    assert np.isnan(trial.model_markers["RWRA"][slice(*ARM_UNSEEN)]).all()
+    assert np.isfinite(trial.model_markers["RKNE"][slice(*ARM_UNSEEN)]).all()
