@@ -39,6 +39,7 @@ class BodyLengthSettings:
 
 
 BODY_LENGTHS = BodyLengthSettings()
+ONE_SEGMENT_M = 0.25  # longer distances may join two segments that keep still, as all do in a static trial
 
 Lengths = dict[tuple[str, str], float]
 
@@ -57,6 +58,11 @@ def body_lengths(markers: Markers, settings: BodyLengthSettings = BODY_LENGTHS) 
         if middle >= settings.shortest_m and (high - low) / 2.56 < settings.rigid_m:
             lengths[markers.names[i], markers.names[j]] = float(middle)
     return lengths
+
+
+def short_lengths(markers: Markers) -> Lengths:
+    """Those that lie within one segment, whatever the labels mean."""
+    return {pair: length for pair, length in body_lengths(markers).items() if length < ONE_SEGMENT_M}
 
 
 def odds_for_two(one: Lengths, other: Lengths, settings: BodyLengthSettings = BODY_LENGTHS) -> float | None:

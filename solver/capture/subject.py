@@ -42,14 +42,16 @@ class NoSubjectError(CaptureError):
 class SharedFolderError(CaptureError):
     """The recordings of a folder are those of several people, each with a folder in it."""
 
-    def __init__(self, folder: Path, people: list[str], left: list[str]) -> None:
+    def __init__(self, folder: Path, people: list[str], shared: list[Path], left: list[str]) -> None:
         """Said of the folder; what no one has is told.
 
         Args:
             folder: of all.
             people: names of the folders whose subject.toml names files beside them.
-            left: recordings that none of them names.
+            shared: the folder, and those in it that hold such files.
+            left: recordings there that none of them names.
         """
+        self.shared = shared
         self.left = (
             f"in no subject.toml: {some_of(left, LISTED)}; name each in that of its person" if left else ""
         )
@@ -173,7 +175,10 @@ def subjects_in(
     if isinstance(alone, SharedFolderError) and alone.left:
         notes.append(readable(alone.left))
     broken = list(notes)
+    shared = alone.shared if isinstance(alone, SharedFolderError) else []
     for place in folders_below(folder, 1) if deepest else ():
+        if place in shared:
+            continue
         try:
             subjects, more = subjects_in(place, deepest - 1, may_be_read, settings_of)
         except CaptureError as error:
@@ -230,15 +235,22 @@ def _found(folder: Path, settings: ReadingSettings) -> tuple[Layout, FoundTrials
 
 
 def _refuse_shared(folder: Path) -> None:
-    """Raise where folders below name recordings that lie beside them, each those of one person."""
+    """Raise where folders in it name recordings that lie beside them, each those of one person."""
     people, named = [], set[Path]()
-    for place in folders_below(folder):
+    places = list(folders_below(folder, 1))
+    for place in places:
         beside = [p for p in listed_in(place / DESCRIBED_BY_HAND) if not p.is_relative_to(place.resolve())]
         people += [place.name] if beside else []
         named.update(beside)
     if people:
-        left = [p.name for p in files_in(folder) if is_recording(p) and p.resolve() not in named]
-        raise SharedFolderError(folder, people, left)
+        shared = [p for p in places if any(one.is_relative_to(p.resolve()) for one in named)]
+        left = [
+            p.relative_to(folder).as_posix()
+            for place in (folder, *shared, *(below for kind in shared for below in folders_below(kind)))
+            for p in files_in(place)
+            if is_recording(p) and p.resolve() not in named
+        ]
+        raise SharedFolderError(folder, people, shared, left)
 
 
 def _named(found: FoundTrials) -> FoundTrials:

@@ -11,13 +11,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from solver.capture.b3d.places import belongs_to_b3d
-from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two
+from solver.capture.body_lengths import Lengths, odds_for_two, short_lengths
 from solver.capture.c3d_person import stated_person
 from solver.capture.loose_files import files_in, leads_out, natural_order
 from solver.capture.recording_files import is_force_table, is_recording
 from solver.capture.same_motion import markers_of, same_motion
-from solver.capture.statics import is_static_file, moves
-from solver.capture.trial_names import name_tokens
+from solver.capture.statics import is_static, is_static_file, moves
+from solver.capture.trial_names import name_tokens, numbered_person
 
 DESCRIBED_BY_HAND = "subject.toml"
 DESCRIPTIONS = (DESCRIBED_BY_HAND, "_subject.json")
@@ -39,7 +39,6 @@ SET_ASIDE = frozenset(
     }
 )
 DEEPEST = 3  # folders below the subject's that are looked into
-ONE_SEGMENT_M = 0.25  # longer distances may join two segments that keep still, as all do in a static trial
 
 
 @dataclass(frozen=True)
@@ -97,6 +96,9 @@ def _of_one_person(
         for place in (folder, *own, *named)
     }
     everyone = [path for paths in recordings.values() for path in paths]
+    kinds = _kinds_of_several(recordings)
+    if kinds:
+        return named, (f"{listed}: recordings of the same people, {', '.join(kinds)}, in each",), {}
     shared, is_clear = _shared(folder, recordings, everyone)
     if not shared:
         alone = "a subject of its own: no static trial or model beside it, and no name of a person in both"
@@ -111,6 +113,28 @@ def _of_one_person(
         return (), (), dict.fromkeys(named, f"a subject of its own: {shared} is shared, but {why}")
     lengths = " and lengths of the body agree" if found else ""
     return named, (f"{listed}: trials of one person: they share {shared}{lengths}",), {}
+
+
+def _kinds_of_several(recordings: Mapping[Path, Sequence[Path]]) -> list[str]:
+    """The people of whom each folder holds some, a folder of static trials several; else none.
+
+    Then folders are kinds of trials, not people: static/S01, static/S02, walk/S01, walk/S02.
+    """
+    found = {
+        place: {number[1:]: number[0] for path in paths if (number := numbered_person(path.stem))}
+        for place, paths in recordings.items()
+        if paths
+    }
+    people = {
+        key: text
+        for place, of_place in found.items()
+        if is_static(place.name)
+        for key, text in of_place.items()
+    }
+    shared = [len(people.keys() & of_place) for place, of_place in found.items() if not is_static(place.name)]
+    if not shared or min(shared) == 0 or max(shared) < 2:
+        return []
+    return [people[key] for key in sorted(people)]
 
 
 def _shared(
@@ -176,7 +200,7 @@ def _lengths(path: Path, stamp: tuple[int, int]) -> Lengths | None:
     markers = markers_of(path)
     if markers is None:
         return None
-    return {pair: length for pair, length in body_lengths(markers).items() if length < ONE_SEGMENT_M}
+    return short_lengths(markers)
 
 
 def _set_aside(place: Path, folder: Path) -> bool:

@@ -21,6 +21,12 @@ GLUED = re.compile(
 )
 PIECES = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 
+PERSON = re.compile(
+    r"(?<![A-Za-z0-9])((?i:s|su|subj?|subject|p|ppt|pat|patient|participant|vp|vpn|pb|proband|probandin|"
+    r"pers|person|personne|tn|player|athlete|child|suj|sujet|sujeto|sogg|soggetto))"
+    r"[-_ ]?0*(\d+)(?![a-z0-9])"
+)
+
 
 class Relation(Enum):
     """What two names say about whether they mean one trial."""
@@ -50,6 +56,12 @@ def name_tokens(text: str) -> tuple[str, ...]:
         if word and word not in WORDS_OF_KIND and piece.lower() not in WORDS_OF_KIND:
             tokens.append(word)
     return tuple(tokens)
+
+
+def numbered_person(name: str) -> tuple[str, str, int] | None:
+    """What looks like the number of a person in a name, as in S01_walk: the text, its word, the number."""
+    found = PERSON.search(name)
+    return None if found is None else (found[0], found[1].lower(), int(found[2]))
 
 
 def relation(one: PurePath, other: PurePath) -> Relation:

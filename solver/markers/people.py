@@ -8,19 +8,21 @@ per cent of every bone.
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two
+from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two, short_lengths
 from solver.capture.c3d_person import stated_by, stated_person
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.description import Description
 from solver.capture.file_names import distinct
 from solver.capture.same_motion import markers_of, people_in
 from solver.capture.statics import static_among
+from solver.capture.trial_names import numbered_person
 from solver.errors import CaptureError
 from solver.markers.atlas import atlas
 from solver.markers.distances import posture_scatter_m
@@ -34,11 +36,6 @@ IN_ONE_FILE = 20.0  # [log odds] seen together
 OTHER_MASS = 1.1  # ratio of two stated masses
 LITTLE_DOUBT = 7.0  # [log odds] no figure beyond it means anything
 WORDS = {2: "two", 3: "three", 4: "four"}
-PERSON = re.compile(
-    r"(?<![A-Za-z0-9])((?i:s|su|subj?|subject|p|pp|ppt|pt|pat|patient|part|participant|vp|vpn|pb|proband|"
-    r"probandin|pers|person|personne|id|tn|player|athlete|child|suj|sujet|sujeto|sogg|soggetto))"
-    r"[-_ ]?0*(\d+)(?![a-z0-9])"
-)
 FIELD = re.compile(r"[-_. ]+")
 UNUSUAL = re.compile(r"[^\w.-]+")  # in a folder's name
 
@@ -61,8 +58,7 @@ class Recorded:
     @property
     def number(self) -> tuple[str, str, int] | None:
         """As in S01_walk: the text, its word and its number."""
-        found = None if self.file is None else PERSON.search(self.file.stem)
-        return None if found is None else (found[0], found[1].lower(), int(found[2]))
+        return None if self.file is None else numbered_person(self.file.stem)
 
     @property
     def fields(self) -> tuple[str, str]:
@@ -90,9 +86,13 @@ def people_among(recordings: Mapping[str, Recorded]) -> People:
     lengths = _bony_lengths([one.markers for one in known])
     by_lengths, by_names = (np.full((len(names), len(names)), np.nan) for _ in range(2))
     is_crossed = _crossed(known)
+    short = cache(lambda k: short_lengths(known[k].markers))
     for i, j in combinations(range(len(names)), 2):
         found = odds_for_two(lengths[i], lengths[j])
-        by_lengths[[i, j], [j, i]] = np.nan if found is None else found
+        if found is None:  # labels that nobody understands can tell that it is one person, not that it is two
+            of_any = odds_for_two(short(i), short(j))
+            found = np.nan if of_any is None else min(of_any, 0.0)
+        by_lengths[[i, j], [j, i]] = found
         by_names[[i, j], [j, i]] = _by_names(known[i], known[j], is_crossed)
     groups = _grouped(by_lengths, by_names)
     said = "" if len(groups) < 2 else _said(names, lengths, groups, by_lengths, by_names)

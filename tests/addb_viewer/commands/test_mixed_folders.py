@@ -1,6 +1,7 @@
 """Recordings of several people in one folder or file: told, and described as one subject each."""
 
 import shutil
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -8,6 +9,7 @@ from typer.testing import CliRunner
 from addb_viewer.app.subjects.root_folder import open_root
 from addb_viewer.cli import app
 from solver.capture.subject import SharedFolderError, open_subject, subjects_in
+from solver.capture.trc import read_trc, write_trc
 from solver.capture.trial import read_trial
 
 FOUR, SIX = "opencap_subject4", "opencap_subject6"
@@ -119,3 +121,35 @@ def test_each_person_of_one_file_is_named_and_can_be_taken(real_data, tmp_path):
         assert capture.prefix == name
         places[name] = capture.markers.positions_ground[0, capture.markers.names.index("C7")]
     assert abs(places["PlayerA"] - places["PlayrB"]).max() > 1.0
+
+
+def test_folders_of_kinds_of_trials_are_shared_by_the_people_in_each(real_data, tmp_path):
+    for (who, what, ending), source in SOURCES.items():
+        (tmp_path / what).mkdir(exist_ok=True)
+        shutil.copyfile(real_data / source, tmp_path / what / f"S0{who}{ending}")
+    (tmp_path / "jump").rename(tmp_path / "walk" / "more")
+    done = run("init", tmp_path)
+    assert done.exit_code == 0, done.output
+    assert open_root(tmp_path).names == ("S04", "S06")
+    for name in ("S04", "S06"):
+        subject = open_subject(tmp_path / name)
+        assert subject.static == tmp_path / "static" / f"{name}.trc"
+        assert all(trial.forces is not None for trial in subject.trials)
+    assert len(open_subject(tmp_path / "S04").trials) == 2
+
+
+def test_numbers_tell_people_apart_whose_labels_cannot_be_compared(real_data, tmp_path):
+    shutil.copyfile(real_data / "walk_gait2354_subject01/subject01_walk1.trc", tmp_path / "P1_walk.trc")
+    shutil.copyfile(real_data / f"{FOUR}/MarkerData/walking1.trc", tmp_path / "P2_walk.trc")
+    assert run("fit", tmp_path, "--quick").exit_code == 1
+    assert run("init", tmp_path).exit_code == 0
+    assert open_root(tmp_path).names == ("P1", "P2")
+
+
+def test_numbers_are_no_people_where_unknown_labels_keep_their_distances(real_data, tmp_path):
+    for session, name in (("S1", "walking1"), ("S2", "DJ1")):
+        markers = read_trc(real_data / f"{FOUR}/MarkerData/{name}.trc").markers
+        unknown = tuple(f"Q{'xyzw'[k % 4]}{k}" for k in range(len(markers.names)))
+        write_trc(tmp_path / f"{session}_{name}.trc", replace(markers, names=unknown))
+    assert run("init", tmp_path).exit_code == 0
+    assert (tmp_path / "subject.toml").is_file()
