@@ -45,18 +45,26 @@ def moments_of(replay: Replay, kept: Kept, diagnosis: Mapping[str, Any] | None) 
 
 
 def _left_out(replay: Replay, kept: Kept) -> Moment | None:
-    """Near the middle of the longest such stretch, where the motion demands a force that nobody measured."""
-    ranges = [(end - start, start, end, cause) for cause in kept.causes for start, end in cause.ranges]
-    if not ranges or not kept.count:
+    """Near the middle of the longest such stretch, where the motion demands a force that nobody measured.
+
+    Of frames that show nobody there is no picture.
+    """
+    stretches = [
+        (np.flatnonzero(replay.in_view[start:end]) + start, cause)
+        for cause in kept.causes
+        for start, end in cause.ranges
+    ]
+    stretches = [one for one in stretches if len(one[0])]
+    if not stretches or not kept.count:
         return None
-    _, start, end, cause = max(ranges, key=lambda r: r[0])
+    frames, cause = max(stretches, key=lambda one: len(one[0]))
     up = np.zeros(replay.frames)
     for demanded in replay.demanded:
         if cause.foot in (None, demanded.foot):
             up = np.fmax(up, demanded.force[:, 1])
-    inside = up[start:end]
-    telling = np.flatnonzero(inside >= TELLING * np.percentile(inside, GREATEST)) + start
-    frame = int(telling[np.abs(telling - (start + end - 1) / 2).argmin()])
+    inside = up[frames]
+    telling = frames[inside >= TELLING * np.percentile(inside, GREATEST)]
+    frame = int(telling[np.abs(telling - (frames[0] + frames[-1]) / 2).argmin()])
     why = f"{cause.foot_words}: {cause.words}."
     if up[frame] > 0:
         why += f" Dashed: the {newtons(float(up[frame]))} upwards that the motion demands there."

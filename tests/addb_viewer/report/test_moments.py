@@ -42,6 +42,17 @@ def test_the_left_out_frame_shows_a_force_that_nobody_measured(replay):
     assert "300 N" in left_out.why
 
 
+def test_no_picture_is_of_a_frame_that_shows_nobody(replay):
+    position = replay.bodies.position.copy()
+    position[30:34] = np.nan
+    left_out, *_ = shown(replace(replay, bodies=replace(replay.bodies, position=position)))
+    assert (left_out.heading, left_out.frame in (34, 35)) == ("Left out", True)
+    position[30:36] = np.nan
+    assert "Left out" not in [
+        m.heading for m in shown(replace(replay, bodies=replace(replay.bodies, position=position)))
+    ]
+
+
 def test_a_named_force_takes_the_place_of_an_ordinary_frame(replay, diagnosis):
     contact = {
         "id": "external_contact",
