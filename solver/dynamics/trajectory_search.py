@@ -1,7 +1,7 @@
 """The search of the trajectory fit: Gauss-Newton with Levenberg's damping, all of its trials together."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -19,7 +19,9 @@ FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
 # tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
 SMALL_STEP = 10  # tolerances
 AS_FORETOLD = 0.1
+CLOSER = 0.1  # times the tolerance: so closely the motion follows an edit
 MOST_FOLLOWING = 25  # steps after an edit with one factor
+TRIES, SHORTER = 4, 0.25  # of such a step, and how long each is against the one before
 LAST_DIGITS = 1e-12  # of the cost, which is a sum of many: no step is told by less
 
 
@@ -59,7 +61,7 @@ def searched(
         phi: inertia parameters where the search begins; None: the nominal ones.
         edited: the data begin where a fit ended, and forces on a few frames have changed since. What that
             gains decides, which may be less than the tolerance of the whole cost and hundreds of newtons on a
-            frame: the motion follows the edit to within the tolerance, the cost to within its square.
+            frame: the motion follows the edit to within a share of the tolerance, the cost to its square.
     """
     state = solver.begun(phi)
     damping, converged, iteration = FIRST_DAMPING, False, 0
@@ -92,9 +94,9 @@ def searched(
         as_foretold = small and abs(gained - step.foretold) < AS_FORETOLD * least
         converged = not edited and (gained < least or as_foretold or arrived)
         left, state, cost, damping = state, tried, tried_cost, damping / 10
-        if undamped and not converged and gained < NEARLY_THERE * cost:
+        if (undamped or edited) and not converged and gained < NEARLY_THERE * cost:
             if edited:
-                least = solver.settings.tolerance**2 * (costs[0] - cost)
+                least = (CLOSER * solver.settings.tolerance) ** 2 * (costs[0] - cost)
             left, gradient, state, converged = _settled(
                 solver,
                 state,
@@ -103,6 +105,7 @@ def searched(
                 least=max(least, LAST_DIGITS * cost),
                 following=MOST_FOLLOWING if edited else 0,
             )
+            converged = converged and undamped
         if converged:
             asked = state.shared.phi
             if solver.caution != 1.0:
@@ -157,9 +160,14 @@ def _settled(
         step = _corrected(factor, gradient, learnt)
         if step.foretold >= least and len(learnt) == following:
             return state, gradient, state, False
-        tried = solver.stepped(state, step)
-        tried_cost = solver.cost(tried)
         is_last = step.foretold < least
+        for _ in range(1 if is_last else TRIES):
+            tried = solver.stepped(state, step)
+            tried_cost = solver.cost(tried)
+            if tried_cost < cost:
+                break
+            shorter = tuple(SHORTER * part for part in step.coefficients)
+            step = replace(step, coefficients=shorter, shared=SHORTER * step.shared)
         if is_last or tried_cost >= cost:
             return state, gradient, tried if tried_cost < cost else state, is_last
         before, state, cost, gradient = gradient, tried, tried_cost, solver.gradient(tried)
