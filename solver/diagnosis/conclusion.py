@@ -37,7 +37,7 @@ from solver.diagnosis.trail import Trail
 from solver.diagnosis.unexplained import Kept, kept_beside_the_unknown, position, size_N
 from solver.diagnosis.unknown_course import dependence
 from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.effect import Estimate
+from solver.effects.effect import Estimate, in_view
 from solver.effects.marker_effect import MarkerFinding
 
 BOOTSTRAPS = 400
@@ -166,7 +166,7 @@ def _off_the_list(balance: Balance, world: Held) -> OffTheList | None:
         cause.target,
         cause.trial,
         cause.sentence.format(target=cause.target),
-        cause.frames(balance.scenes, (), x),
+        in_view(cause.frames(balance.scenes, (), x), balance.scenes),
         world.told.size_N(balance.scenes),
         world.unknown_nats,
     )
@@ -176,6 +176,7 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
     term, k = found.contender.term, position(solved, found.contender.term)
     candidate = term.candidate
     x, _ = solved.of(k)
+    linear = x[: len(x) - len(term.tangent_mean)]
     eta, _ = solved.eta(k)
     wider = balance.settings.std_inflation
     estimates = {n: Estimate(e.value, wider * e.std) for n, e in solved.estimates(k, balance.scenes).items()}
@@ -187,12 +188,12 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
         outside_the_list=standing.outside,
         in_its_class=standing.in_its_class,
         is_lead=is_a_lead(candidate, standing.in_its_class, balance.settings),
-        frames=candidate.frames(balance.scenes, eta, x[: len(x) - len(term.tangent_mean)]),
+        frames=in_view(candidate.frames(balance.scenes, eta, linear), balance.scenes),
         sentence=candidate.sentence.format(target=candidate.target),
         remedy=candidate.remedy.format(target=candidate.target),
         gain_nats=found.contender.gain,
         heldout_gain_nats=found.heldout_gain,
-        courses=force_courses(candidate, balance.scenes, eta, x[: len(x) - len(term.tangent_mean)]),
+        courses=force_courses(candidate, balance.scenes, eta, linear),
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.effect import Candidate, Eta
+from solver.effects.effect import Candidate, Eta, in_view
 from solver.effects.scene import Scene
 
 STEP_S = 0.02  # no contact's course has more detail
@@ -34,7 +34,7 @@ def force_courses(
         x: likewise.
     """
     found = []
-    for stretch in candidate.frames(scenes, eta, x):
+    for stretch in in_view(candidate.frames(scenes, eta, x), scenes):
         scene = next(s for s in scenes if s.name == stretch.trial)
         whole = stretch.end - stretch.start >= scene.frames
         if whole or candidate.target not in scene.skeleton.body_names:

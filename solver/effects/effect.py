@@ -66,6 +66,20 @@ class Range:
     end: int
 
 
+def in_view(ranges: Iterable[Range], scenes: Sequence[Scene]) -> tuple[Range, ...]:
+    """Without ends on which no marker was seen; what acts all along is left as it is."""
+    seen = {}
+    for scene in scenes:
+        there = np.flatnonzero(np.isfinite(scene.markers.observed_ground).all(axis=2).any(axis=1))
+        seen[scene.name] = (scene.frames, there[0], there[-1] + 1) if len(there) else (scene.frames, 0, 0)
+    cut = []
+    for one in ranges:
+        frames, first, end = seen[one.trial]
+        all_along = one.end - one.start >= frames
+        cut.append(one if all_along else Range(one.trial, max(one.start, int(first)), min(one.end, int(end))))
+    return tuple(one for one in cut if one.start < one.end)
+
+
 @dataclass(frozen=True)
 class Candidate(Described, ABC):
     """One cause at one target, ready to be tried on a subject's trials.

@@ -1,10 +1,13 @@
 """The course of a contact's force is the force that its signature adds to the balance, where it acts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from solver.diagnosis.force_courses import STEP_S, force_courses
 from solver.effects.body_weight_support import BodyWeightSupport
+from solver.effects.effect import Range, in_view
 from solver.effects.external_contact import ExternalContact
 from solver.effects.plate_gain import PlateGain
 from solver.effects.time_course import stretch_of
@@ -26,6 +29,23 @@ def test_every_window_has_its_course(short_scene, contact):
     for course, touched in zip(courses, touching, strict=True):
         assert course.step / short_scene.rate == pytest.approx(STEP_S)
         np.testing.assert_allclose(course.force_ground, force[touched.start : touched.end : 2], atol=1e-9)
+
+
+def test_nothing_is_told_of_frames_that_show_nobody(short_scene, contact):
+    signature = contact.signature(short_scene, ())
+    x = np.ones(signature.columns.shape[2])
+    observed = short_scene.markers.observed_ground.copy()
+    observed[:30], observed[100:] = np.nan, np.nan
+    scene = replace(short_scene, markers=replace(short_scene.markers, observed_ground=observed))
+    (first, last), all_along = contact.frames([scene], (), x), Range(scene.name, 0, scene.frames)
+    assert first.start < 30 < first.end < last.start < 100 < last.end
+    cut = (Range(scene.name, 30, first.end), Range(scene.name, last.start, 100))
+    assert in_view((first, last, all_along), [scene]) == (*cut, all_along)
+    assert in_view([Range(scene.name, 110, 120)], [scene]) == ()
+    courses = force_courses(contact, [scene], (), x)
+    assert [(c.start, len(c.force_ground)) for c in courses] == [
+        (one.start, len(range(one.start, one.end, 2))) for one in cut
+    ]
 
 
 def test_what_acts_all_along_or_on_no_segment_has_none(short_scene):
