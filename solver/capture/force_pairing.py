@@ -107,7 +107,8 @@ def _weighed(among: _Folder, markers: Path, table: Path, loads: Loads) -> _Candi
         Relation.UNRELATED: 0.0,
         Relation.SIBLINGS: odds.named_siblings,
     }[named]
-    if len(among.spans) == among.tables == 1 and found.log_odds > LITTLE:
+    under_feet = found.off_m < 2 * settings.under_feet.hit_m and found.log_odds > -LITTLE
+    if len(among.spans) == among.tables == 1 and (found.log_odds > LITTLE or (same_span and under_feet)):
         said = f"nothing else comes into question; {said}"
         of_names = 0.0 if named is Relation.SIBLINGS else of_names + odds.alone
     return _Candidate(markers, table, of_names + found.log_odds + odds.same_span * same_span, said)

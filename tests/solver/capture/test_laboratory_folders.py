@@ -91,6 +91,12 @@ FOLDERS = {
         {"walk_1.trc": BELT, "walk_2_grf.mot": BELT_FORCES, "walk_2.trc": WALK},
         {"walk_1.trc": None, "walk_2.trc": "walk_2_grf.mot"},
     ),
+    "feet that stay where they are, of one time, nothing else": Folder(
+        {"squats.trc": SQUATS, "session_b.mot": SQUAT_FORCES}, {"squats.trc": "session_b.mot"}
+    ),
+    "feet that stay where they are, names of two trials": Folder(
+        {"squats_1.trc": SQUATS, "squats_2.mot": SQUAT_FORCES}, {"squats_1.trc": None}
+    ),
     "the only forces, of another trial": Folder(
         {"steps.trc": TRANSPARENT, "plates.mot": NO_EXO_FORCES},
         {"steps.trc": None},
