@@ -1,7 +1,10 @@
-"""Labels of several subjects in one recording: programs write them as `name:label`."""
+"""Labels of several subjects in one recording: `name:label` in programs' words, `name_label` in people's."""
 
+import re
 from collections import defaultdict
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -9,6 +12,10 @@ from solver.capture.capture import Markers
 
 SIDES = frozenset({"l", "r", "left", "right"})  # before a colon they are no one's name
 LEAST_SHARED = 5  # labels that two subjects have in common
+LEAST_PAIRS = (
+    3  # left and right labels among them, where the sign between name and label means other things too
+)
+SIGN = re.compile(r"([^-_. ]+)[-_. ]+(.+)")
 TWICE_M = 0.02  # nearer in the median, they are the same markers written twice
 
 
@@ -34,13 +41,10 @@ def one_subject(markers: Markers, wanted: str | None = None) -> OneSubject:
         wanted: the name before a subject's labels; of no one who is in the recording, it decides nothing.
     """
     own: dict[str, dict[str, int]] = defaultdict(dict)
-    short = list(markers.names)
-    for column, name in enumerate(markers.names):
-        whose, _, label = name.rpartition(":")
-        if whose.strip().casefold() in SIDES or not label.strip():
-            whose, label = "", name
-        own[whose.strip()][label.strip().casefold()] = column
-        short[column] = label.strip()
+    parts = _parts(markers.names)
+    short = [label for _, label in parts]
+    for column, (whose, label) in enumerate(parts):
+        own[whose][label.casefold()] = column
     if not own.keys() - {""}:
         return OneSubject(markers)
     seen = np.isfinite(markers.positions_ground).all(axis=2).sum(axis=0)
@@ -75,6 +79,34 @@ def one_subject(markers: Markers, wanted: str | None = None) -> OneSubject:
     if removed:
         notes += (f"the name {', '.join(removed)} is removed from the labels",)
     return OneSubject(one, kept, others, notes)
+
+
+def _parts(names: Sequence[str]) -> list[tuple[str, str]]:
+    """The name of a subject and the label; no name where none is told."""
+    at_colons = []
+    for name in names:
+        whose, label = (part.strip() for part in name.rpartition(":")[::2])
+        at_colons.append((whose, label) if label and whose.casefold() not in SIDES else ("", name))
+    if any(whose for whose, _ in at_colons):
+        return at_colons
+    at_signs = [found.groups() if (found := SIGN.fullmatch(name)) else ("", name) for name in names]
+    labels: dict[str, set[str]] = defaultdict(set)
+    for whose, label in at_signs:
+        labels[whose].add(label.casefold())
+    people = {
+        whose
+        for pair in combinations(labels.keys() - {""}, 2)
+        if _pairs(labels[pair[0]] & labels[pair[1]]) >= LEAST_PAIRS
+        for whose in pair
+    }
+    return [
+        (whose, label) if whose in people else ("", name)
+        for (whose, label), name in zip(at_signs, names, strict=True)
+    ]
+
+
+def _pairs(labels: Set[str]) -> int:
+    return sum(label[0] == "l" and f"r{label[1:]}" in labels for label in labels)
 
 
 def _is_a_subject(labels: dict[str, int], first: dict[str, int]) -> bool:

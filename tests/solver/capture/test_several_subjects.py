@@ -10,10 +10,20 @@ LABELS = ("RASI", "LASI", "RKNE", "LKNE", "RANK", "LANK")
 SIDED = tuple(f"{side}:{label}" for side in "LR" for label in ("ASI", "PSI", "KNE", "ANK", "HEE", "TOE"))
 
 
-def recorded(names, shift_m=None):
+LEFT_AND_RIGHT = tuple(
+    f"{side}_{label}"
+    for side in ("Left", "Right")
+    for label in ("asis", "psis", "knee", "ankle", "heel", "toe")
+)
+CLUSTERS = tuple(
+    f"{body}_{label}" for body in ("thigh", "shank", "foot") for label in ("l1", "r1", "l2", "r2", "a", "b")
+)
+
+
+def recorded(names, shift_m=None, sign=":"):
     """Markers beside each other; those of other names than the first one's stand off, each its own way."""
     places = np.array([[0.1 * k % 0.6, 1.0, 0.0] for k in range(len(names))])
-    whose = [n.rpartition(":")[0] for n in names]
+    whose = [n.rpartition(sign)[0] for n in names]
     aside = np.array([list(dict.fromkeys(whose)).index(w) for w in whose])
     places[:, 2] += aside * (1.5 if shift_m is None else shift_m)
     return Markers(tuple(names), np.tile(places, (10, 1, 1)), 100.0)
@@ -53,6 +63,13 @@ def test_whoever_is_wanted_is_taken(wanted):
     )
 
 
+@pytest.mark.parametrize("sign", ["_", "-", ".", " "])
+def test_people_are_told_by_other_signs_where_both_have_left_and_right_labels(sign):
+    names = [f"{who}{sign}{label}" for who in ("P1", "P2") for label in LABELS]
+    found = one_subject(recorded(names, sign=sign), "P2")
+    assert (found.markers.names, found.name, found.others) == (LABELS, "P2", ("P1",))
+
+
 def test_who_is_not_in_the_file_decides_nothing():
     whole = recorded([f"Ann:{label}" for label in LABELS])
     assert one_subject(whole, "Bob").markers.names == LABELS
@@ -70,6 +87,8 @@ def test_the_same_markers_written_twice_are_no_second_person():
         (LABELS, LABELS),
         ([f"Ann:{label}" for label in LABELS], LABELS),
         (SIDED, SIDED),
+        (LEFT_AND_RIGHT, LEFT_AND_RIGHT),
+        (CLUSTERS, CLUSTERS),
         ([*LABELS, *(f"cart:{c}" for c in "abcdef")], (*LABELS, *"abcdef")),
         ([*(f"Legs:{label}" for label in LABELS), "Arms:LELB"], (*LABELS, "LELB")),
         ([*LABELS, "Bob:RASI", "Bob:LASI", "Bob:bar"], (*LABELS, "bar")),
