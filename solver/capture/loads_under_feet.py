@@ -3,7 +3,8 @@
 Labels are not asked. The markers that come near the floor belong to feet. While a plate is loaded, its centre
 of pressure lies between low markers of one foot, to a centimetre or two. Forces of another trial miss them by
 a foot's width where the same steps were cut alike, and by a stride where not. Treadmills are no exception,
-since centre of pressure and foot travel together.
+since centre of pressure and foot travel together. Frames on which feet are unseen are not asked, and markers
+of one foot alone contradict nothing.
 
 Two alternatives are weighed, and the less favourable one counts: forces of another trial of such a person on
 such plates, and forces of another moment, for which the loads are moved along the recording. Feet that stay
@@ -79,7 +80,8 @@ class Feet:
     times: Float[np.ndarray, " frames"]  # [s]
     positions: Float[np.ndarray, "frames markers 2"]  # [m] x and z in the ground frame
     rate: float  # [Hz]
-    seen: Bool[np.ndarray, " frames"]  # whether both feet show, up in the air or not
+    seen: Bool[np.ndarray, " frames"]  # whether all of them show, up in the air or not
+    are_two: bool  # or the markers of one foot alone
 
 
 @dataclass(frozen=True)
@@ -115,9 +117,17 @@ def feet_of(markers: Markers, settings: UnderFeetSettings = UNDER_FEET) -> Feet:
     positions = markers.positions_ground[:, on_feet][:, :, [0, 2]].copy()
     shown = np.isfinite(height[:, on_feet]).sum(axis=1)
     seen = shown >= max(1, settings.seen_share * shown.max(initial=0))
+    are_two = seen.any() and _apart(positions[seen], settings) > settings.foot_length_m
     with np.errstate(invalid="ignore"):
         positions[~(height[:, on_feet] - lowest[on_feet] <= settings.low_m)] = np.nan
-    return Feet(markers.times, positions, markers.rate, seen)
+    return Feet(markers.times, positions, markers.rate, seen, bool(are_two))
+
+
+def _apart(positions: Float[np.ndarray, "frames markers 2"], settings: UnderFeetSettings) -> float:
+    """How far apart the farthest two markers typically are [m]; each frame shows at least one."""
+    some = positions[:: max(1, len(positions) // settings.samples)]
+    one, other = np.triu_indices(some.shape[1])
+    return float(np.median(np.nanmax(np.linalg.norm(some[:, one] - some[:, other], axis=2), axis=1)))
 
 
 def loads_of(plates: Sequence[ForcePlate], settings: UnderFeetSettings = UNDER_FEET) -> Loads | None:
@@ -165,6 +175,8 @@ def under_feet(feet: Feet, loads: Loads, settings: UnderFeetSettings = UNDER_FEE
         return NOTHING
     off_m = float(np.median(np.where(np.isfinite(off), off, FARTHEST_M)))
     least = settings.sparse_log_odds if off_m < settings.sparse_m else -np.inf
+    if not feet.are_two:
+        least = 0.0  # the other foot may be where the load is
     return Evidence(max(least, float((compared.worth * _gain(off, settings)).sum())), off_m)
 
 
