@@ -128,6 +128,7 @@ KINDS = (
         True,
     ),
     NoteKind("the solve", ("did not settle in ", "none predicted", "no measured force is used: "), True),
+    NoteKind("out of view", ("no pose on ", "no angle of "), True),
     NoteKind("drawing", ("are not drawn", "No bone mesh for ", "Drawn as rods: "), False),
     NoteKind("labels", (
         "labels understood by the atlas",
@@ -147,7 +148,6 @@ KINDS = (
     NoteKind("bodies without markers", (
         "how they move is a guess",
         "their pose is interpolated",
-        "no angle of ",
         "they are used as they are",
         "the shoulder rose?",
     ), False),

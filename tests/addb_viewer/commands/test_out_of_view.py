@@ -49,7 +49,9 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("passer_by")
     write_subject(folder, who, [replace(walk, markers=replace(walk.markers, positions_ground=x))])
     (folder / "settings.toml").write_text("[trajectory]\nenabled = false\n")
-    told = run("fit", folder, "--notes")
+    told = run("fit", folder)
+    assert "out of view (2):" in told
+    told = run("fit", folder, "--notes", "--force")
     assert "no pose on 60 of" in told
     assert "elbow_flex_r, pro_sup_r, wrist_flex_r, wrist_dev_r in frames 110-144" in told
     return folder
