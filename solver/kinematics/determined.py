@@ -56,21 +56,21 @@ def left_open(
     q: Float[np.ndarray, "frames dofs"],
     settings: KinematicsSettings,
 ) -> Bool[np.ndarray, "frames dofs"]:
-    """Coordinates that all markers of the trial together would show, and those seen on a frame do not.
+    """Coordinates that all the person's markers together would show, and those seen on a frame do not.
 
     Args:
-        skeleton: its markers are those of `observed_ground`, in the same order.
+        skeleton: its markers are those of `observed_ground`, in the same order; some recording shows each.
         observed_ground: NaN where unseen [m].
         q: fitted poses; where there is none (NaN), everything is open.
         settings: of the fit.
     """
     posed, seen = np.isfinite(q).all(axis=1), np.isfinite(observed_ground).all(axis=2)
     result = np.tile(~posed[:, None], q.shape[1])
-    ever = seen.any(axis=0)
-    gaps = np.flatnonzero(posed & ~seen[:, ever].all(axis=1))
+    gaps = np.flatnonzero(posed & ~seen.all(axis=1))
     if len(gaps):
-        whole = np.where(ever[:, None], np.nan_to_num(observed_ground), np.nan)
-        problems = (PoseProblem(skeleton, x, settings) for x in (observed_ground, whole))
+        problems = (
+            PoseProblem(skeleton, x, settings) for x in (observed_ground, np.nan_to_num(observed_ground))
+        )
         own, together = (
             by_frames(lambda some, at, of=of: _shown(_covariance(of, some, at, robust=False)), q[gaps], gaps)
             for of in problems

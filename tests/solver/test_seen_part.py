@@ -11,6 +11,7 @@ from solver.contact.force_review import ForceLabel, ForceReview
 from solver.export.opensim import export_opensim
 from solver.gait.gait import gait_of
 from solver.gait.settings import GAIT
+from solver.kinematics.determined import left_open
 from solver.pipeline import resolve, solve
 from solver.results.store import load_fit, save_fit
 from solver.settings import Settings
@@ -90,6 +91,26 @@ def test_the_rest_is_as_if_they_had_not_been_recorded(plain, padded):
     events = [gait_of(f.trials[0], f.skeleton, GAIT, SETTINGS.conditioning).events for f in (plain, padded)]
     assert [(e.foot, e.kind) for e in events[0]] == [(e.foot, e.kind) for e in events[1]]
     np.testing.assert_allclose([e.time_s for e in events[1]], [e.time_s for e in events[0]], atol=1e-3)
+
+
+ARM = {"RELB", "RELM", "RFRM", "RWRA", "RWRB", "RFIN"}
+
+
+@pytest.mark.parametrize("frames", [slice(40, 90), slice(None)], ids=["for a while", "all along"])
+def test_a_joint_is_open_where_the_markers_that_other_frames_or_recordings_have_would_show_it(plain, frames):
+    trial, match = plain.trials[0], plain.groundwork.match
+    skeleton, observed = match.skeleton(plain.skeleton), match.observed(trial.capture.markers)
+    settings = SETTINGS.kinematics
+    before = left_open(skeleton, observed, trial.motion.q, settings)
+    hidden = [k for k, spellings in enumerate(match.measured) if ARM & set(spellings)]
+    observed[frames, hidden] = np.nan
+    after = left_open(skeleton, observed, trial.motion.q, settings)
+    opened = {dof for dof, there in zip(skeleton.dofs, (after & ~before).T, strict=True) if there.any()}
+    assert {"elbow_flex_r", "pro_sup_r"} <= opened
+    assert not any(dof.endswith("_l") or "knee" in dof or "hip" in dof or "pelvis" in dof for dof in opened)
+    elbow = after[:, skeleton.dofs.index("elbow_flex_r")]
+    assert elbow[frames].all()
+    assert elbow.sum() == len(elbow[frames])
 
 
 def test_notes_and_figures_tell_the_range(padded, plain):
