@@ -147,6 +147,7 @@ KINDS = (
     ), False),
     NoteKind("bodies without markers", (
         "how they move is a guess",
+        "and have no angles",
         "their pose is interpolated",
         "they are used as they are",
         "the shoulder rose?",

@@ -165,11 +165,9 @@ def _subject_line(figures: dict[str, Any]) -> Text:
     subject, model = figures["subject"], figures["model"]
     entered = subject["mass_entered_kg"]
     of_scale = f" ({entered:.1f} kg entered)" if entered is not None else ""
+    mass = f"{subject['mass_kg']:.1f} kg" if subject["mass_kg"] is not None else "mass unknown"
     height = f"{subject['height_m']:.2f} m" if subject["height_m"] is not None else "height unknown"
-    return Text(
-        f"{subject['mass_kg']:.1f} kg{of_scale}, {height}; "
-        f"{model['bodies']} bodies, {model['dofs']} degrees of freedom"
-    )
+    return Text(f"{mass}{of_scale}, {height}; {model['bodies']} bodies, {model['dofs']} degrees of freedom")
 
 
 def _table(trials: list[dict[str, Any]]) -> Table:

@@ -49,6 +49,8 @@ class TrialFit:
     notes: tuple[str, ...] = ()
     label_faults: tuple[LabelFault, ...] = ()  # that were repaired in the capture, in the order of time
     left_open: Bool[np.ndarray, "frames dofs"] | None = None  # coordinates that the markers seen leave open
+    unseen_coordinates: tuple[str, ...] = ()  # of joints beyond which no marker is ever seen
+    why_not_predicted: str = ""  # where the motion cannot tell ground forces
 
     @property
     def forces_known(self) -> Bool[np.ndarray, " frames"]:

@@ -4,33 +4,21 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-from jaxtyping import Float
-
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.conditioning import condition
 from solver.capture.readable_trials import read_trials
 from solver.clock import Clock
-from solver.contact.assignment import assign
 from solver.contact.force_review import ForceReview
-from solver.contact.sole import independent_feet, soles
-from solver.contact.wrenches import unmeasured
 from solver.dynamics.extension import Extension
 from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
-from solver.errors import FitError, ModelError
+from solver.errors import FitError
 from solver.failing_trials import Failed, about, together, without_failing
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.freed_memory import give_back
 from solver.kinematics.calibration import calibrate, choose_frames
-from solver.kinematics.determined import left_open
 from solver.kinematics.hip_width import expected_hip_width
-from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.label_faults.repair import with_labels_repaired
-from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.model_ownership import Ownership, whose_model
-from solver.kinematics.motion import Motion
-from solver.kinematics.root_joint import root_joint
 from solver.kinematics.upright_pelvis import pitch_of_spines, posture_notes
 from solver.markers.mapping_file import chosen_for
 from solver.markers.people import of_one_person
@@ -40,10 +28,10 @@ from solver.review_stage import obeying_reviews, predicting_withheld
 from solver.seen_part import in_whole, seen_part
 from solver.settings import Settings, decide_the_same_fit
 from solver.skeleton.default_body import default_skeleton
-from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
 from solver.skeleton.subject_model import load_subject_model
 from solver.standing_stage import weighed_standing
+from solver.tracking_stage import compared, tracked_trial, with_contacts
 
 SCALED, TRACKED, FITTED = 0.2, 0.4, 0.75  # shares of the work done after scaling, marker fit, trajectory fit
 
@@ -171,9 +159,9 @@ def _solve(
     for i, (capture, faults) in enumerate(repaired):
         start = SCALED + i * share
         with about(capture.name):
-            tracked = _tracked(capture, groundwork, settings, part(progress, start, start + share))
+            tracked = tracked_trial(capture, groundwork, settings, part(progress, start, start + share))
             tracked = replace(tracked, label_faults=faults, seconds=shared | tracked.seconds)
-            seen = _with_contacts(seen_part(tracked), groundwork, subject, settings)
+            seen = with_contacts(seen_part(tracked), groundwork, subject, settings)
             fits.append(in_whole(seen, tracked))
     if subject.model is not None:
         leaning = [
@@ -264,7 +252,7 @@ def can_resolve(
 def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings) -> TrialFit:
     """The trial as it was when its forces had been given to feet; nothing was spent on it this time."""
     markers_alone = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
-    fit = _compared(trial.capture, groundwork, markers_alone.q, settings)
+    fit = compared(trial.capture, groundwork, markers_alone.q, settings)
     nothing = dict.fromkeys(("load", "scaling", "kinematics"), 0.0)
     return replace(
         fit,
@@ -275,6 +263,7 @@ def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings)
         sister_spline=trial.sister_spline,
         seconds=nothing,
         label_faults=trial.label_faults,
+        why_not_predicted=trial.why_not_predicted,
     )
 
 
@@ -290,61 +279,3 @@ def _generic(subject: Subject) -> Skeleton:
         **{k: v for k, v in (("mass_kg", subject.mass_kg), ("height_m", subject.height_m)) if v is not None},
         sex=subject.sex,
     )
-
-
-def _tracked(capture: Capture, groundwork: Groundwork, settings: Settings, progress: Progress) -> TrialFit:
-    """Inverse kinematics of one trial."""
-    clock = Clock()
-    with clock("kinematics"):
-        measured = groundwork.match.observed(capture.markers)
-        q = inverse_kinematics(
-            groundwork.skeleton, measured, capture.markers.rate, settings.kinematics, progress
-        )
-    return replace(_compared(capture, groundwork, q, settings), seconds=clock.seconds)
-
-
-def _compared(
-    capture: Capture, groundwork: Groundwork, q: Float[np.ndarray, "frames dofs"], settings: Settings
-) -> TrialFit:
-    """A trial's marker fit, compared with its markers."""
-    markers, match, skeleton = capture.markers, groundwork.match, groundwork.skeleton
-    model_markers, observed = marker_positions(skeleton, q), match.observed(markers)
-    errors, notes = marker_errors(skeleton, match.model, model_markers, observed, settings.kinematics)
-    return TrialFit(
-        capture=capture,
-        motion=Motion(skeleton.dofs, q, markers.rate, markers.start_time),
-        marker_errors=errors,
-        model_markers_ground=model_markers,
-        notes=notes,
-        left_open=left_open(skeleton, observed, q, settings.kinematics),
-    )
-
-
-def _with_contacts(fit: TrialFit, groundwork: Groundwork, subject: Subject, settings: Settings) -> TrialFit:
-    """The trial's forces given to feet; feet without a force where the trial has none."""
-    if not fit.capture.plates:
-        return _without_plates(fit, groundwork, subject)
-    times = fit.motion.times
-    conditioned = [condition(plate, times, settings.conditioning) for plate in fit.capture.plates]
-    R, p = body_poses(groundwork.skeleton, fit.motion.q)
-    contacts = assign(
-        conditioned,
-        R,
-        p,
-        skeleton=groundwork.skeleton,
-        foot_bodies=subject.foot_bodies,
-        times=times,
-        settings=settings.contact,
-    )
-    return replace(fit, contacts=contacts)
-
-
-def _without_plates(fit: TrialFit, groundwork: Groundwork, subject: Subject) -> TrialFit:
-    """Feet to foretell forces for, if the model has some and hangs freely on the ground."""
-    try:
-        feet = independent_feet(groundwork.skeleton, subject.foot_bodies)
-        soles(groundwork.skeleton, feet)
-        root_joint(groundwork.skeleton)
-    except ModelError as error:
-        return replace(fit, notes=(*fit.notes, f"no forces are recorded and none predicted: {error}"))
-    return replace(fit, contacts=unmeasured(feet, fit.motion.frames))

@@ -1,5 +1,6 @@
 """What people's reviews change: which forces count, hence the mass, the trajectories and the torques."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -10,6 +11,7 @@ from solver.capture.capture import Subject
 from solver.contact.detection import detect
 from solver.contact.force_review import ForceReview
 from solver.contact.mask import ERRONEOUS, frame_mask, with_own_file
+from solver.contact.needed_segments import seen_legs
 from solver.contact.proposals import sure_ranges, within
 from solver.contact.wrenches import MissingRange
 from solver.dynamics.com_data import com_data
@@ -71,7 +73,12 @@ def obeying_reviews(
     fits = [_masked(fit, settings, said.get(fit.capture.name)) for fit in fits]
     told = _told_by_forces(groundwork.skeleton, fits, settings)
     plates = Plates(told, groundwork.standing, any(f.contacts and f.contacts.has_plates for f in fits))
-    mass = person_mass(subject, groundwork.skeleton, plates, settings.com)
+    height_m, height_notes = person_height(
+        subject,
+        groundwork.skeleton,
+        any(seen_legs(groundwork.skeleton, f.unseen_coordinates, subject.foot_bodies) for f in fits),
+    )
+    mass = person_mass(subject, groundwork.skeleton, height_m, plates, settings.com)
     skeleton = with_mass(groundwork.skeleton, mass.kg)
     fits = [
         fit
@@ -83,7 +90,9 @@ def obeying_reviews(
     if mass.guessed_within is not None:
         told = _told_by_forces(groundwork.skeleton, fits, settings)  # without frames that miss a force
         if told is not None:
-            mass = person_mass(subject, groundwork.skeleton, replace(plates, told=told), settings.com)
+            mass = person_mass(
+                subject, groundwork.skeleton, height_m, replace(plates, told=told), settings.com
+            )
             skeleton = with_mass(groundwork.skeleton, mass.kg)
             fits = [_proposed(_judged(fit, skeleton, settings), settings, said) for fit in fits]
     obeying = obeying_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
@@ -101,7 +110,6 @@ def obeying_reviews(
         )
         for fit, before in zip(obeying.fits, whole, strict=True)
     )
-    height_m, height_notes = person_height(subject, obeying.skeleton)
     names = {fit.capture.name for fit in fits}
     wanted = names | {trial.name for trial in groundwork.unread}
     read = [trial for trial in subject.trials if trial.name in wanted]
@@ -109,7 +117,7 @@ def obeying_reviews(
         subject=subject,
         skeleton=obeying.skeleton,
         trials=solved,
-        mass_kg=obeying.skeleton.mass,
+        mass_kg=math.nan if mass.guessed_within == math.inf else obeying.skeleton.mass,
         height_m=height_m,
         settings=as_dict(settings),
         provenance=provenance_of(subject, read, reviews, extension),
@@ -260,7 +268,12 @@ def _noted(
         *unseen_body_notes(match.skeleton(skeleton), observed, whole.motion),
         *guessed_notes(whole.motion, guessed(whole)),
     )
-    if fit.mask is not None and not fit.mask.counts.any():
+    if fit.mask is not None and not fit.mask.counts.any() and fit.why_not_predicted:
+        notes += (
+            f"no force counts, none predicted, and there are no torques: {fit.why_not_predicted}. Angles are "
+            "those of the segments that are seen",
+        )
+    elif fit.mask is not None and not fit.mask.counts.any():
         notes += (
             f"no measured force is used: ground forces and joint torques are predicted from the motion below "
             f"{settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} kg; no "

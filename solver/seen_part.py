@@ -66,8 +66,16 @@ def guessed(trial: TrialFit) -> Bool[np.ndarray, "frames dofs"]:
 
 
 def without_guesses(trial: TrialFit) -> TrialFit:
-    """The trial as it is told to others: no angle, speed or torque of a coordinate that is guessed."""
-    unknown = guessed(trial)
+    """The trial as it is told to others: no angle, speed or torque that no marker shows."""
+    return _without(trial, guessed(trial) | np.isin(trial.motion.dofs, trial.unseen_coordinates))
+
+
+def in_view(trial: TrialFit) -> TrialFit:
+    """The trial as it is drawn: what no marker ever shows stays near neutral."""
+    return _without(trial, guessed(trial))
+
+
+def _without(trial: TrialFit, unknown: Bool[np.ndarray, "frames dofs"]) -> TrialFit:
     if not unknown[trial.motion.posed].any():
         return trial
 

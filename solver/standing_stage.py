@@ -9,6 +9,7 @@ from solver.capture.capture import Capture, ForcePlate, Subject, TrialFiles
 from solver.capture.conditioning import condition
 from solver.capture.statics import shown_by
 from solver.capture.trial import read_trial
+from solver.contact.needed_segments import UPRIGHT, hips_over_ankles
 from solver.contact.sole import independent_feet, soles
 from solver.dynamics.com_mass import MassEstimate, Standing
 from solver.dynamics.mass import LIGHTEST_KG
@@ -16,7 +17,6 @@ from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.errors import SolverError
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_matching import MarkerMatch
-from solver.kinematics.scale_prior import LEG_LENGTH_FRACTION, stature
 from solver.settings import Settings
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
@@ -24,7 +24,6 @@ from solver.skeleton.skeleton import Skeleton
 POSES = 12  # of somebody who stands still
 SHORTEST_S = 0.5
 STEADY = 0.1  # of the weight: how far it spreads over four fifths of the time; who sways keeps within 5 %
-UPRIGHT = 0.8  # of the leg's length: hips above the ankles; 0.97 to 1.06 in 13 static trials, half in a chair
 UNDER_M = 0.05  # from below the centre of mass to where it presses: within 2.7 cm there; one of two feet, 10
 PRESSED = 0.75  # of a sole's length and width, about its pieces' middles: pressure spares the rim
 RIM_M = 0.03  # by which soles of the model may be misplaced over a plate's edge
@@ -94,7 +93,8 @@ def _weight_of(
     rate = markers.rate * len(some) / markers.frames
     q = inverse_kinematics(skeleton, match.observed(markers)[some], rate, settings.kinematics)
     q = q[np.isfinite(q).all(axis=1)]
-    if not _upright(skeleton, q):
+    upright = hips_over_ankles(skeleton, q)
+    if upright is None or np.median(upright) < UPRIGHT:
         return None
     force, moment = (
         np.median(sum(getattr(plate, name)[known] for plate in plates), axis=0)
@@ -112,17 +112,6 @@ def _weight_of(
     blocks = max(1.0, len(up) / (settings.com.block_s * markers.rate))
     mass, sampling = float(weight) / g, float(np.std(up)) / g / blocks**0.5
     return MassEstimate(mass, float(np.hypot(sampling, settings.com.plate_gain_std * mass)), sampling)
-
-
-def _upright(skeleton: Skeleton, q: Float[np.ndarray, "frames dofs"]) -> bool:
-    height = stature(skeleton)
-    if height is None:
-        return False
-    p = np.median(body_poses(skeleton, q)[1], axis=0)[:, 1]
-    names = skeleton.body_names
-    hips = np.mean([p[names.index(f"femur_{side}")] for side in "rl" if f"femur_{side}" in names])
-    ankles = min(p[i] for i, name in enumerate(names) if name.startswith(("talus", "calcn", "foot")))
-    return bool(hips - ankles > UPRIGHT * LEG_LENGTH_FRACTION * height)
 
 
 def _over(

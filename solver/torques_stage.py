@@ -51,9 +51,9 @@ def with_dynamics(
         x: its parameters; None: as the extension has them.
         foretold_ground: wrench of all feet [N, N·m about the ground origin] for frames where one is missing;
             None: what the motion demands. On a trial without any force that counts it is foretold here, and
-            the motion is smoother.
+            the motion is smoother; where the motion cannot tell forces, there are no torques.
     """
-    if fit.contacts is None or fit.mask is None:
+    if fit.contacts is None or fit.mask is None or (fit.why_not_predicted and not fit.mask.counts.any()):
         return fit
     clock, extra, notes = Clock(), extra_of(fit, extension), fit.notes
     with clock("dynamics"):

@@ -12,7 +12,7 @@ from solver.export.tables import trial_columns
 from solver.fit import TrialFit
 from solver.gait.gait import joint_power
 from solver.kinematics.motion import Motion
-from solver.seen_part import without_guesses
+from solver.seen_part import in_view, without_guesses
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
@@ -37,7 +37,7 @@ class FittedTrial:
             trial: solved.
             skeleton: of the fit.
         """
-        self._trial, self._skeleton = without_guesses(trial), skeleton
+        self._trial, self._skeleton, self._drawn = without_guesses(trial), skeleton, in_view(trial)
 
     def __repr__(self) -> str:
         """Name and length."""
@@ -246,7 +246,8 @@ class FittedTrial:
 
     @cached_property
     def _poses(self) -> tuple[np.ndarray, np.ndarray]:
-        return body_poses(self._skeleton, self._motion.q)
+        drawn = self._drawn
+        return body_poses(self._skeleton, (drawn.dynamics or drawn).motion.q)
 
     def _series(self, values: np.ndarray, names: Sequence[str], units: Sequence[str]) -> Series:
         return Series(values, tuple(names), tuple(units), self.times)

@@ -1,6 +1,7 @@
 """What a fit is made of: person, trials, plates; and versions, files, settings, commands to make it again."""
 
 import html
+import math
 import re
 
 import numpy as np
@@ -34,7 +35,9 @@ def person_rows(fit: Fit) -> list[tuple[str, str]]:
     entered = fit.subject.mass_kg
     mass = f"{fit.mass_kg:.1f} kg fitted" + ("" if entered is None else f" ({entered:.1f} kg entered)")
     height = f"{fit.height_m:.2f} m" + ("" if fit.subject.height_m is not None else " (not entered)")
-    return [("Mass", mass), ("Height", height), *_told(fit.subject)]
+    known = (("Mass", mass, fit.mass_kg), ("Height", height, fit.height_m))
+    rows = [(name, words if math.isfinite(value) else "unknown") for name, words, value in known]
+    return [*rows, *_told(fit.subject)]
 
 
 def _told(subject: Subject) -> list[tuple[str, str]]:

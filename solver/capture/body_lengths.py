@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Markers
+from solver.errors import CaptureError
 from solver.settings_field import setting
 
 
@@ -40,6 +42,9 @@ class BodyLengthSettings:
 
 BODY_LENGTHS = BodyLengthSettings()
 ONE_SEGMENT_M = 0.25  # longer distances may join two segments that keep still, as all do in a static trial
+STAYS_M, MOVES_M = 0.001, 0.02  # four fifths of the time, a bone's length and what is beyond its joint
+ON_A_BONE_M = 0.05  # nearer points may be on one plate
+FEWEST_JOINTS, JOINTS_SHARE = 4, 0.33  # two legs' knees and ankles; of a suit's 23 points 10, of markers 0
 
 Lengths = dict[tuple[str, str], float]
 
@@ -87,6 +92,44 @@ def odds_for_two(one: Lengths, other: Lengths, settings: BodyLengthSettings = BO
     )
     markers = {name for pair in both for name in pair}
     return float(np.mean(gain) * settings.worth * len(markers))
+
+
+def refuse_no_markers(markers: Markers, path: Path) -> None:
+    """Nothing is made of a recording without a marker, or whose points are a skeleton's joints.
+
+    Raises:
+        CaptureError: it is one.
+    """
+    if not markers.names:
+        raise CaptureError(f"{path}: no marker was ever seen. Export the trial with its trajectories.")
+    joints = joints_of_a_skeleton(markers)
+    if joints:
+        raise CaptureError(
+            f"{path}: its points are joints of a skeleton ({', '.join(joints[:4])}, …), of an inertial suit "
+            "or another program's solve, not markers: they do not show how segments turn about their length. "
+            "Export markers, or use that program's angles."
+        )
+
+
+def joints_of_a_skeleton(markers: Markers) -> tuple[str, ...]:
+    """Points that keep their distance from two others that move against each other, where many do.
+
+    A joint's centre does, which is on two segments at once; what sits on skin cannot. Where a third of all
+    points are such, they are the joints of a skeleton that an inertial suit or another program has solved.
+    """
+    chosen = np.unique(np.linspace(0, markers.frames - 1, BODY_LENGTHS.frames).round().astype(int))
+    positions = markers.positions_ground[chosen]
+    positions = positions[np.isfinite(positions).all(axis=(1, 2))]
+    if len(positions) < BODY_LENGTHS.fewest_frames:
+        return ()
+    apart = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=3)
+    spread = np.subtract(*np.percentile(apart, [90, 10], axis=0))
+    stays = (spread < STAYS_M) & (apart.mean(axis=0) > ON_A_BONE_M)
+    moves = (spread > MOVES_M).astype(float)
+    joints = np.flatnonzero(np.einsum("ki,ij,kj->k", stays * 1.0, moves, stays * 1.0))
+    if len(joints) < FEWEST_JOINTS or len(joints) < JOINTS_SHARE * len(markers.names):
+        return ()
+    return tuple(markers.names[k] for k in joints)
 
 
 def _density(

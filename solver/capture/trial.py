@@ -15,6 +15,7 @@ from solver.capture.axes import (
 from solver.capture.b3d.places import SUFFIX
 from solver.capture.b3d.recording import B3dReview, read_b3d_trial
 from solver.capture.b3d.stored import StoredPass
+from solver.capture.body_lengths import refuse_no_markers
 from solver.capture.c3d import read_c3d
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.clock import ClockSettings
@@ -193,8 +194,7 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
 
 def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[Markers, tuple[str, ...]]:
     cleaned, notes = clean_markers(markers, settings.cleaning)
-    if not cleaned.names:
-        raise CaptureError(f"{path}: no marker was ever seen. Export the trial with its trajectories.")
+    refuse_no_markers(cleaned, path)
     joined, joining_notes = join_trajectories(cleaned, settings.joining)
     return joined, tuple(f"{path.name}: {note}" for note in (*notes, *joining_notes))
 

@@ -31,7 +31,7 @@ class PersonMass(NamedTuple):
 
     kg: float
     notes: tuple[str, ...] = ()
-    guessed_within: float | None = None  # standard deviation over the mass, where nothing weighed the person
+    guessed_within: float | None = None  # standard deviation over it where nothing weighed the person
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,15 @@ class Plates:
     read_something: bool = False
 
 
-def person_mass(subject: Subject, skeleton: Skeleton, plates: Plates, settings: ComSettings) -> PersonMass:
+def person_mass(
+    subject: Subject, skeleton: Skeleton, height_m: float, plates: Plates, settings: ComSettings
+) -> PersonMass:
     """The entered mass, else what a standing person weighs, else what forces of trials tell, else tables.
 
     Args:
         subject: what was entered.
         skeleton: scaled; of a model that the subject brought, its own mass stands where nothing weighs.
+        height_m: as `person_height` found it.
         plates: what they tell.
         settings: how far the entered mass and the forces may differ.
     """
@@ -58,8 +61,7 @@ def person_mass(subject: Subject, skeleton: Skeleton, plates: Plates, settings: 
     if subject.mass_kg is not None:
         warning = plates.told and disagreement(plates.told, subject.mass_kg, settings)
         return PersonMass(subject.mass_kg, (*([warning] if warning else ()), *leaning))
-    height = subject.height_m or _height_of_body(subject, skeleton)
-    standing = [one for one in plates.standing if _is_a_persons(one.mass.mass_kg, height, subject)]
+    standing = [one for one in plates.standing if _is_a_persons(one.mass.mass_kg, height_m, subject)]
     if standing:
         weight = pooled([one.mass for one in standing], settings)
         told = f"{weight.mass_kg:.1f} ± {weight.std_kg:.1f} kg stand still on the plates"
@@ -71,19 +73,21 @@ def person_mass(subject: Subject, skeleton: Skeleton, plates: Plates, settings: 
             f"mass not given; {mass:.1f} ± {plates.told.std_kg:.1f} kg estimated from the forces",
             *leaning,
         )
-        if height is not None and not _is_a_persons(mass, height, subject):
-            notes += (_hardly_a_persons(mass, height, subject),)
+        if not _is_a_persons(mass, height_m, subject):
+            notes += (_hardly_a_persons(mass, height_m, subject),)
         return PersonMass(mass, notes)
     why = "and no forces to estimate it from"
     if plates.read_something:
         why = "and the recorded forces do not tell it, as none counts that carries the body"
-    if subject.model is not None or height is None:
+    if subject.model is not None:
         told = f"the model's own {skeleton.mass:.1f} kg is used"
         return PersonMass(skeleton.mass, (f"mass not given, {why}; {told}",), _INDEX_SPREAD)
-    mass, std = mass_of_height(height, subject.sex)
+    if math.isnan(height_m):
+        return PersonMass(skeleton.mass, (f"mass not given, {why}, nor a height: it is unknown",), math.inf)
+    mass, std = mass_of_height(height_m, subject.sex)
     if subject.height_m is None:
-        std = math.hypot(std, 2 * mass * STATURE_STD_M / height)
-    told = f"people of {height:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
+        std = math.hypot(std, 2 * mass * STATURE_STD_M / height_m)
+    told = f"people of {height_m:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
     return PersonMass(mass, (f"mass not given, {why}; {told}",), std / mass)
 
 
@@ -96,9 +100,9 @@ def _leaning(told: MassEstimate | None) -> tuple[str, ...]:
     )
 
 
-def _is_a_persons(mass_kg: float, height_m: float | None, subject: Subject) -> bool:
+def _is_a_persons(mass_kg: float, height_m: float, subject: Subject) -> bool:
     """Whether somebody of that height may weigh so much."""
-    if height_m is None:
+    if math.isnan(height_m):
         return True
     return _LEAST_SHARE < mass_kg / mass_of_height(height_m, subject.sex)[0] < _MOST_SHARE
 
@@ -113,13 +117,15 @@ def _hardly_a_persons(mass_kg: float, height_m: float, subject: Subject) -> str:
     )
 
 
-def person_height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:
-    """The entered height, else the scaled body's [m], NaN where it has no legs; and what to say."""
+def person_height(
+    subject: Subject, skeleton: Skeleton, legs_are_seen: bool = True
+) -> tuple[float, tuple[str, ...]]:
+    """The entered height, else the scaled body's [m], NaN where nothing tells it; and what to say."""
     if subject.height_m is not None:
         return subject.height_m, ()
-    height = _height_of_body(subject, skeleton)
+    height = _height_of_body(subject, skeleton) if legs_are_seen else None
     if height is None:
-        return math.nan, ("height not given, and the model has no legs to estimate it from",)
+        return math.nan, ("height not given, and no leg is seen to estimate it from",)
     of = "legs and trunk" if subject.model is None else "legs"
     return height, (f"height not given; {height:.2f} ± {STATURE_STD_M:.2f} m from the scaled model's {of}",)
 

@@ -111,9 +111,10 @@ def joint_outputs(
 
 def _outputs(trial: TrialFit, skeleton: Skeleton) -> tuple[ModelOutput, ...]:
     trial = without_guesses(trial)
-    if trial.dynamics is None:
-        return joint_outputs(skeleton, trial.motion, None)
-    return joint_outputs(skeleton, trial.dynamics.motion, trial.dynamics.joint_torques)
+    dynamics = trial.dynamics
+    motion, torques = (dynamics.motion, dynamics.joint_torques) if dynamics else (trial.motion, None)
+    points = joint_outputs(skeleton, motion, torques)
+    return tuple(point for point in points if np.isfinite(point.values).all(axis=1).any())
 
 
 def _points(

@@ -308,6 +308,6 @@ def _add_about(c3d: Any, recording: C3dRecording) -> None:
     _add_integers(c3d, "SUBJECTS", "USED", [1])
     c3d.add_parameter("SUBJECTS", "NAMES", [_short(recording.subject)])
     for name, value in (("BODYMASS", recording.mass_kg), ("HEIGHT", recording.height_m)):
-        if value is not None:
+        if value is not None and np.isfinite(value):
             scaled = value * (MM if name == "HEIGHT" else 1.0)
             c3d.add_parameter("PROCESSING", name, [scaled])

@@ -64,9 +64,11 @@ def inverse_kinematics(
         q[usable] = _track(problem, root, usable, spacing, progress)
         posed, own = posed_frames(problem, q, usable, rate)
         if not own.any():
+            on = [skeleton.bodies[body].name for body in sorted({m.body for m in skeleton.markers})]
             raise FitError(
                 "The markers determine no pose on any frame: a person is placed by pelvis and legs, pelvis "
-                "and trunk, or legs and trunk, seen together."
+                f"and trunk, or legs and trunk, seen together; here markers are on {', '.join(on)}. Neither "
+                "angles nor torques can be told."
             )
         usable = np.flatnonzero(own)
         q = _unwrapped(q, usable, _turning_round(problem))

@@ -119,7 +119,7 @@ def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[str, ...]:
     if free:
         notes.append(
             f"no marker of the recordings shows the motion of {_listed(skeleton, free)}; they are kept near "
-            "the neutral pose: how they move is a guess"
+            "the neutral pose, and have no angles"
         )
     if bare:
         notes.append(f"no marker of the recordings is on {_listed(skeleton, bare)}: how they move is a guess")

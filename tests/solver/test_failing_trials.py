@@ -69,8 +69,8 @@ def is_left_out(fit, alone, reason):
     ("stage", "error"),
     [
         ("with_labels_repaired", FitError("no pose")),
-        ("_tracked", np.linalg.LinAlgError("Singular matrix")),
-        ("_with_contacts", IndexError("index 3 is out of bounds")),
+        ("tracked_trial", np.linalg.LinAlgError("Singular matrix")),
+        ("with_contacts", IndexError("index 3 is out of bounds")),
     ],
 )
 def test_one_that_breaks_down_in_a_stage_of_its_own(subject, alone, monkeypatch, stage, error):
@@ -102,7 +102,7 @@ def test_where_all_fail_the_first_says_why(subject, monkeypatch):
     def fail(capture, *_):
         raise FitError(f"{capture.name} shows nobody")
 
-    monkeypatch.setattr(pipeline, "_tracked", fail)
+    monkeypatch.setattr(pipeline, "tracked_trial", fail)
     with pytest.raises(FitError, match="shows nobody"):
         solve(subject, MARKERS_ALONE)
 

@@ -31,7 +31,7 @@ from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fit import TrialFit
 from solver.gait.gait import joint_power
 from solver.gravity import GRAVITY
-from solver.seen_part import without_guesses
+from solver.seen_part import in_view, without_guesses
 from solver.settings import Settings, from_dict
 from solver.skeleton.forward import body_poses
 from solver.skeleton.rotations import quaternions
@@ -82,7 +82,7 @@ def fitted_replay(
             PlateReplay(p.name, p.force, p.cop, on_fit.integers(trial.contacts.plate[:, i]), p.corners)
             for i, p in enumerate(plates)
         )
-    bodies = _bodies(shown, skeleton, on_fit)
+    bodies = _bodies(in_view(trial), skeleton, on_fit)
     return Replay(
         name=bare.name,
         times=bare.times,

@@ -18,12 +18,13 @@ from solver.dynamics.person_estimates import (
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.scaling import scaled
 
+HEIGHT = 1.60
 NOBODY = Subject(folder=Path("nobody"), trials=())
 
 
 @pytest.fixture(scope="module")
 def body():
-    return default_skeleton(height_m=1.60)
+    return default_skeleton(height_m=HEIGHT)
 
 
 def told(mass_kg, std_kg=1.3, lean_deg=0.0):
@@ -32,14 +33,14 @@ def told(mass_kg, std_kg=1.3, lean_deg=0.0):
 
 def test_an_entered_mass_stands_and_is_doubted_where_the_forces_differ(body):
     entered = replace(NOBODY, mass_kg=60.0)
-    assert person_mass(entered, body, told(60.5, 1.0), ComSettings()) == (60.0, (), None)
-    mass = person_mass(entered, body, told(90.0, 1.0), ComSettings())
+    assert person_mass(entered, body, HEIGHT, told(60.5, 1.0), ComSettings()) == (60.0, (), None)
+    mass = person_mass(entered, body, HEIGHT, told(90.0, 1.0), ComSettings())
     assert mass.kg == 60.0
     assert "entered" in mass.notes[0]
 
 
 def test_forces_come_before_tables(body):
-    mass = person_mass(NOBODY, body, told(81.2), ComSettings())
+    mass = person_mass(NOBODY, body, HEIGHT, told(81.2), ComSettings())
     assert mass.kg == 81.2
     assert "81.2 ± 1.3 kg estimated from the forces" in mass.notes[0]
     assert mass.guessed_within is None
@@ -47,7 +48,7 @@ def test_forces_come_before_tables(body):
 
 def test_who_stands_still_is_weighed_before_any_motion(body):
     standing = (Standing("static", MassEstimate(66.0, 1.0, 0.1)),)
-    mass = person_mass(NOBODY, body, replace(told(61.3), standing=standing), ComSettings())
+    mass = person_mass(NOBODY, body, HEIGHT, replace(told(61.3), standing=standing), ComSettings())
     assert mass.kg == pytest.approx(66.0)
     assert "(static)" in mass.notes[0]
     assert mass.guessed_within is None
@@ -56,32 +57,32 @@ def test_who_stands_still_is_weighed_before_any_motion(body):
 def test_a_weight_that_is_no_persons_of_that_height_is_none(body):
     """A plate that was tared under the person, or a chair and three people on it."""
     standing = (Standing("static", MassEstimate(20.0, 1.0, 0.1)),)
-    mass = person_mass(NOBODY, body, replace(told(61.3), standing=standing), ComSettings())
+    mass = person_mass(NOBODY, body, HEIGHT, replace(told(61.3), standing=standing), ComSettings())
     assert mass.kg == 61.3
 
 
 @pytest.mark.parametrize("read_something", [False, True])
 def test_no_forces_is_said_only_where_there_are_none(body, read_something):
-    mass = person_mass(NOBODY, body, Plates(read_something=read_something), ComSettings())
+    mass = person_mass(NOBODY, body, HEIGHT, Plates(read_something=read_something), ComSettings())
     assert ("no forces to estimate it from" in mass.notes[0]) != read_something
     assert 0.1 < mass.guessed_within < 0.3
 
 
 def test_forces_that_lean_are_told(body):
-    notes = person_mass(NOBODY, body, told(62.7, lean_deg=15.2), ComSettings()).notes
+    notes = person_mass(NOBODY, body, HEIGHT, told(62.7, lean_deg=15.2), ComSettings()).notes
     assert any("lean 15° " in note and "slope" in note for note in notes)
 
 
 @pytest.mark.parametrize(("mass_kg", "said"), [(205.0, True), (20.0, True), (45.0, False), (105.0, False)])
 def test_forces_that_are_no_persons_of_that_height_are_told(body, mass_kg, said):
     """Plates that stand four times in a file, or in pounds."""
-    mass = person_mass(NOBODY, body, told(mass_kg), ComSettings())
+    mass = person_mass(NOBODY, body, HEIGHT, told(mass_kg), ComSettings())
     assert mass.kg == mass_kg
     assert any("people of 1.60 m weigh" in note for note in mass.notes) == said
 
 
 def test_without_forces_the_height_tells_the_mass_and_how_surely(body):
-    mass = person_mass(NOBODY, body, Plates(), ComSettings())
+    mass = person_mass(NOBODY, body, HEIGHT, Plates(), ComSettings())
     assert mass.kg == pytest.approx(mass_of_height(1.60, None)[0], rel=0.02)
     assert mass.kg != pytest.approx(body.mass, rel=0.05)  # the default body's own says nothing of the person
     assert f"{mass.kg:.0f} ± " in mass.notes[0]
@@ -89,7 +90,7 @@ def test_without_forces_the_height_tells_the_mass_and_how_surely(body):
 
 def test_a_model_of_ones_own_keeps_its_mass(body):
     with_model = replace(NOBODY, model=Path("scaled.osim"))
-    mass = person_mass(with_model, body, Plates(), ComSettings())
+    mass = person_mass(with_model, body, HEIGHT, Plates(), ComSettings())
     assert mass.kg == body.mass
     assert "the model's own" in mass.notes[0]
 
@@ -114,6 +115,15 @@ def test_the_height_of_the_body_is_told_with_its_uncertainty(body):
     assert height == pytest.approx(1.60, abs=0.01)
     assert "±" in notes[0]
     assert person_height(replace(NOBODY, height_m=1.9), body) == (1.9, ())
+
+
+def test_without_a_leg_neither_height_nor_mass_is_made_up(body):
+    height, notes = person_height(NOBODY, body, legs_are_seen=False)
+    assert np.isnan(height)
+    assert "no leg is seen" in notes[0]
+    mass = person_mass(NOBODY, body, height, Plates(), ComSettings())
+    assert mass.guessed_within == np.inf
+    assert "unknown" in mass.notes[0]
 
 
 @pytest.mark.parametrize(("leg", "trunk"), [(1.16, 1.05), (0.9, 1.0), (1.0, 1.0)])

@@ -80,7 +80,7 @@ def test_segments_without_any_shared_marker_are_named(crane):
     match = match_markers(crane, [recording(names)])
     expected = (
         f"no marker of the recordings shows the motion of {crane.bodies[last].name}; they are kept near the "
-        "neutral pose: how they move is a guess"
+        "neutral pose, and have no angles"
     )
     assert expected in match.notes
     assert expected not in match_markers(crane, [recording(crane.marker_names)]).notes
