@@ -30,12 +30,14 @@ from solver.markers.understanding import understand
 
 RIGID_M = 0.015  # scatter of a landmarks' distance over postures: what a knee's axis leaves to its markers
 TWO_PEOPLE = 2.3  # [log odds] 10 to 1; of the shared recordings of one person none is above 1.1
+SURE = 3.5  # [log odds] 33 to 1; damaged recordings of one person get as far as 2.6
 NAMED = 1.0  # [log odds] different names in two files, or as far apart in mass: one person may get either
 NUMBERED = 2.5  # [log odds] S01 and S02 in two files' names; may be sessions, which lengths then tell
 IN_ONE_FILE = 20.0  # [log odds] seen together
 OTHER_MASS = 1.1  # ratio of two stated masses
 LITTLE_DOUBT = 7.0  # [log odds] no figure beyond it means anything
 WORDS = {2: "two", 3: "three", 4: "four"}
+OTHER_SIDE = {"l": "r", "r": "l"}
 FIELD = re.compile(r"[-_. ]+")
 UNUSUAL = re.compile(r"[^\w.-]+")  # in a folder's name
 
@@ -74,6 +76,7 @@ class People:
     groups: tuple[tuple[str, ...], ...]
     called: tuple[str, ...]
     said: str = ""  # that they are several, and why; empty of one
+    is_sure: bool = False
 
 
 def people_among(recordings: Mapping[str, Recorded]) -> People:
@@ -83,23 +86,29 @@ def people_among(recordings: Mapping[str, Recorded]) -> People:
         recordings: by name.
     """
     names, known = list(recordings), list(recordings.values())
-    lengths = _bony_lengths([one.markers for one in known])
+    lengths, mirrored = _bony_lengths([one.markers for one in known])
     by_lengths, by_names = (np.full((len(names), len(names)), np.nan) for _ in range(2))
     is_crossed = _crossed(known)
     short = cache(lambda k: short_lengths(known[k].markers))
     for i, j in combinations(range(len(names)), 2):
         found = odds_for_two(lengths[i], lengths[j])
+        if found is not None:  # left and right may be exchanged in a whole recording
+            found = min(found, odds_for_two(lengths[i], mirrored[j]) or found)
         if found is None:  # labels that nobody understands can tell that it is one person, not that it is two
             of_any = odds_for_two(short(i), short(j))
             found = np.nan if of_any is None else min(of_any, 0.0)
         by_lengths[[i, j], [j, i]] = found
-        by_names[[i, j], [j, i]] = _by_names(known[i], known[j], is_crossed)
-    groups = _grouped(by_lengths, by_names)
+        by_names[[i, j], [j, i]] = _by_names(known[i], known[j], is_crossed, not np.isnan(found))
+    groups = _grouped(by_lengths, by_names, SURE)
+    is_sure = len(groups) > 1
+    if not is_sure:
+        groups = _grouped(by_lengths, by_names, TWO_PEOPLE)
     said = "" if len(groups) < 2 else _said(names, lengths, groups, by_lengths, by_names)
     return People(
         tuple(tuple(names[i] for i in group) for group in groups),
         _called([[known[i] for i in group] for group in groups]),
         said,
+        is_sure,
     )
 
 
@@ -124,8 +133,8 @@ def subjects_among(subject: Subject) -> tuple[Subject, ...]:
                 wanted = replace(trial, prefix=prefix if len(people) > 1 else None)
                 units[called] = wanted, Recorded(markers, trial.markers, prefix)
     found = people_among({name: recorded for name, (_, recorded) in units.items()})
-    if not found.said:
-        return (subject,)
+    if not found.is_sure:
+        return (replace(subject, notes=(*filter(None, [found.said]), *subject.notes)),)
     folders = distinct(found.called, lambda called: UNUSUAL.sub("_", called).strip("._") or "person")
     return tuple(
         _one_of(subject, subject.folder / folders[called], [units[name][0] for name in group], found.said)
@@ -172,7 +181,7 @@ def of_one_person(subject: Subject, recorded: Sequence[Capture], static: Capture
     )
     if not found.said:
         return ()
-    if subject.is_described:
+    if subject.is_described or not found.is_sure:
         return (f"{found.said}. One skeleton is fitted to all: give each person a folder of their own",)
     raise CaptureError(
         f"{subject.folder}: {found.said}. One skeleton cannot be fitted to all. addb-viewer init writes a "
@@ -181,8 +190,8 @@ def of_one_person(subject: Subject, recorded: Sequence[Capture], static: Capture
     )
 
 
-def _by_names(one: Recorded, other: Recorded, is_crossed: bool) -> float:
-    """Log odds for two people by all but their bodies."""
+def _by_names(one: Recorded, other: Recorded, is_crossed: bool, is_compared: bool) -> float:
+    """Log odds for two people by all but their bodies; numbers mean more where these cannot be compared."""
     if one.file is not None and one.file == other.file:
         return IN_ONE_FILE
     odds = 0.0
@@ -190,7 +199,8 @@ def _by_names(one: Recorded, other: Recorded, is_crossed: bool) -> float:
         odds += -NAMED if one.names & other.names else NAMED
     numbers = one.number, other.number
     if numbers[0] and numbers[1] and numbers[0][1] == numbers[1][1]:
-        odds += -NAMED if numbers[0][2] == numbers[1][2] else NUMBERED
+        apart = NUMBERED if is_compared else SURE
+        odds += -NAMED if numbers[0][2] == numbers[1][2] else apart
     elif is_crossed and one.fields[0] != other.fields[0]:
         odds += NAMED
     masses = [stated_person(each.file).mass_kg for each in (one, other) if each.file is not None]
@@ -225,14 +235,16 @@ def _called(groups: Sequence[Sequence[Recorded]]) -> tuple[str, ...]:
     return tuple(f"person_{k + 1}" for k in range(len(groups)))
 
 
-def _bony_lengths(recordings: Sequence[Markers]) -> list[Lengths]:
-    """Each recording's lengths between bony landmarks whose distance no posture changes."""
+def _bony_lengths(recordings: Sequence[Markers]) -> tuple[list[Lengths], list[Lengths]]:
+    """Each recording's lengths between bony landmarks that no posture changes; the same, left for right."""
     labels = dict.fromkeys(name for markers in recordings for name in markers.names)
     landmark = {
         row.label: row.landmark
         for row in understand(list(labels)).labels
         if row.landmark is not None and row.used and not atlas()[row.landmark].tracks_only
     }
+    label_of = {mark: label for label, mark in landmark.items()}
+    twin = {label: label_of.get(_other_side(mark), label) for label, mark in landmark.items()}
     found = []
     for markers in recordings:
         kept = [i for i, name in enumerate(markers.names) if name in landmark]
@@ -248,11 +260,20 @@ def _bony_lengths(recordings: Sequence[Markers]) -> list[Lengths]:
                 if posture_scatter_m(landmark[one], landmark[other]) < RIGID_M
             }
         )
-    return found
+    mirrored = []
+    for lengths in found:
+        pairs = ((twin[one], twin[other], length) for (one, other), length in lengths.items())
+        mirrored.append({(min(one, other), max(one, other)): length for one, other, length in pairs})
+    return found, mirrored
+
+
+def _other_side(landmark: str) -> str:
+    stem, _, side = landmark.rpartition("_")
+    return f"{stem}_{OTHER_SIDE[side]}" if side in OTHER_SIDE else landmark
 
 
 def _grouped(
-    by_lengths: Float[np.ndarray, "n n"], by_names: Float[np.ndarray, "n n"]
+    by_lengths: Float[np.ndarray, "n n"], by_names: Float[np.ndarray, "n n"], least: float
 ) -> list[tuple[int, ...]]:
     """Recordings joined, the likest first, while two people are not clearly likelier; means over pairs."""
     groups: list[tuple[int, ...]] = [(i,) for i in range(len(by_lengths))]
@@ -262,7 +283,7 @@ def _grouped(
         apart = sum(total / np.maximum(count, 1) for total, count in zip(sums, counts, strict=True))
         apart = apart + np.diag(np.full(len(groups), np.inf))
         i, j = sorted(int(k) for k in np.unravel_index(np.argmin(apart), apart.shape))
-        if apart[i, j] >= TWO_PEOPLE:
+        if apart[i, j] >= least:
             break
         for table in (*sums, *counts):
             table[i] += table[j]

@@ -87,3 +87,26 @@ def test_what_cannot_be_compared_raises_no_alarm(real_data):
     assert not said({"a": walk, "b": renamed})
     assert not said({"a": walk})
     assert not said({})
+
+
+@pytest.mark.parametrize("name", ["static", "walk1"])
+def test_sides_exchanged_in_a_whole_recording_make_no_other_person(real_data, name):
+    folder = real_data / "walk_gait2354_subject01"
+    files = {each: markers_of(folder / f"subject01_{each}.trc") for each in ("static", "walk1")}
+    labels = files[name].names
+    swapped = [{"L": "R", "R": "L"}.get(label[0], label[0]) + label[1:] for label in labels]
+    swapped = tuple(new if new in labels else old for new, old in zip(swapped, labels, strict=True))
+    assert sum(new != old for new, old in zip(swapped, labels, strict=True)) > 20
+    files[name] = replace(files[name], names=swapped)
+    assert not said(files)
+
+
+def test_what_is_only_likely_is_told_and_stops_nothing(real_data, tmp_path):
+    """Two people of two laboratories whose lengths say twenty to one."""
+    standing = "c3d_lab_trials/lasem_FAILT01/FAILT01_static02.c3d"
+    (tmp_path / "static.c3d").write_bytes((real_data / standing).read_bytes())
+    run = real_data / "sprint_overground_dorn2012_JA1_9ms/run0900cms.trc"
+    (tmp_path / "run.trc").write_bytes(run.read_bytes())
+    (subject,) = subjects_among(open_subject(tmp_path))
+    assert subject.folder == tmp_path
+    assert "two people: run | static (static)" in subject.notes[0]
