@@ -20,8 +20,10 @@ from solver.capture.c3d_person import stated_by, stated_person
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.description import Description
 from solver.capture.file_names import distinct
+from solver.capture.loose_files import find_models
 from solver.capture.same_motion import markers_of, people_in
 from solver.capture.statics import static_among
+from solver.capture.text_table import some_of
 from solver.capture.trial_names import numbered_person
 from solver.errors import CaptureError
 from solver.markers.atlas import atlas
@@ -136,21 +138,37 @@ def subjects_among(subject: Subject) -> tuple[Subject, ...]:
     if not found.is_sure:
         return (replace(subject, notes=(*filter(None, [found.said]), *subject.notes)),)
     folders = distinct(found.called, lambda called: UNUSUAL.sub("_", called).strip("._") or "person")
+    models = {
+        called: [path for path in find_models(subject.folder) if called.lower() in path.stem.lower()]
+        for called in found.called
+    }
+    own = {called: paths[0] for called, paths in models.items() if len(paths) == 1}
+    read = {path.relative_to(subject.folder).as_posix() for path in (*statics, *own.values())}
+    subject = replace(
+        subject,
+        model=None if own else subject.model,
+        unused=tuple(
+            replace(file, file=f"../{file.file}") for file in subject.unused if file.file not in read
+        ),
+    )
     return tuple(
-        _one_of(subject, subject.folder / folders[called], [units[name][0] for name in group], found.said)
+        _one_of(
+            replace(subject, folder=subject.folder / folders[called], model=own.get(called, subject.model)),
+            [units[name][0] for name in group],
+            found.said,
+        )
         for called, group in zip(found.called, found.groups, strict=True)
     )
 
 
-def _one_of(subject: Subject, folder: Path, files: Sequence[TrialFiles], said: str) -> Subject:
+def _one_of(subject: Subject, files: Sequence[TrialFiles], said: str) -> Subject:
     """The person of these recordings."""
     paths = [trial.markers for trial in files]
-    static = static_among(paths, paths, subject.folder)
+    static = static_among(paths, paths, subject.folder.parent)
     trials = tuple(t for t in files if t.markers not in (static.static, *static.others))
     about = stated_by(paths, Description())
     return replace(
         subject,
-        folder=folder,
         trials=trials,
         static=static.static,
         other_statics=static.others,
@@ -160,7 +178,6 @@ def _one_of(subject: Subject, folder: Path, files: Sequence[TrialFiles], said: s
         age_years=about.age_years,
         prefix=next((trial.prefix for trial in files if trial.prefix is not None), None),
         notes=(said, *static.notes, *about.notes),
-        unused=(),
     )
 
 
@@ -304,7 +321,7 @@ def _said(
     by_names: Float[np.ndarray, "n n"],
 ) -> str:
     """That recordings are of several people, who is in which, and why."""
-    told = " | ".join(", ".join(names[i] for i in group) for group in groups)
+    told = " | ".join(some_of([names[i] for i in group]) for group in groups)
     pairs = [(i, j) for one, other in combinations(groups, 2) for i in one for j in other]
     odds = [by_lengths[pair] for pair in pairs if np.isfinite(by_lengths[pair])]
     why = []

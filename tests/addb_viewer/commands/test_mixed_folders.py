@@ -153,3 +153,15 @@ def test_numbers_are_no_people_where_unknown_labels_keep_their_distances(real_da
         write_trc(tmp_path / f"{session}_{name}.trc", replace(markers, names=unknown))
     assert run("init", tmp_path).exit_code == 0
     assert (tmp_path / "subject.toml").is_file()
+
+
+def test_a_model_called_after_a_person_is_theirs_and_what_nobody_uses_is_told(real_data, tmp_path):
+    for (who, what, ending), source in SOURCES.items():
+        shutil.copyfile(real_data / source, tmp_path / f"S0{who}_{what}{ending}")
+    for name in ("S04_scaled.osim", "S06_scaled.osim"):
+        shutil.copyfile(real_data / f"{FOUR}/unscaled_generic.osim", tmp_path / name)
+    shutil.copyfile(real_data / f"{FOUR}/ForceData/squats1_grf.mot", tmp_path / "bench.mot")
+    assert run("init", tmp_path).exit_code == 0
+    for name in ("S04", "S06"):
+        assert open_subject(tmp_path / name).model == tmp_path / f"{name}_scaled.osim"
+        assert "# - ../bench.mot: forces" in (tmp_path / name / "subject.toml").read_text(encoding="utf-8")
