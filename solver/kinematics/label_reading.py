@@ -22,6 +22,8 @@ from solver.markers.understanding import SURE_ENOUGH, Understanding, UnderstoodL
 from solver.skeleton.skeleton import Marker, Skeleton
 
 HOLDS = 0.5  # of the labels that some table has; if fewer keep their distances, the names are wrong
+LEG = ("femur", "tibia", "patella", "talus", "calcn", "toes")
+FEWEST_OF_A_LEG = 3  # labels without a meaning, if no label tells of a leg: thigh, shank and foot
 FEW = 0.25  # labels without a name, of those with one: then the named ones tell the pose of every limb
 _REGION = {  # the landmark that stands for "somewhere on this segment"
     "pelvis": "pelvis_cluster",
@@ -118,6 +120,7 @@ def read_labels(
     found = _on_named_bodies(found, elsewhere, body)
     if holds:  # what nobody asked for need not be listed as ambiguous: a label of no marker, mostly
         found = {label: f for label, f in found.items() if f.confidence >= SURE_ENOUGH}
+        found = _without_things_for_legs(found, [atlas()[name].body for name in pinned.values()])
     rows = tuple(_row(found[row.label]) if row.label in found else row for row in understood.labels)
     ratio = (stature(body) or 1.0) / (stature(landmark_mixture(settings).skeleton) or 1.0)
     return ReadLabels(
@@ -125,6 +128,17 @@ def read_labels(
         {label: _marker(f, body, ratio) for label, f in found.items()},
         (*notes, *_notes(found, rows, contradicted=not holds and bool(meant))),
     )
+
+
+def _without_things_for_legs(
+    found: Mapping[str, FoundMarker], named: Sequence[str]
+) -> dict[str, FoundMarker]:
+    """Without a few labels on legs of which no name tells: wheels and frames move like something, too."""
+    on_leg = {label: f.body[-1] for label, f in found.items() if _part(f.body) in LEG}
+    fewest = min(list(on_leg.values()).count(side) for side in "rl")
+    if fewest >= FEWEST_OF_A_LEG or any(_part(body) in LEG for body in named):
+        return dict(found)
+    return {label: f for label, f in found.items() if label not in on_leg}
 
 
 def _elsewhere_on_their_body(meant: Sequence[UnderstoodLabel]) -> dict[str, UnderstoodLabel]:

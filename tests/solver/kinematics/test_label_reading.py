@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.capture.capture import Markers
 from solver.errors import FitError
-from solver.kinematics.label_reading import read_labels
+from solver.kinematics.label_reading import LEG, read_labels
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.unnamed.settings import NamingSettings
 from solver.skeleton.default_body import default_skeleton
@@ -44,6 +45,25 @@ def test_a_marker_without_a_name_among_named_ones_is_attached(walker, body):
         label: places[label].body for label in unnamed
     }
     assert set(read.found) == set(unnamed)
+
+
+@pytest.mark.parametrize(("each", "attached"), [(1, False), (2, False), (5, True)])
+def test_wheels_are_no_legs_where_no_name_tells_of_one(walker, body, each, attached):
+    """One or two things on a side that move like a leg; a whole leg's markers by other names are legs."""
+    markers, places = walker
+    of_leg = {
+        side: [n for n, mark in places.items() if mark.body.startswith(LEG) and mark.body.endswith(side)]
+        for side in ("_r", "_l")
+    }
+    kept = {label for labels in of_leg.values() for label in labels[:each]}
+    rest = [label for label, mark in places.items() if not mark.body.startswith(LEG)]
+    columns = [k for k, label in enumerate(markers.names) if label in kept or label in rest]
+    names = tuple(
+        markers.names[k] if markers.names[k] in kept else places[markers.names[k]].name for k in columns
+    )
+    read = read_labels(body, [Markers(names, markers.positions_ground[:, columns], markers.rate)])
+    on_legs = [marker for marker in read.found.values() if body.body_names[marker.body].startswith(LEG)]
+    assert bool(on_legs) == attached
 
 
 def test_a_person_may_say_what_a_label_is(walker, body):
