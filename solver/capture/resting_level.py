@@ -61,7 +61,7 @@ def resting_samples(
 def _without_hum(plate: ForcePlate) -> Float[np.ndarray, " samples"]:
     """Vertical readings, each the mean of those around; NaN where one of a wrench is not known [N]."""
     known = np.isfinite(plate.force_ground).all(axis=1) & np.isfinite(plate.moment_ground).all(axis=1)
-    window = np.ones(round(HUM_S * plate.rate) | 1)
+    window = np.ones(min(round(HUM_S * plate.rate) | 1, plate.samples))
     total = np.convolve(np.where(known, plate.force_ground[:, 1], 0.0), window, "same")
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(known, total / np.convolve(known, window, "same"), np.nan)

@@ -104,6 +104,22 @@ def test_the_level_of_a_plate_that_hums_is_in_the_middle_of_its_swing(hum_Hz, up
     assert [note.split(":")[0] for note in notes] == [plate.name]
 
 
+@pytest.mark.parametrize("samples", [1, 2, 7, 20])
+def test_a_recording_shorter_than_a_hum_is_read(samples):
+    capture = demo()
+    short = [
+        replace(
+            plate,
+            force_ground=plate.force_ground[:samples],
+            moment_ground=plate.moment_ground[:samples],
+            cop_ground=plate.cop_ground[:samples],
+        )
+        for plate in capture.plates
+    ]
+    plates, _ = levelled(short, capture.markers)
+    assert [plate.samples for plate in plates] == [samples] * len(short)
+
+
 @pytest.mark.parametrize("up_N", [0.0, 300.0])
 def test_who_stands_still_on_two_plates_from_beginning_to_end_stays_there(up_N):
     """At a load that does not change by a newton; before the plates, nobody."""
