@@ -80,7 +80,8 @@ def _without(trial: TrialFit, unknown: Bool[np.ndarray, "frames dofs"]) -> Trial
         return trial
 
     def motion(of: Motion) -> Motion:
-        return replace(of, q=np.where(unknown, np.nan, of.q))
+        whole_q = of.q if of.whole_q is None else of.whole_q
+        return replace(of, q=np.where(unknown, np.nan, of.q), whole_q=whole_q)
 
     before, dynamics = trial.kinematics_only, trial.dynamics
     return replace(

@@ -74,12 +74,17 @@ class Grid:
         return native if self.is_native else native[self.before] | native[self.after]
 
     def interpolated(self, native: Float[np.ndarray, "native *n"]) -> Float[np.ndarray, "frames *n"]:
-        """Values of the cubic spline through all native frames; no NaN."""
+        """Values of the cubic splines through runs of native frames without NaN; NaN beyond these."""
         if self.is_native:
             return native
-        if self.native_frames < 2:
-            return native[self.before]
-        return CubicSpline(np.arange(self.native_frames), native, axis=0)(self.places)
+        result = np.full((self.frames, *native.shape[1:]), np.nan)
+        for start, end in runs(np.isfinite(native.reshape(self.native_frames, -1)).all(axis=1)):
+            inside = (self.places >= start) & (self.places <= end - 1)
+            if end - start > 1:
+                result[inside] = CubicSpline(np.arange(start, end), native[start:end])(self.places[inside])
+            else:
+                result[inside] = native[start]
+        return result
 
     def interpolated_where_seen(
         self, native: Float[np.ndarray, "native *n 3"]

@@ -12,6 +12,7 @@ from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.missing_wrench import torques_under
 from solver.fit import TrialFit
 from solver.kinematics.motion import Motion
+from solver.runs import runs
 from solver.settings import Settings
 from solver.skeleton.skeleton import Skeleton
 
@@ -85,7 +86,9 @@ def dynamics_on_grid(
     """
     there = inverse_dynamics(skeleton, motion, contacts, mask, settings.dynamics)
     ends = min(settings.dynamics.end_frames, grid.native_frames // 4)
-    inside = (grid.places >= ends) & (grid.places <= grid.native_frames - 1 - ends)
+    inside = np.zeros(grid.frames, dtype=bool)
+    for start, end in runs(trial.motion.posed):
+        inside |= (grid.places >= start + ends) & (grid.places <= end - 1 - ends)
     there = replace(there, used=contacts.observed & mask.all_feet & inside)
     if not mask.counts.all():
         counted = mask.counts[:, :, None]

@@ -27,7 +27,10 @@ REASONS = {
         "no_counting_frames": "no frame counts",
         "non_finite": "the fit has values that are no numbers",
     },
-    "range": {"erroneous": "a person said that the frames must not be used"},
+    "range": {
+        "no_pose": "too few markers are seen to know where the body is",
+        "erroneous": "a person said that the frames must not be used",
+    },
     "segment": {"too_short": "fewer than 12 frames"},
 }
 """By level, in the order in which they are asked; the first that holds is told."""

@@ -18,6 +18,7 @@ from solver.dynamics.mass import mass_from_forces
 from solver.fit import Fit
 from solver.frames_at_once import by_frames
 from solver.gait.speed import overground_speed, treadmill_speed
+from solver.seen_part import seen_part
 from solver.settings import Settings
 from solver.skeleton.forward import body_poses
 
@@ -72,7 +73,7 @@ def _weighed(fit: Fit, settings: Settings) -> MassEstimate | None:
     before = fit.groundwork.skeleton if fit.groundwork else fit.skeleton
     data = [
         com_data(before, t.kinematics_only.motion if t.kinematics_only else t.motion, t.contacts, t.mask)
-        for t in fit.trials
+        for t in map(seen_part, fit.trials)
         if t.contacts is not None and t.mask is not None
     ]
     return mass_from_forces(data, settings.com)
@@ -277,7 +278,8 @@ def average_speed(rows: TrialRows, stretch: Segment, labels: TrialLabels) -> Row
     """
     kind, speed = labels.trial_type, None
     if labels.activity in GAITS and kind == "overground":
-        speed = overground_speed(np.asarray(rows.first_pass.com_vel)[stretch.rows])
+        velocity = np.asarray(rows.first_pass.com_vel)[stretch.rows]
+        speed = overground_speed(velocity[np.isfinite(velocity).all(axis=1)])
     elif labels.activity in GAITS and kind == "treadmill":
         speed = _on_belt(rows, stretch)
     return {"average_speed_m_s": speed, "speed_kind": None if speed is None else kind}

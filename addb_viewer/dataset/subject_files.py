@@ -84,6 +84,6 @@ def _trial_gate(trial: TrialFit) -> tuple[str | None, str]:
     if trial.dynamics is None or trial.kinematics_only is None:
         return "no_dynamics", f"forces count on {int(trial.forces_known.sum())} frames"
     arrays = (trial.motion.q, trial.kinematics_only.motion.q, trial.dynamics.joint_torques)
-    if not all(np.isfinite(array).all() for array in arrays):
+    if not all(np.isfinite(array[trial.motion.posed]).all() for array in arrays):
         return "non_finite", ""
     return None, ""

@@ -237,13 +237,15 @@ class SubjectWriting:
 
 def _cut_away(one: TrialRows) -> Iterator[LeftOut]:
     """Stretches of a trial that are in no segment."""
-    for level, reason, pieces in (
-        ("range", "erroneous", one.cuts.erroneous),
-        ("segment", "too_short", one.cuts.too_short),
-    ):
-        for piece in pieces:
-            hours = hours_of(piece.frames, one.gridded.grid.rate)
-            yield LeftOut(level, one.trial_id, reason, "", piece.start, piece.end, piece.frames, hours)
+    posed = one.gridded.trial.motion.posed
+    pieces = [
+        ("range", "erroneous" if posed[piece.rows].any() else "no_pose", piece)
+        for piece in one.cuts.erroneous
+    ]
+    pieces += [("segment", "too_short", piece) for piece in one.cuts.too_short]
+    for level, reason, piece in pieces:
+        hours = hours_of(piece.frames, one.gridded.grid.rate)
+        yield LeftOut(level, one.trial_id, reason, "", piece.start, piece.end, piece.frames, hours)
 
 
 def _inputs(provenance: Mapping[str, str]) -> dict[str, Any]:

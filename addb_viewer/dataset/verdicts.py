@@ -24,7 +24,7 @@ class Verdicts:
     counts_by_foot: Bool[np.ndarray, "frames feet"]
     detected_ok: Bool[np.ndarray, " frames"]  # by detection alone, whoever reviewed
     reviewed: Bool[np.ndarray, " frames"]
-    erroneous: Bool[np.ndarray, " frames"]  # a person said that they must not be used at all
+    erroneous: Bool[np.ndarray, " frames"]  # nobody is seen, or a person said that they must not be used
     missing_reason: Sequence[str | None]
     missing_number: UInt8[np.ndarray, " frames"]
 
@@ -63,7 +63,7 @@ def verdicts_on(
     by_person = np.any(trial.mask.decided(PERSON, FILE), axis=1)
     if finished:
         by_person |= ~np.any(trial.mask.decided(DETECTION) & ~trial.mask.counts, axis=1)
-    erroneous = np.zeros(grid.native_frames, dtype=bool)
+    erroneous = ~trial.motion.posed
     for start, end, _, reason in trial.mask.reasons:
         erroneous[start:end] |= reason == ERRONEOUS
     return Verdicts(

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 from scipy.interpolate import BSpline, make_interp_spline
 
 from solver.filters import low_pass
+from solver.runs import runs
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,9 @@ class Motion:
     q: Float[np.ndarray, "frames dofs"]  # [rad or m] NaN where it is not known
     rate: float  # [Hz]
     start_time: float = 0.0  # [s]
+    whole_q: Float[np.ndarray, "frames dofs"] | None = (
+        None  # [rad or m] with guesses where q leaves a joint out
+    )
 
     @property
     def frames(self) -> int:
@@ -42,24 +46,21 @@ class Motion:
 
     def filled(self) -> "Motion":
         """With a pose on every frame: lines between known values, the nearest one at the ends, else zero."""
-        told = np.isfinite(self.q)
+        values = self.q if self.whole_q is None else self.whole_q
+        told = np.isfinite(values)
         if told.all() or not told.any():
-            return self
-        frames, q = np.arange(self.frames), np.where(told, self.q, 0.0)
+            return self if self.whole_q is None else replace(self, q=values, whole_q=None)
+        frames, q = np.arange(self.frames), np.where(told, values, 0.0)
         for known, column in zip(told.T, q.T, strict=True):
             if known.any():
                 column[~known] = np.interp(frames[~known], frames[known], column[known])
-        return replace(self, q=q)
+        return replace(self, q=q, whole_q=None)
 
     @cached_property
-    def _spline(self) -> BSpline:
-        degree = min(5, self.frames - 1)
-        times, q = np.arange(self.frames) / self.rate, self.filled().q
-        if self.frames < 8:
-            return make_interp_spline(times, q, k=degree)
-        nothing = np.zeros(q.shape[1])
-        natural_end = [(3, nothing), (4, nothing)]  # a quadratic beyond the ends
-        return make_interp_spline(times, q, k=degree, bc_type=(natural_end, natural_end))
+    def _splines(self) -> list[tuple[int, int, BSpline]]:
+        """One for each stretch of frames with a pose, and its frames."""
+        q = self.filled().q
+        return [(a, b, _spline(np.arange(a, b) / self.rate, q[a:b])) for a, b in runs(self.posed)]
 
     def derivative(self, order: int) -> Float[np.ndarray, "frames dofs"]:
         """The spline's derivative of that order at the frames [rad/sⁿ or m/sⁿ]."""
@@ -75,7 +76,12 @@ class Motion:
             order: 0 for the spline itself.
         """
         nearest = np.clip(np.round(np.asarray(seconds) * self.rate), 0, self.frames - 1).astype(int)
-        return np.where(np.isfinite(self.q[nearest]), self._spline(seconds, nu=order), np.nan)
+        result = np.full((len(nearest), self.q.shape[1]), np.nan)
+        for start, end, spline in self._splines:
+            there = (nearest >= start) & (nearest < end)
+            result[there] = spline(np.asarray(seconds)[there], nu=order)
+        result[~np.isfinite(self.q[nearest])] = np.nan
+        return result
 
     @cached_property
     def velocity(self) -> Float[np.ndarray, "frames dofs"]:
@@ -93,7 +99,9 @@ class Motion:
 
     def between(self, start: int, end: int) -> "Motion":
         """Frames `start` to `end` (excluded) as a motion of their own."""
-        return replace(self, q=self.q[start:end], start_time=self.start_time + start / self.rate)
+        whole_q = None if self.whole_q is None else self.whole_q[start:end]
+        start_time = self.start_time + start / self.rate
+        return replace(self, q=self.q[start:end], start_time=start_time, whole_q=whole_q)
 
     def low_passed(self, cutoff_Hz: float, order: int = 3) -> "Motion":
         """The motion after a zero-phase Butterworth filter; forces must pass the same one.
@@ -101,4 +109,14 @@ class Motion:
         A cutoff at or above the Nyquist frequency leaves it as it is.
         """
         smooth = low_pass(self.filled().q, self.rate, cutoff_Hz, order)
-        return replace(self, q=np.where(np.isfinite(self.q), smooth, np.nan))
+        whole_q = None if self.whole_q is None else smooth
+        return replace(self, q=np.where(np.isfinite(self.q), smooth, np.nan), whole_q=whole_q)
+
+
+def _spline(times: Float[np.ndarray, " frames"], q: Float[np.ndarray, "frames dofs"]) -> BSpline:
+    degree = min(5, len(times) - 1)
+    if len(times) < 8:
+        return make_interp_spline(times, q, k=degree)
+    nothing = np.zeros(q.shape[1])
+    natural_end = [(3, nothing), (4, nothing)]  # a quadratic beyond the ends
+    return make_interp_spline(times, q, k=degree, bc_type=(natural_end, natural_end))

@@ -81,6 +81,10 @@ def test_a_joint_out_of_view_has_no_angle_and_no_torque_and_a_short_gap_is_marke
         assert np.array_equal(np.isnan(series["knee_angle_r"]), nowhere)
     assert np.array_equal(~trial.determined[ELBOW], open_there)
     assert np.array_equal(~trial.determined["knee_angle_r"], nowhere)
+    solved = Subject.open(folder).fit().solved.trials[0].dynamics.motion
+    for series, whole in ((trial.velocities, solved.velocity), (trial.accelerations, solved.acceleration)):
+        known = np.isfinite(series.values)
+        np.testing.assert_allclose(series.values[known], whole[known])  # a gap changes nothing beside it
     hand = trial.bodies.index("hand_r"), trial.bodies.index("hand_l")
     there = np.isfinite(trial.body_positions.values).all(axis=2)
     assert np.array_equal(~there[:, hand[0]], hidden)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from addb_viewer.dataset.gridded_trial import on_grid
+from addb_viewer.dataset.segments import Segment, cuts_of
 from solver.dynamics.extension import BodyWrench, TrialExtension, with_extra_wrench
+from solver.seen_part import in_whole
 from solver.settings import Settings
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
@@ -88,6 +90,35 @@ def test_what_counts_and_why_not(fit_200, halved):
     assert (verdicts.detected_ok == verdicts.counts).all()
     assert not verdicts.reviewed.any()
     assert not verdicts.erroneous.any()
+
+
+def test_frames_that_show_nobody_are_cut_off_and_the_others_are_as_without_them(fit_200, halved):
+    (trial,), before, after = fit_200.trials, 40, 20
+    markers, rows = trial.capture.markers, ((before, after), (0, 0))
+    start = markers.start_time - before / markers.rate
+    x = np.pad(markers.positions_ground, (*rows, (0, 0)), constant_values=np.nan)
+    q = np.pad(trial.motion.q, rows, constant_values=np.nan)
+    whole = replace(
+        trial,
+        capture=replace(trial.capture, markers=replace(markers, positions_ground=x, start_time=start)),
+        motion=replace(trial.motion, q=q, start_time=start),
+        left_open=None,
+    )
+    got = on_grid(fit_200, in_whole(trial, whole), SETTINGS, 100.0)
+    frames, seen = halved.grid.frames, slice(before // 2, before // 2 + halved.grid.frames)
+    assert got.verdicts.erroneous.sum() == got.grid.frames - frames
+    assert not got.verdicts.erroneous[seen].any()
+    assert cuts_of(got.verdicts.erroneous).kept == (Segment(seen.start, seen.stop),)
+    assert np.array_equal(got.trial.dynamics.used[seen], halved.trial.dynamics.used)
+    assert not got.trial.dynamics.used[: seen.start].any()
+    inner = slice(5, -5)
+    for own, other, within in (
+        (got.trial.motion.q, halved.trial.motion.q, 1e-9),
+        (got.trial.contacts.wrench_ground, halved.trial.contacts.wrench_ground, 1e-6),
+        (got.trial.dynamics.residual_root, halved.trial.dynamics.residual_root, 2e-3),
+        (got.trial.dynamics.joint_torques, halved.trial.dynamics.joint_torques, 2e-3),
+    ):
+        np.testing.assert_allclose(own[seen][inner], other[inner], atol=within)
 
 
 def test_figures_use_frames_that_count_and_are_ten_native_frames_inside(fit_200, halved):
