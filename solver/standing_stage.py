@@ -72,7 +72,7 @@ def _with_plates(subject: Subject, static: Capture | None, settings: Settings) -
     if static is None or subject.static is None:
         return ()
     try:
-        return (read_trial(TrialFiles(static.name, subject.static), settings.reading),)
+        return (read_trial(TrialFiles(static.name, subject.static, prefix=subject.prefix), settings.reading),)
     except SolverError:
         return ()
 
