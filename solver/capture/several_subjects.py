@@ -70,7 +70,9 @@ def one_subject(markers: Markers, wanted: str | None = None) -> OneSubject:
         f"{len(own[whose])} markers of {_called(whose)} are those of {_called(kept)} written twice; left out"
         for whose in twice
     )
-    if others:
+    if others and kept == wanted:
+        notes += (f"the markers of {', '.join(map(_called, others))} are left out, as subject.toml says",)
+    elif others:
         notes += (_people_note(markers, own, kept, others),)
     if doubled:
         named = ", ".join(markers.names[c] for c in sorted(doubled))

@@ -57,6 +57,7 @@ def test_whoever_is_wanted_is_taken(wanted):
     found = one_subject(whole, wanted)
     assert found.name == wanted
     assert set(found.others) == {"Ann", "Bob", "Cleo"} - {wanted}
+    assert "are left out, as subject.toml says" in found.notes[0]
     first = names.index(f"{wanted}:RASI")
     np.testing.assert_array_equal(
         found.markers.positions_ground, whole.positions_ground[:, first : first + 6]
