@@ -18,7 +18,6 @@ class NoteKind:
     heading: str
     phrases: tuple[str, ...]  # one of which stands in each
     decide: bool  # whether somebody has to choose or look
-    whole: bool = False  # whether it is printed to its end
 
 
 @dataclass(frozen=True)
@@ -38,14 +37,18 @@ class NotesOfKind:
         """One sentence for all of them; markers by name, the farthest first."""
         if self.kind is FAR_MARKERS:
             return f"{self.heading}: {_farthest(self.notes)}; slipped, swapped or mislabelled?"
-        return self.notes[0] if len(self.notes) == 1 else f"{self.heading}: {self.notes[0]}; …"
+        if len(self.notes) == 1:
+            return self.notes[0]
+        return f"{self.heading}: {self.notes[0]} (the others: --notes)"
 
 
 FAR_MARKERS = NoteKind("markers far from the model", ("slipped, swapped or mislabelled?",), True)
+PELVIS = NoteKind("the pelvis", ("no marker at the ",), True)
+MOST_FAR = 8  # names of markers in a line
 OTHER = NoteKind("other notes", (), True)
 
 KINDS = (
-    NoteKind("several people", ("people in one file: ", "these trials seem to be of "), True, whole=True),
+    NoteKind("several people", ("people in one file: ", "these trials seem to be of "), True),
     NoteKind(
         "not read",
         (
@@ -93,12 +96,12 @@ KINDS = (
             "are placed again",
             "is unusual",
             "from its usual place on the model",
-            "no marker at the ",
             "contradict the distances",
                         "names no model",
         ),
         True,
     ),
+    PELVIS,
     FAR_MARKERS,
     NoteKind(
         "labels on the wrong marker",
@@ -213,4 +216,5 @@ def _farthest(notes: Sequence[str]) -> str:
         if match:
             far[match["name"]] = max(int(match["cm"]), far.get(match["name"], 0))
     ranked = sorted(far, key=lambda name: -far[name])
-    return ", ".join(f"{name} {far[name]} cm" for name in ranked)
+    more = f" and {len(ranked) - MOST_FAR} more" if len(ranked) > MOST_FAR else ""
+    return ", ".join(f"{name} {far[name]} cm" for name in ranked[:MOST_FAR]) + more

@@ -1,7 +1,6 @@
 """The summary of a fit in the terminal: units in the heads, ✓ and ✗ where Hicks et al. 2015 set a bound."""
 
 import sys
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from io import StringIO
 from typing import Any
@@ -20,7 +19,6 @@ from solver.dynamics.thresholds import Thresholds
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
 _MOST_DECISIONS = 5  # lines: with what is withheld, noted, written and not used, a screen's end has ten
 _MOST_WITHHELD = 10  # lines
-_CUT = " … (--notes)"
 _MASKS = {
     "review": "the review",
     "review.json": "the imported review.json",
@@ -60,7 +58,7 @@ def _print(console: Console, figures: dict[str, Any], notes: bool, closing: Sequ
     if notes:
         _print_all(console, figures)
     else:
-        for line in after_table(figures, console.width):
+        for line in after_table(figures):
             console.print(Text(line), soft_wrap=True)
     if figures["files"]:
         console.print(Text(f"written: {figures['files'][0]}"), soft_wrap=True)
@@ -80,29 +78,25 @@ def _print_all(console: Console, figures: dict[str, Any]) -> None:
             console.print(Text(f"  note: {note}"), soft_wrap=True)
 
 
-def after_table(figures: dict[str, Any], width: int) -> list[str]:
+def after_table(figures: dict[str, Any]) -> list[str]:
     """How well withheld forces are foretold, what needs a decision, what else is noted: seven lines at most.
 
     Args:
         figures: as `solver.summary.summary` found them.
-        width: of a line [characters].
     """
     kinds = by_kind(figures["notes"])
-    decisions = [(line, False) for line in _about_trials(figures["trials"])]
-    decisions += [(found.in_short, found.kind.whole) for found in kinds if found.kind.decide]
+    decisions = [*_about_trials(figures["trials"]), *(found.in_short for found in kinds if found.kind.decide)]
     shown, left = decisions[:_MOST_DECISIONS], len(decisions) - _MOST_DECISIONS
-    room = width * max(1, min(2, _MOST_DECISIONS // max(1, len(shown))))
     rest = [f"{left} more to decide"] if left > 0 else []
     rest += _chosen_by_people(figures["trials"])
     if any(trial.get("stored") for trial in figures["trials"]):
         rest.append("figures stored in the file")
     rest += [found.heading for found in kinds if not found.kind.decide]
-    lines = [
+    return [
         *_withheld_at_worst(figures["trials"]),
-        *(f"! {line}" if is_whole else _cut(f"! {line}", room) for line, is_whole in shown),
+        *(f"! {line}" for line in shown),
         *([f"also noted (--notes): {'; '.join(rest)}"] if rest else []),
     ]
-    return [line if line.startswith("!") else _cut(line, width) for line in lines]
 
 
 def _about_trials(trials: Sequence[dict[str, Any]]) -> Iterator[str]:
@@ -137,11 +131,6 @@ def _withheld_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:
     ]
 
 
-def _cut(text: str, room: int) -> str:
-    """Without its end where it is longer, and with a word on where that is."""
-    return textwrap.shorten(text, room, placeholder=_CUT)
-
-
 def print_withheld(figures: dict[str, Any], *, notes: bool = False) -> None:
     """Print how well forces were foretold on all layouts that have been judged.
 
@@ -156,7 +145,7 @@ def print_withheld(figures: dict[str, Any], *, notes: bool = False) -> None:
         left = len(lines) - _MOST_WITHHELD + 1
         lines = [*lines[:-left], Text(f"and {left} more on withheld forces (--notes)")]
     if lines:
-        console.print("withheld forces in every layout judged; the error above is of the first one alone:")
+        console.print("withheld forces in every layout judged (an error above is of a trial's first one alone):")
     for line in lines:
         console.print(line, soft_wrap=True)
 

@@ -17,7 +17,7 @@ from addb_viewer.diagnosis_vocabulary import (
     trials_of_causes,
 )
 from addb_viewer.gain_words import is_lead, now_and_then
-from addb_viewer.note_kinds import FAR_MARKERS, by_kind
+from addb_viewer.note_kinds import FAR_MARKERS, PELVIS, by_kind
 from addb_viewer.residual_words import is_whole, nothing_mends, put_right, put_right_on_reading
 from solver.effects.about import Mend
 
@@ -29,7 +29,7 @@ def use(figures: Figures) -> str:
     concerned = trials_in_question(figures)
     others = [trial for trial in figures.get("trials", ()) if trial not in concerned]
     whole = f"{listed(others)} as it is. {listed(concerned)}: " if others else ""
-    return f"Use: {whole}{_use(figures)}{_far_markers(figures)}"
+    return f"Use: {whole}{_use(figures)}{_doubted_angles(figures)}"
 
 
 def trials_in_question(figures: Figures) -> list[str]:
@@ -40,11 +40,16 @@ def trials_in_question(figures: Figures) -> list[str]:
     return concerned if concerned and told and not flesh else list(figures.get("trials", ()))
 
 
-def _far_markers(figures: Figures) -> str:
-    """Markers that the fit hardly followed, which no verdict on the forces tells."""
-    far = [of_kind for of_kind in by_kind(figures.get("notes", ())) if of_kind.kind is FAR_MARKERS]
-    angles = "Joint angles near them may be wrong; the notes say in which frames."
-    return "".join(f" But there are {of_kind.in_short} {angles}" for of_kind in far)
+def _doubted_angles(figures: Figures) -> str:
+    """Markers that the fit hardly followed, or lacked, which no verdict on the forces tells."""
+    near = "Joint angles near them may be wrong; the notes say in which frames."
+    said = ""
+    for of_kind in by_kind(figures.get("notes", ())):
+        if of_kind.kind is FAR_MARKERS:
+            said += f" But there are {of_kind.in_short} {near}"
+        elif of_kind.kind is PELVIS:
+            said += f" But there is {of_kind.in_short}."
+    return said
 
 
 def _use(figures: Figures) -> str:

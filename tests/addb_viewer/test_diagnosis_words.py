@@ -473,6 +473,8 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     assert use("clean").startswith("Use: for joint angles and torques as it is;")
     far = "walk: marker RHEE is up to 45 cm off in frames 108-389: slipped, swapped or mislabelled?"
     assert "But there are markers far from the model: RHEE 45 cm; slipped" in use("clean", notes=[far])
+    held = "no marker at the left posterior spine (PSIS): the hips' flexion may be off by 15°"
+    assert use("clean", notes=[held]).endswith(f"But there is {held}.")
     assert "far from" not in use(
         "clean", notes=[far.replace("slipped, swapped or mislabelled?", "the shoulder rose?")]
     )

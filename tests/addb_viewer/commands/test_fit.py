@@ -37,7 +37,7 @@ def test_all_layouts_of_withheld_forces_are_told_apart_from_the_first(capsys):
     blocks = {"pieces": 13, "layouts": 6, "frames": 147, "force": missed, "moment": missed}
     print_withheld({"trials": [{"name": "run", "withheld": {"blocks": blocks}}]})
     head, line = capsys.readouterr().out.splitlines()
-    assert "of the first one alone" in head
+    assert "of a trial's first one alone" in head
     assert line.startswith("run: 13 blocks withheld in 6 layouts, 147 frames: errors 48.2 N")
     print_withheld({"trials": [{"name": "run", "withheld": None}]})
     assert capsys.readouterr().out == ""
@@ -222,6 +222,7 @@ def test_sixty_notes_and_seven_trials_end_in_ten_lines(small_fit, capsys):
     print_summary(figures, closing=["2 files of the folder not used: a, b", "unchanged: kept fit of"])
     after = capsys.readouterr().out.partition("dataset paper's bound).\n")[2].splitlines()
     assert len(after) <= 10
+    assert not any("…" in line for line in after)  # what needs a decision is told to its end
     decisions = [line.removeprefix("! ").partition(" (")[0] for line in after if line.startswith("! ")]
     assert decisions == [
         "not read",
