@@ -145,7 +145,7 @@ def print_withheld(figures: dict[str, Any], *, notes: bool = False) -> None:
         left = len(lines) - _MOST_WITHHELD + 1
         lines = [*lines[:-left], Text(f"and {left} more on withheld forces (--notes)")]
     if lines:
-        console.print("withheld forces in every layout judged (an error above is of a trial's first one alone):")
+        console.print("withheld forces in every layout judged (an error above: of the first one alone):")
     for line in lines:
         console.print(line, soft_wrap=True)
 

@@ -43,6 +43,7 @@ _ANOTHER_POINT = frozenset(
         "wand",
     )
 )
+_BEHIND = frozenset(("back", "rear", "post", "posterior"))  # of an anterior spine: the posterior one
 ON_BOTH_SIDES = 0.25  # of the labels; so many with a twin, and a shared beginning is no side
 SURE, INSIDE, GLUED_BEHIND, TWIN, NO_TWIN = 1.0, 0.9, 0.6, 0.3, 0.8
 
@@ -119,6 +120,8 @@ def _spine(words: tuple[str, ...]) -> Iterator[Reading]:
     if len(named) != 1 or len(sides) > 1:
         return
     stem = named[0][1]
+    if _BEHIND & set(words) and stem not in ("psis", "psi", "eips", "sips"):
+        return
     if stem in _IN_THE_MIDLINE and not sides:
         yield Reading(None, (stem,), INSIDE)
     elif stem not in _IN_THE_MIDLINE and sides:

@@ -168,6 +168,14 @@ def test_words_in_any_order():
     assert rows["Right Anterior Superior Iliac Spine"].landmark == "asis_r"
 
 
+@pytest.mark.parametrize("stem", ["BackAsis", "Asis_rear", "PostIliac", "Iliac_spine_posterior", "BackPsis"])
+def test_an_anterior_spine_at_the_back_is_a_posterior_one(stem):
+    front, behind = ("L_Asis", "R_Asis"), (f"L_{stem}", f"R_{stem}")
+    rows = understand([*front, *behind]).by_label()
+    assert [rows[label].landmark for label in (*front, *behind)] == ["asis_l", "asis_r", "psis_l", "psis_r"]
+    assert all(rows[label].used for label in behind)
+
+
 @pytest.mark.parametrize(
     ("right", "left", "expected"),
     [
