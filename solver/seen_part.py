@@ -28,7 +28,7 @@ def seen_part(trial: TrialFit) -> TrialFit:
 
     Splines are of this part in either.
     """
-    if trial.motion.posed.all():
+    if trial.motion.posed.all() or not trial.motion.posed.any():
         return trial
     span = _span(trial.motion.posed)
 
