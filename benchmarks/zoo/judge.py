@@ -1,6 +1,7 @@
 """Hold what a program made of a set against what is so."""
 
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +23,7 @@ UNLOADED_N = 20.0  # whatever a plate reads below it that nobody steps on
 SEEN_WITHIN_S = 0.15
 COUNTED_SHARE = 0.5  # of a measured stance that has to reach the right foot
 FOLLOWS = 0.9  # correlation with angles that move by more than LEAST_RANGE
+KNEE_RANGE = re.compile(r'name="knee_angle_r".*?<range>\s*(\S+)\s+(\S+)\s*</range>', re.DOTALL)
 NOT_TABLE = re.compile(r"^(?!.*\s[✓✗]).*$")
 
 
@@ -47,6 +49,14 @@ class Answer:
         """Kept fits, one a subject."""
         found = [Subject.open(folder).last_fit() for folder in self.visit.subjects]
         return [fit for fit in found if fit is not None]
+
+    @cached_property
+    def bent_knee(self) -> int:
+        """The sign of a bent knee in the set's own model, by its file; without one, the default's."""
+        folders = map(Path, self.visit.subjects)
+        named = [f / tomllib.loads((f / "subject.toml").read_text("utf-8")).get("model", "") for f in folders]
+        ranges = filter(None, (KNEE_RANGE.search(m.read_text("utf-8")) for m in named if m.is_file()))
+        return -1 if any(-float(found[1]) > float(found[2]) for found in ranges) else 1
 
     def trial(self, truth: TrialTruth) -> FittedTrial | None:
         """The fitted trial whose markers come from one of the truth's files."""
@@ -77,7 +87,9 @@ def checks(answer: Answer) -> Iterator[Check]:
             yield from _trial(answer, one, trial)
     if truth.usable == "torques":
         used = sum(int(trial.used.sum()) for fit in answer.fits for trial in fit)
-        yield Check("forces", used > 0, f"{used} frames used", r"no force|not measured|forces? .*left out")
+        yield Check(
+            "forces", used > 0, f"{used} frames used", r"no (measured )?force|not measured|forces? .*left out"
+        )
 
 
 def _refusal(answer: Answer) -> Iterator[Check]:
@@ -138,7 +150,7 @@ def _trial(answer: Answer, truth: TrialTruth, trial: FittedTrial) -> Iterator[Ch
     yield from _forces(truth, trial)
     yield from _zero_levels(truth, trial)
     yield from _labels(answer.truth, truth, trial)
-    yield from _human(answer.truth, trial)
+    yield from _human(answer, trial)
     yield from included_checks(truth, trial)
     if truth.reference:
         yield from reference_checks(answer, truth, trial)
@@ -232,8 +244,8 @@ def _labels(whole: Truth, truth: TrialTruth, trial: FittedTrial) -> Iterator[Che
             yield Check(column, not taken, figure)
 
 
-def _human(whole: Truth, trial: FittedTrial) -> Iterator[Check]:
-    limits = whole.wrong_if
+def _human(answer: Answer, trial: FittedTrial) -> Iterator[Check]:
+    limits = answer.truth.wrong_if
     seen = _middle(trial.markers.values)
     if "com_from_markers_m" in limits and len(trial.com.names):
         far = np.nanmax(np.linalg.norm(trial.com.values - seen, axis=1), initial=0.0)
@@ -243,7 +255,7 @@ def _human(whole: Truth, trial: FittedTrial) -> Iterator[Check]:
     for start, key in (("knee_angle", "knee_deg"), ("elbow_flex", "elbow_deg")):
         for name in trial.coordinates.names:
             if name.startswith(start) and key in limits and not name.endswith("beta"):
-                degrees = np.degrees(_column(trial, name))
+                degrees = np.degrees(_column(trial, name)) * (answer.bent_knee if "knee" in name else 1)
                 low, high = limits[key]
                 if np.isfinite(degrees).any():
                     right = low <= np.nanmin(degrees) and np.nanmax(degrees) <= high

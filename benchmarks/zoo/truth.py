@@ -9,10 +9,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import ezc3d
+import numpy as np
+
 Interval = tuple[float, float]  # [s], from and to
 Contact = tuple[str, float, float]  # foot "R", "L" or "-" (unknown, both), from and to [s]
 
 MASS_WITHIN = 0.10  # of a mass that the laboratory states
+LOADED_N = 50.0  # beyond what empty plates read
 
 
 @dataclass(frozen=True)
@@ -106,14 +110,25 @@ def described_truth(folder: Path, limits: Mapping[str, Any]) -> Truth:
     from solver.capture.subject import open_subject  # noqa: PLC0415 (reads descriptions)
 
     subject = open_subject(folder)
+    called_static = sorted(
+        path.stem for path in folder.rglob("*static*")
+    )  # the description names one of them
     person = PersonTruth(
         None if subject.mass_kg is None else (subject.mass_kg, MASS_WITHIN * subject.mass_kg),
         None if subject.height_m is None else (subject.height_m, MASS_WITHIN * subject.height_m),
-        None if subject.static is None else (subject.static.stem,),
+        None if subject.static is None else (subject.static.stem, *called_static),
     )
     trials = tuple(TrialTruth(one.name, (one.markers.name,)) for one in subject.trials)
-    forces = any(one.forces or one.markers.suffix.lower() == ".c3d" for one in subject.trials)
+    forces = any(one.forces or _loaded(one.markers) for one in subject.trials)
     return Truth(usable="torques" if forces else "angles", people=(person,), trials=trials, wrong_if=limits)
+
+
+def _loaded(file: Path) -> bool:
+    """Whether a plate of a C3D file ever carries a load; read without this program's code."""
+    if file.suffix.lower() != ".c3d":
+        return False
+    plates = ezc3d.c3d(str(file), extract_forceplat_data=True)["data"]["platform"]
+    return any(np.linalg.norm(plate["force"], axis=0).max(initial=0.0) > LOADED_N for plate in plates)
 
 
 def _person(told: Mapping[str, Any]) -> PersonTruth:
