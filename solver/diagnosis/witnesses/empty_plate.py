@@ -24,7 +24,7 @@ def empty_plate(trials: Sequence[Measured]) -> list[Statement]:
             if not empty.any():
                 continue
             off_N = 0.0 if plate.zero_ground is None else plate.zero_ground[:3]
-            said.append(_of_plate(trial, k, plate, [off_N + plate.force_ground[a:b] for a, b in runs(empty)]))
+            said.append(_of_plate(trial, k, plate, [off_N + whole.force_ground[a:b] for a, b in runs(empty)]))
     return said
 
 

@@ -49,17 +49,14 @@ class Measured:
     @cached_property
     def vertical_N(self) -> Float[np.ndarray, "frames plates"]:
         """Of each plate, seen through the same window as the acceleration; NaN where not recorded."""
-        columns = [self.smoothed(plate.force_ground[:, 1], plate) for plate in self.capture.plates]
+        columns = [self.smoothed(plate) for plate in self.capture.plates]
         return np.stack(columns, axis=1) if columns else np.empty((len(self.acceleration), 0))
 
-    def smoothed(
-        self, values: Float[np.ndarray, " samples"], plate: ForcePlate, late_s: float = 0.0
-    ) -> Float[np.ndarray, " frames"]:
-        """A plate's samples as means of the window's accelerations are taken, read `late_s` later."""
+    def smoothed(self, plate: ForcePlate, late_s: float = 0.0) -> Float[np.ndarray, " frames"]:
+        """A plate's vertical force as means of the window's accelerations are taken, read `late_s` later."""
         times = self.capture.markers.times + late_s
         whole, recorded, _ = gaps_filled(plate, self.reading.conditioning)
-        filled = np.where(np.isfinite(values), values, 0.0)
-        at_frames = resample(filled, whole.rate, whole.start_time, times)
+        at_frames = resample(whole.force_ground[:, 1], whole.rate, whole.start_time, times)
         known = at_nearest_samples(recorded, plate, times) & covered(
             plate.rate, plate.start_time, plate.samples, times
         )

@@ -157,6 +157,22 @@ def test_an_empty_plate_tells_its_zero():
     assert About.PLATE_ZERO in spoken(said)
 
 
+def test_samples_that_a_plate_lost_here_and_there_change_no_statement():
+    whole = standing_person()
+    empty = np.random.default_rng(0).normal([3.0, 25.0, -4.0], 1, (round(SECONDS * FORCE_RATE), 3))
+    third = ForcePlate("plate 3", empty, 0 * empty, np.full_like(empty, np.nan), FORCE_RATE)
+    whole = replace(whole, plates=(*whole.plates, third))
+    lost = []
+    for plate in whole.plates:
+        force = plate.force_ground.copy()
+        force[200::150, 1] = np.nan
+        lost.append(replace(plate, force_ground=force))
+    before, after = heard(whole), heard(replace(whole, plates=tuple(lost)))
+    assert [(s.witness, s.target) for s in after] == [(s.witness, s.target) for s in before]
+    assert spoken(after) == spoken(before)
+    assert all(np.isfinite([*s.nats.values(), *s.figures.values()]).all() for s in after)
+
+
 def test_a_marker_that_slips_is_told_from_markers_that_move_together():
     whole = standing_person()
     places = whole.markers.positions_ground.copy()
