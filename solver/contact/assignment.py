@@ -281,10 +281,11 @@ def _notes(
     distances: Float[np.ndarray, "frames feet"],
     times: Float[np.ndarray, " frames"],
 ) -> list[str]:
+    called = plate if plate.lower().startswith("plate") else f"plate {plate}"
     notes = []
     for start, end in runs(owners == TWO_FEET):
         notes.append(
-            f"plate {plate}: two feet from {times[start]:.2f} to {times[end - 1]:.2f} s; "
+            f"{called}: two feet from {times[start]:.2f} to {times[end - 1]:.2f} s; "
             "its force cannot be divided and is assigned to neither"
         )
     for start, end in runs(loaded & (owners == NO_FOOT)):
@@ -293,7 +294,7 @@ def _notes(
         if np.isfinite(nearest).any():
             where = f"{np.nanmedian(nearest):.2f} m from the nearest sole"
         notes.append(
-            f"plate {plate}: loaded from {times[start]:.2f} to {times[end - 1]:.2f} s, but its centre of "
+            f"{called}: loaded from {times[start]:.2f} to {times[end - 1]:.2f} s, but its centre of "
             f"pressure is {where}; its force is assigned to no foot"
         )
     return notes
