@@ -268,12 +268,13 @@ def _noted(
         *unseen_body_notes(match.skeleton(skeleton), observed, whole.motion),
         *guessed_notes(whole.motion, guessed(whole)),
     )
-    if fit.mask is not None and not fit.mask.counts.any() and fit.why_not_predicted:
+    without_forces = fit.mask is not None and not fit.mask.counts.any()
+    if without_forces and fit.why_not_predicted:
         notes += (
             f"no force counts, none predicted, and there are no torques: {fit.why_not_predicted}. Angles are "
             "those of the segments that are seen",
         )
-    elif fit.mask is not None and not fit.mask.counts.any():
+    elif without_forces:
         notes += (
             f"no measured force is used: ground forces and joint torques are predicted from the motion below "
             f"{settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} kg; no "

@@ -1,5 +1,6 @@
 """What was measured, as one trial and as one subject: SI units, ground frame, y up."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -33,6 +34,11 @@ class Markers:
     def times(self) -> Float[np.ndarray, " frames"]:
         """Time of each frame on the recording's clock [s]."""
         return self.start_time + np.arange(self.frames) / self.rate
+
+    def chosen(self, columns: Sequence[int]) -> "Markers":
+        """Only the markers of these columns, in this order."""
+        names = tuple(self.names[column] for column in columns)
+        return replace(self, names=names, positions_ground=self.positions_ground[:, list(columns)])
 
 
 @dataclass(frozen=True)

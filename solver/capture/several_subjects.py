@@ -12,9 +12,7 @@ from solver.capture.capture import Markers
 
 SIDES = frozenset({"l", "r", "left", "right"})  # before a colon they are no one's name
 LEAST_SHARED = 5  # labels that two subjects have in common
-LEAST_PAIRS = (
-    3  # left and right labels among them, where the sign between name and label means other things too
-)
+LEAST_PAIRS = 3  # left and right labels among them, where the sign after a name means other things too
 SIGN = re.compile(r"([^-_. ]+)[-_. ]+(.+)")
 TWICE_M = 0.02  # nearer in the median, they are the same markers written twice
 
@@ -59,11 +57,7 @@ def one_subject(markers: Markers, wanted: str | None = None) -> OneSubject:
         if column not in left_out and label in own[kept]
     }
     stay = [c for c in range(len(markers.names)) if c not in left_out | doubled]
-    one = replace(
-        markers,
-        names=tuple(short[c] for c in stay),
-        positions_ground=markers.positions_ground[:, stay],
-    )
+    one = replace(markers.chosen(stay), names=tuple(short[c] for c in stay))
     twice = [whose for whose in people if _apart_m(markers, own, kept, whose) < TWICE_M]
     others = tuple(whose for whose in people if whose not in twice)
     notes = tuple(

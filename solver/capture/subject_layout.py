@@ -198,9 +198,7 @@ def people(recordings: Sequence[Path]) -> int | None:
 def _lengths(path: Path, stamp: tuple[int, int]) -> Lengths | None:
     """The lengths in a file; read again when its time or size has changed. None where it cannot be read."""
     markers = markers_of(path)
-    if markers is None:
-        return None
-    return short_lengths(markers)
+    return None if markers is None else short_lengths(markers)
 
 
 def _set_aside(place: Path, folder: Path) -> bool:

@@ -76,9 +76,10 @@ def why_not_predicted(
     try:
         feet = independent_feet(skeleton, foot_bodies)
         outlines = soles(skeleton, feet)
-        hidden = [foot for foot in feet if foot not in seen_legs(skeleton, unseen, feet)]
+        seen = seen_legs(skeleton, unseen, feet)
     except ModelError as error:
         return str(error)
+    hidden = [foot for foot in feet if foot not in seen]
     if hidden:
         legs = "a leg is not seen" if len(hidden) == 1 else "legs are not seen"
         return f"{legs} ({', '.join(hidden)}: no marker from the knee down), and predicted forces need both"

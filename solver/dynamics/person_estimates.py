@@ -39,9 +39,7 @@ class Plates:
     """What forces say of the mass."""
 
     told: MassEstimate | None = None  # by the trials' frames that count
-    standing: tuple[
-        Standing, ...
-    ] = ()  # by somebody who stands still; one who weighs as no person does is none
+    standing: tuple[Standing, ...] = ()  # by somebody still; who weighs as no person does is none
     read_something: bool = False
 
 

@@ -187,17 +187,10 @@ def _landmark_of(target: str, body: Skeleton) -> str:
 
 def _only(recordings: Sequence[Markers], wanted: Sequence[str]) -> list[Markers]:
     """The recordings without the other labels."""
-    kept = []
-    for markers in recordings:
-        columns = [i for i, name in enumerate(markers.names) if name in wanted]
-        kept.append(
-            replace(
-                markers,
-                names=tuple(markers.names[i] for i in columns),
-                positions_ground=markers.positions_ground[:, columns],
-            )
-        )
-    return kept
+    return [
+        markers.chosen([i for i, name in enumerate(markers.names) if name in wanted])
+        for markers in recordings
+    ]
 
 
 def _marker(found: FoundMarker, body: Skeleton, ratio: float) -> Marker:

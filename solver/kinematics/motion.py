@@ -25,9 +25,8 @@ class Motion:
     q: Float[np.ndarray, "frames dofs"]  # [rad or m] NaN where it is not known
     rate: float  # [Hz]
     start_time: float = 0.0  # [s]
-    whole_q: Float[np.ndarray, "frames dofs"] | None = (
-        None  # [rad or m] with guesses where q leaves a joint out
-    )
+    # [rad or m] with guesses where q leaves a joint out
+    whole_q: Float[np.ndarray, "frames dofs"] | None = None
 
     @property
     def frames(self) -> int:

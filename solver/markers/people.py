@@ -28,6 +28,7 @@ from solver.capture.trial_names import numbered_person
 from solver.errors import CaptureError
 from solver.markers.atlas import atlas
 from solver.markers.distances import posture_scatter_m
+from solver.markers.label_parts import OTHER_SIDE
 from solver.markers.understanding import understand
 
 RIGID_M = 0.015  # scatter of a landmarks' distance over postures: what a knee's axis leaves to its markers
@@ -39,7 +40,6 @@ IN_ONE_FILE = 20.0  # [log odds] seen together
 OTHER_MASS = 1.1  # ratio of two stated masses
 LITTLE_DOUBT = 7.0  # [log odds] no figure beyond it means anything
 WORDS = {2: "two", 3: "three", 4: "four"}
-OTHER_SIDE = {"l": "r", "r": "l"}
 FIELD = re.compile(r"[-_. ]+")
 UNUSUAL = re.compile(r"[^\w.-]+")  # in a folder's name
 
@@ -265,11 +265,7 @@ def _bony_lengths(recordings: Sequence[Markers]) -> tuple[list[Lengths], list[Le
     found = []
     for markers in recordings:
         kept = [i for i, name in enumerate(markers.names) if name in landmark]
-        bony = replace(
-            markers,
-            names=tuple(markers.names[i] for i in kept),
-            positions_ground=markers.positions_ground[:, kept],
-        )
+        bony = markers.chosen(kept)
         found.append(
             {
                 (one, other): length

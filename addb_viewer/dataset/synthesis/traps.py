@@ -136,9 +136,7 @@ def _with_few_markers(subject: MadeSubject) -> MadeSubject:
     def bare(trial: RecordedTrial) -> RecordedTrial:
         markers = trial.capture.markers
         kept = [k for k, name in enumerate(markers.names) if name.rsplit(":", 1)[-1] in FEW_MARKERS]
-        names = tuple(markers.names[k] for k in kept)
-        fewer = replace(markers, names=names, positions_ground=markers.positions_ground[:, kept])
-        return replace(trial, capture=replace(trial.capture, markers=fewer))
+        return replace(trial, capture=replace(trial.capture, markers=markers.chosen(kept)))
 
     trials = tuple(replace(made, recorded=bare(made.recorded)) for made in subject.trials)
     return replace(subject, static=bare(subject.static), trials=trials)

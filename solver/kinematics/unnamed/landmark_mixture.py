@@ -11,6 +11,7 @@ from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.unnamed.settings import NAMING, NamingSettings, UnnamedSettings
 from solver.markers.atlas import Landmark, atlas, landmark_marker
+from solver.markers.label_parts import OTHER_SIDE
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
@@ -145,10 +146,9 @@ class LandmarkMixture:
     def _mirror(self) -> Int[np.ndarray, " landmarks"]:
         """Each landmark's twin on the other side; in the midline itself."""
         order = {mark.name: i for i, mark in enumerate(self.landmarks)}
-        other = {"r": "l", "l": "r"}
         return np.array(
             [
-                order[f"{mark.name[:-1]}{other[mark.side]}"] if mark.side else i
+                order[f"{mark.name[:-1]}{OTHER_SIDE[mark.side]}"] if mark.side else i
                 for i, mark in enumerate(self.landmarks)
             ]
         )
