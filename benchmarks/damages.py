@@ -34,7 +34,7 @@ MOST_AT_ONCE = 6
 LONGEST_S = 300
 FAR_S = 0.5  # beyond the reach of the fit's splines and filters
 MASS_WITHIN = 0.10
-FARTHEST_M = 1.0  # of the centre of mass from the middle of the markers
+FARTHEST_M = 1.0  # of the centre of mass from where the undamaged fit has it
 HUMAN_DEG = {"knee_angle": (-30.0, 170.0), "elbow_flex": (-30.0, 175.0), "pelvis_tilt": (-180.0, 180.0)}
 DIAGNOSED = 10  # every so many cases the diagnosis is asked as well
 
@@ -236,14 +236,12 @@ def faults_of(fit: Fit, before: Fit) -> Iterator[str]:
                 if most > high or least < low:
                     yield f"{name} {least:.0f} to {most:.0f}°"
     known = np.isfinite(trial.markers.values).all(axis=2)
-    seen = np.where(known[..., None], trial.markers.values, 0.0).sum(axis=1)
-    with np.errstate(invalid="ignore"):
-        far = np.linalg.norm(trial.com.values - seen / known.sum(axis=1, keepdims=True), axis=1)
+    far = np.linalg.norm(trial.com.values - before[0].com.values, axis=1)
     posed = np.isfinite(trial.coordinates.values).any(axis=1)
     if (posed & ~known.any(axis=1)).sum() > FAR_S * trial.rate:
         yield f"{(posed & ~known.any(axis=1)).sum()} frames with a pose of nobody"
     if np.nanmax(far, initial=0.0) > FARTHEST_M:
-        yield f"mass {np.nanmax(far):.1f} m from the markers"
+        yield f"centre of mass {np.nanmax(far):.1f} m off"
     off = fit.mass_kg / before.mass_kg - 1.0
     if abs(off) > MASS_WITHIN and not set(_about_mass(fit)) - set(_about_mass(before)):
         yield f"mass {off:+.0%}, nothing said"

@@ -13,6 +13,7 @@ from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
 from solver.capture.clock_settings import CLOCK
 from solver.capture.length_units import METRES_PER_UNIT, LengthUnitSettings
 from solver.capture.subject_toml import can_name_a_trial
+from solver.capture.unseen_markers import unseen_as_nan
 from solver.errors import CaptureError
 
 LOADED_N = 20.0  # [N] below it a centre of pressure is noise: gait laboratories' contact threshold
@@ -84,20 +85,21 @@ def capture_from(name: str, recording: Recording, *, check: bool) -> Capture:
     if len(set(names)) < len(names) or not all(isinstance(one, str) and one.strip() for one in names):
         raise CaptureError(f"{name}: marker_names must be texts, none empty, none twice.")
     rate, start = _clock(recording.times, len(positions), name)
+    seen, notes = unseen_as_nan(positions, names, "markers")
     axis = vertical_axis_named(recording.up)
     R = axis.R_ground_lab
-    markers = Markers(names, positions @ R.T, rate, start)
+    markers = Markers(names, seen @ R.T, rate, start)
     plates = [
         _plate(one, f"{name}: plate {k}", R, f"ground_force_{k}")
         for k, one in enumerate(recording.plates, start=1)
     ]
     _check_one_clock(plates, name)
     if check:
-        _check_size(positions, name)
-        _check_up(recording, positions, name)
+        _check_size(seen, name)
+        _check_up(recording, seen, name)
         for k, plate in enumerate(plates, start=1):
             _check_sign(plate, f"{name}: plate {k}")
-    return Capture(name, markers, tuple(plates))
+    return Capture(name, markers, tuple(plates), notes)
 
 
 def _array(values: Any, shape: tuple[int | None, ...], what: str, described: str) -> np.ndarray:

@@ -145,6 +145,8 @@ def _returned_to(
 ) -> bool:
     """Whether these rests lie between loads, agree, and are the least that the plate bears."""
     rests = [(a, b) for a, b in runs(resting) if b - a >= settings.rest_s * rate]
+    if len(rests) < FEWEST_RETURNS:
+        return False
     levels = np.array([np.median(vertical[a:b]) for a, b in rests])
     away = vertical[np.isfinite(vertical)] - np.median(vertical[resting])
     side = np.sign(away[np.argmax(np.abs(away))])

@@ -32,6 +32,16 @@ def test_the_solver_reads_what_was_given(walk):
     same(subject.recording("walk"), walk)
 
 
+def test_markers_at_zero_or_heaped_into_one_point_are_not_seen(walk):
+    markers = np.array(walk.markers)
+    markers[3, 0] = 0.0
+    markers[5] = markers[5, 0]
+    read = opened(replace(walk, markers=markers)).recording("walk")
+    assert np.isnan(read.markers[3, 0]).all()
+    assert np.isnan(read.markers[5]).all()
+    same(replace(read, markers=read.markers[6:]), replace(walk, markers=walk.markers[6:]))
+
+
 def test_from_arrays_is_a_recording_of_one_trial(walk):
     arrays = walk.markers, walk.marker_names, walk.times
     subject = Subject.from_arrays(*arrays, plates=walk.plates, name="Gehen: 1. Mal")
