@@ -61,7 +61,7 @@ class Hidden:
 
 
 def _events(trial: TrialFit, skeleton: Skeleton) -> list[Told]:
-    gait = gait_of(trial, skeleton, GAIT, CONDITIONING, with_plates=False)
+    gait = gait_of(trial, skeleton, GAIT, CONDITIONING, feet_alone=True)
     assert gait is not None
     return [Told(gait.feet[e.foot], e.kind.value, e.time_s) for e in gait.events]
 

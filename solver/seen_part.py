@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from jaxtyping import Bool
 
-from solver.capture.capture import Capture, Markers
+from solver.capture.capture import Capture
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import TOO_FEW_MARKERS, with_own_file
 from solver.contact.proposals import within
@@ -178,12 +178,11 @@ def _captured(capture: Capture, span: slice) -> Capture:
     markers, outside = capture.markers, capture.outside_ranges
     return replace(
         capture,
-        markers=Markers(
-            markers.names,
-            markers.positions_ground[span],
-            markers.rate,
-            float(markers.times[span.start]),
-            markers.first_frame + span.start,
+        markers=replace(
+            markers,
+            positions_ground=markers.positions_ground[span],
+            start_time=float(markers.times[span.start]),
+            first_frame=markers.first_frame + span.start,
         ),
         imported_missing_force=None,
         imported_reviewed=None,

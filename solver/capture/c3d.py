@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from solver.capture.axes import VerticalAxis, vertical_axis
 from solver.capture.c3d_contents import C3dContents, open_c3d
+from solver.capture.c3d_events import foot_events
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.centre_of_pressure import Surface, centre_of_pressure
 from solver.capture.force_platform import Platform, force_platforms, plate_axes
@@ -100,7 +101,10 @@ def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers,
     metres, unit_notes = _metres(contents, seen, settings.length_units)
     positions, far_notes = far_as_nan(seen * metres, chosen.names, source, settings.cleaning.farthest_m)
     notes = (*contents.notes, *chosen.notes, *unit_notes, *unseen_notes, *far_notes)
-    return Markers(chosen.names, positions, contents.rate), metres, notes
+    whose = {name for name in contents.words("EVENT", "SUBJECTS") if name}
+    events = foot_events(contents)[0] if len(whose) < 2 else ()  # names of others are no part of their labels
+    markers = Markers(chosen.names, positions, contents.rate, foot_events=events)
+    return markers, metres, notes
 
 
 def _metres(

@@ -24,6 +24,7 @@ class C3dContents:
     rate: float  # [Hz] of the points
     analogs: Float[np.ndarray, "samples channels"]  # [ANALOG:UNITS]
     notes: tuple[str, ...] = ()
+    first_frame: int = 0  # recorded before the first that is stored; EVENT counts from there
 
     @property
     def samples_per_frame(self) -> int:
@@ -82,7 +83,7 @@ def open_c3d(path: Path) -> C3dContents:
         )
     if header.frames is not None and header.frames > points.shape[0]:
         notes += (f"{path.name}: the header says {header.frames} frames, the file holds {points.shape[0]}",)
-    return C3dContents(path, raw["parameters"], points, rate, analogs, notes)
+    return C3dContents(path, raw["parameters"], points, rate, analogs, notes, header.first_frame - 1)
 
 
 def _read(path: Path) -> Any:

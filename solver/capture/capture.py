@@ -3,13 +3,25 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.b3d.stored import StoredPass
 from solver.capture.file_names import readable
+
+Side = Literal["Left", "Right", "General"]
+FootEventLabel = Literal["Foot Strike", "Foot Off"]
+
+
+@dataclass(frozen=True)
+class FootEvent:
+    """A foot meets or leaves the ground, in the words of C3D files."""
+
+    time_s: float  # on the recording's clock
+    side: Side
+    label: FootEventLabel
 
 
 @dataclass(frozen=True)
@@ -24,6 +36,7 @@ class Markers:
     rate: float  # [Hz]
     start_time: float = 0.0  # [s] time of frame 0 on the recording's clock
     first_frame: int = 0  # of the recording; beyond 0 where these are a part of it
+    foot_events: tuple[FootEvent, ...] = ()  # that the file states
 
     @property
     def frames(self) -> int:

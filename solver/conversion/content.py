@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.capture import ForcePlate, Markers
-from solver.export.c3d_file import FootEvent
+from solver.capture.capture import FootEvent, ForcePlate, Markers
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 

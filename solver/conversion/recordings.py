@@ -8,10 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
 from solver.capture.c3d_contents import C3dContents, open_c3d
-from solver.capture.c3d_header import read_header
+from solver.capture.c3d_events import foot_events
 from solver.capture.capture import ForcePlate, Markers, TrialFiles
 from solver.capture.force_platform import CHANNELS_OF_TYPE
 from solver.capture.moment_convention import plates_from_storage
@@ -25,11 +24,9 @@ from solver.capture.trial import read_recording
 from solver.conversion.content import Content, Trial
 from solver.conversion.opensim_set import by_clock, write_plates
 from solver.export.c3d import joint_outputs
-from solver.export.c3d_file import C3dRecording, FootEvent, Label, ModelOutput, Side, write_c3d
+from solver.export.c3d_file import C3dRecording, ModelOutput, write_c3d
 
 LISTED = 6  # names in a message
-SIDES: dict[str, Side] = {"left": "Left", "right": "Right"}
-LABELS: dict[str, Label] = {"foot strike": "Foot Strike", "foot off": "Foot Off"}
 
 
 def read_marker_file(path: Path, forces: Path | None = None, settings: ReadingSettings = READING) -> Content:
@@ -96,7 +93,7 @@ def on_the_person(
 def _with_the_rest_of_c3d(content: Content, forces: Path | None) -> Content:
     """Events, and what else the file holds that no other format takes."""
     contents = open_c3d(content.source)
-    events, other_events = _events(contents)
+    events, other_events = foot_events(contents)
     (trial,) = content.trials
     left = (
         _counted("analog channels beside the plates'", _other_channels(contents, forces is None)),
@@ -110,31 +107,6 @@ def _with_the_rest_of_c3d(content: Content, forces: Path | None) -> Content:
         height_m=height / 1000 or None,
         left_behind=tuple(text for text in left if text),
     )
-
-
-def _events(contents: C3dContents) -> tuple[tuple[FootEvent, ...], list[str]]:
-    """Foot strikes and foot-offs, and the names of other events."""
-    labels, contexts = contents.words("EVENT", "LABELS"), contents.words("EVENT", "CONTEXTS")
-    times = _event_times(contents)
-    begin = (read_header(contents.path).first_frame - 1) / contents.rate
-    found: list[FootEvent] = []
-    others: list[str] = []
-    for k in range(min(len(labels), times.shape[1])):
-        side = SIDES.get(contexts[k].lower() if k < len(contexts) else "", "General")
-        label = LABELS.get(labels[k].lower())
-        if label is None:
-            others.append(labels[k])
-        else:
-            found.append(FootEvent(float(60 * times[0, k] + times[1, k] - begin), side, label))
-    return tuple(sorted(found, key=lambda event: event.time_s)), others
-
-
-def _event_times(contents: C3dContents) -> Float[np.ndarray, "2 events"]:
-    """Minutes and seconds of all events, those of TIMES2 and so on behind the first 255."""
-    found = [contents.array("EVENT", "TIMES")]
-    while len(more := contents.array("EVENT", f"TIMES{len(found) + 1}")):
-        found.append(more)
-    return np.hstack([times for times in found if times.ndim == 2] or [np.zeros((2, 0))])
 
 
 def _other_channels(contents: C3dContents, plates_taken: bool) -> list[str]:

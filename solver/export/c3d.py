@@ -12,11 +12,12 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from solver.export.c3d_file import C3dRecording, FootEvent, ModelOutput, Side, write_c3d
+from solver.capture.capture import FootEvent
+from solver.export.c3d_file import C3dRecording, ModelOutput, write_c3d
 from solver.export.gait_tables import gaits_of
 from solver.export.places import made, trial_stems
 from solver.fit import Fit, TrialFit
-from solver.gait.events import Kind
+from solver.gait.events import Kind, side_of
 from solver.gait.gait import Gait
 from solver.kinematics.motion import Motion
 from solver.seen_part import without_guesses
@@ -82,14 +83,6 @@ def foot_events(gait: Gait) -> tuple[FootEvent, ...]:
         for event in gait.events
         for contact in (event.kind is Kind.CONTACT,)
     )
-
-
-def side_of(body: str) -> Side:
-    """The side that a body's name tells."""
-    words = body.lower().replace("-", "_").split("_")
-    if "l" in words or "left" in body.lower():
-        return "Left"
-    return "Right" if "r" in words or "right" in body.lower() else "General"
 
 
 def joint_outputs(

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.atomic import whole_file
-from solver.capture.capture import ForcePlate, Markers
+from solver.capture.capture import FootEvent, ForcePlate, Markers
 from solver.capture.force_platform import plate_axes
 from solver.capture.measured_files import MARK
 from solver.capture.resampling import bridged, resample
@@ -38,19 +38,6 @@ DESCRIPTIONS = {
 FORCE_CHANNELS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 MOST, LONGEST = 255, 127  # entries of a parameter, bytes of a text
 WORD = 65536  # the header counts frames in 16 bits
-
-
-Side = Literal["Left", "Right", "General"]
-Label = Literal["Foot Strike", "Foot Off"]
-
-
-@dataclass(frozen=True)
-class FootEvent:
-    """A foot meets or leaves the ground."""
-
-    time_s: float  # on the recording's clock
-    side: Side
-    label: Label
 
 
 @dataclass(frozen=True)

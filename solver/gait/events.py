@@ -7,7 +7,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.capture.capture import ForcePlate
+from solver.capture.capture import FootEvent, ForcePlate, Side
 from solver.capture.conditioning import plate_loads
 from solver.capture.force_settings import ConditioningSettings
 from solver.gait.foot_motion import FootMotion
@@ -28,6 +28,7 @@ class Source(StrEnum):
     """What tells it."""
 
     FORCE = "force"
+    FILE = "file"
     FEET = "feet"
 
 
@@ -206,6 +207,41 @@ def stances_of_both(by_force: Sequence[Stance], by_feet: Sequence[Stance]) -> tu
         if id(s) not in seen and not any(_overlap(s, f) for f in by_feet if f.foot == s.foot)
     ]
     return tuple(sorted([*taken, *alone], key=lambda s: (_start(s), _end(s))))
+
+
+def stances_as_stated(
+    by_feet: Sequence[Stance], stated: Sequence[FootEvent], feet: Sequence[str]
+) -> tuple[Stance, ...]:
+    """Stances of the feet, at the times that the recording's file states where it has both ends of one.
+
+    Args:
+        by_feet: from the motion.
+        stated: on the same clock.
+        feet: bodies, by which stances count their foot.
+    """
+    found = []
+    for one in by_feet:
+        own = [event for event in stated if event.side == side_of(feet[one.foot])]
+        contact, off = (
+            None if time is None else _nearest([e.time_s for e in own if e.label == label], time)
+            for time, label in ((one.contact_s, "Foot Strike"), (one.off_s, "Foot Off"))
+        )
+        as_stated = Stance(one.foot, contact, off, Source.FILE)
+        lacks_none = (contact is None, off is None) == (one.contact_s is None, one.off_s is None)
+        found.append(as_stated if lacks_none and _agree(as_stated, one) else one)
+    return tuple(found)
+
+
+def _nearest(times: Sequence[float], time: float) -> float | None:
+    return min(times, key=lambda t: abs(t - time), default=None)
+
+
+def side_of(body: str) -> Side:
+    """The side that a body's name tells."""
+    words = body.lower().replace("-", "_").split("_")
+    if "l" in words or "left" in body.lower():
+        return "Left"
+    return "Right" if "r" in words or "right" in body.lower() else "General"
 
 
 def _overlap(one: Stance, other: Stance) -> bool:

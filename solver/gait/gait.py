@@ -15,6 +15,7 @@ from solver.gait.events import (
     GaitEvent,
     Stance,
     events_of,
+    stances_as_stated,
     stances_from_feet,
     stances_from_plates,
     stances_of_both,
@@ -50,7 +51,7 @@ def gait_of(
     settings: GaitSettings,
     conditioning: ConditioningSettings,
     *,
-    with_plates: bool = True,
+    feet_alone: bool = False,
 ) -> Gait | None:
     """Events and cycles of a trial; None without feet, or where it is too short.
 
@@ -61,7 +62,7 @@ def gait_of(
         skeleton: fitted.
         settings: thresholds.
         conditioning: of the plates.
-        with_plates: take a plate's word before the feet's.
+        feet_alone: take neither a plate's word before the feet's, nor the recording's file's.
     """
     trial = seen_part(trial)
     motion = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
@@ -77,7 +78,9 @@ def gait_of(
     moved = foot_motion(corners, p[:, 0], motion.times, settings)
     hidden = _out_of_sight(trial, skeleton, feet)
     stances = _of_seen_feet(stances_from_feet(moved, settings), hidden, motion.times)
-    if with_plates and trial.capture.plates:
+    if not feet_alone:
+        stances = stances_as_stated(stances, trial.capture.markers.foot_events, feet)
+    if trial.capture.plates and not feet_alone:
         by_force = stances_from_plates(trial.capture.plates, corners, motion.times, settings, conditioning)
         stances = stances_of_both(by_force, stances)
     cycles = cycles_of(stances, moved, heels, motion.times, settings)

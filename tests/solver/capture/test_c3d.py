@@ -189,6 +189,32 @@ def test_first_stored_frame_is_at_zero_whatever_its_number(real_data):
     assert c3d.plates[0].rate == 1500.0
 
 
+@pytest.mark.parametrize(
+    ("file", "count"),
+    [("treadmill_plates_twice_TD31/fws_end01.c3d", 18), ("child_HC031A/Straight/HC031A06.c3d", 8)],
+)
+def test_events_stand_on_the_clock_of_the_frames(real_data, file, count):
+    """Neither file begins at frame 1. Where a plate crosses 20 N is the judge of the laboratory's events."""
+    c3d = read_c3d(real_data / "wild" / file)
+    events = c3d.markers.foot_events
+    assert len(events) == count
+    begins, ends = zip(*(i for plate in c3d.plates for i in crossings(plate)), strict=True)
+    for label, found in (("Foot Strike", begins), ("Foot Off", ends)):
+        stated = np.array([event.time_s for event in events if event.label == label])
+        nearest = np.array([np.abs(stated - time).min() for time in found])
+        assert np.median(nearest) < 0.015
+
+
+def crossings(plate):
+    """Seconds between which a plate bears more than 20 N, but for its recording's ends."""
+    loaded = np.abs(plate.force_ground[:, 2] - np.median(plate.force_ground[:, 2])) > 20.0
+    if loaded.mean() > 0.4:  # a belt, mostly loaded
+        loaded = np.abs(plate.force_ground[:, 2]) > 20.0
+    edges = np.flatnonzero(np.diff(loaded.astype(int)))
+    pairs = [(a, b) for a, b in pairwise(edges) if loaded[a + 1] and b - a > 0.2 * plate.rate]
+    return [(plate.times[a + 1], plate.times[b + 1]) for a, b in pairs]
+
+
 def test_the_same_sprint_as_its_text_files_tell_it(real_data):
     """The .trc of the trial starts at the C3D's frame 1 (0.004 s), turned and shifted: lengths agree."""
     from solver.capture.trc import read_trc

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.capture.capture import ForcePlate, Markers
-from solver.export.c3d_file import C3dRecording, FootEvent, write_c3d
+from solver.capture.capture import FootEvent, ForcePlate, Markers
+from solver.export.c3d_file import C3dRecording, write_c3d
 from tests.solver.export.conftest import contacts, fit, recorded_walk
 
 __all__ = ["contacts", "fit", "recorded_walk"]

@@ -9,6 +9,7 @@ import pytest
 
 from solver.capture.b3d.reader import read_b3d
 from solver.capture.c3d import read_c3d
+from solver.capture.capture import FootEvent
 from solver.capture.storage import read_storage, write_storage
 from solver.capture.trc import read_trc
 from solver.conversion.convert import convert
@@ -18,7 +19,7 @@ from solver.conversion.recordings import read_marker_file
 from solver.errors import CaptureError
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.writer import write_b3d
-from solver.export.c3d_file import FootEvent, write_c3d
+from solver.export.c3d_file import write_c3d
 from solver.export.opensim import export_opensim
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import write_skeleton

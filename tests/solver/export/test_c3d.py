@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.export.c3d import export_c3d, foot_events, side_of
-from solver.gait.events import Source, Stance
+from solver.export.c3d import export_c3d, foot_events
+from solver.gait.events import Source, Stance, side_of
 from solver.gait.gait import Gait
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.capture.capture import ForcePlate
+from solver.capture.capture import FootEvent, ForcePlate
 from solver.capture.force_settings import CONDITIONING
 from solver.gait import foot_motion as of_feet
 from solver.gait.cycles import cycles_of
@@ -12,6 +12,7 @@ from solver.gait.events import (
     Source,
     Stance,
     events_of,
+    stances_as_stated,
     stances_from_feet,
     stances_from_plates,
     stances_of_both,
@@ -150,6 +151,29 @@ def test_a_whole_stance_on_a_plate_goes_before_the_feet_and_a_part_of_one_does_n
     assert stances_of_both(force, feet) == (force[0], feet[2], feet[1], force[2])
     first = events_of([force[0]])
     assert [(event.time_s, event.kind) for event in first] == [(1.0, Kind.CONTACT), (1.7, Kind.FOOT_OFF)]
+
+
+def test_a_stance_begins_and_ends_when_the_file_says_so():
+    feet = [
+        Stance(0, None, 0.5, Source.FEET),
+        Stance(0, 1.0, 1.7, Source.FEET),
+        Stance(0, 2.0, 2.7, Source.FEET),
+        Stance(1, 1.5, 2.2, Source.FEET),
+    ]
+    stated = [
+        FootEvent(0.48, "Right", "Foot Off"),
+        FootEvent(1.02, "Right", "Foot Strike"),
+        FootEvent(1.69, "Right", "Foot Off"),
+        FootEvent(2.01, "Right", "Foot Strike"),  # its foot-off is 0.2 s away
+        FootEvent(2.5, "Right", "Foot Off"),
+        FootEvent(1.51, "General", "Foot Strike"),
+        FootEvent(2.19, "Right", "Foot Off"),
+    ]
+    assert stances_as_stated(feet, stated, ("calcn_r", "calcn_l")) == (
+        Stance(0, None, 0.48, Source.FILE),
+        Stance(0, 1.02, 1.69, Source.FILE),
+        *feet[2:],
+    )
 
 
 def test_power_is_moment_times_velocity(small_fit):

@@ -97,7 +97,7 @@ def test_feet_alone_against_raw_plates(real_data, recording, stances_on_plates):
     fit = fitted(folder, RECORDINGS[recording])
     counted = 0
     for trial in fit.trials:
-        gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, with_plates=False)
+        gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
         assert gait is not None
         assert all(event.source == Source.FEET for event in gait.events)
         errors, missed, extra = compared(trial, gait, fit.skeleton, stances_on_plates)
@@ -176,7 +176,7 @@ def test_events_that_laboratories_stored(real_data, recording, file):
     times = np.array(stored["TIMES"]["value"])[0] * 60 + np.array(stored["TIMES"]["value"])[1] - begin
     fit = fitted(folder, [file.removesuffix(".c3d").split("_")[-1]])
     (trial,) = fit.trials
-    gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, with_plates=False)
+    gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
     assert gait is not None
     compared_events = 0
     for side, label, time in zip(stored["CONTEXTS"]["value"], stored["LABELS"]["value"], times, strict=True):
@@ -209,7 +209,7 @@ def test_a_foot_out_of_sight_tells_no_event_and_no_cycle(real_data):
         pytest.skip(f"{folder} is not there")
     fit = fitted(folder, ["example1"])
     (trial,) = fit.trials
-    seen = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, with_plates=False)
+    seen = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
     assert seen is not None
     lost = next(s.contact_s for s in seen.stances if s.foot == 0 and s.contact_s and s.contact_s > 1.0)
     frames = np.abs(trial.motion.times - lost) < 0.15
@@ -220,14 +220,14 @@ def test_a_foot_out_of_sight_tells_no_event_and_no_cycle(real_data):
     assert columns
     distance[np.ix_(frames, columns)] = np.nan
     hidden = replace(trial, marker_errors=replace(trial.marker_errors, distance=distance))
-    gait = gait_of(hidden, fit.skeleton, GAIT, CONDITIONING, with_plates=False)
+    gait = gait_of(hidden, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
     assert gait is not None
     gone = {event for event in seen.events if event.foot == 0 and abs(event.time_s - lost) < 0.15}
     assert set(seen.events) - set(gait.events) == gone
     assert not set(gait.events) - set(seen.events)
     distance[frames, columns[0]] = trial.marker_errors.distance[frames, columns[0]]
     hardly = replace(trial, marker_errors=replace(trial.marker_errors, distance=distance))
-    assert gait_of(hardly, fit.skeleton, GAIT, CONDITIONING, with_plates=False) == seen
+    assert gait_of(hardly, fit.skeleton, GAIT, CONDITIONING, feet_alone=True) == seen
     over = {c for c in seen.cycles if c.foot == 0 and c.start_s <= lost + 0.15 and c.end_s >= lost - 0.15}
     assert {c.start_s for c in seen.cycles} - {c.start_s for c in gait.cycles} == {c.start_s for c in over}
     assert over
