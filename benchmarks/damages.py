@@ -34,7 +34,7 @@ MOST_AT_ONCE = 6
 LONGEST_S = 300
 FAR_S = 0.5  # beyond the reach of the fit's splines and filters
 MASS_WITHIN = 0.10
-FARTHEST_M = 1.0  # of the centre of mass from where the undamaged fit has it
+FARTHEST_M = 1.0  # of the centre of mass from the middle of the markers and from the undamaged fit's
 HUMAN_DEG = {"knee_angle": (-30.0, 170.0), "elbow_flex": (-30.0, 175.0), "pelvis_tilt": (-180.0, 180.0)}
 DIAGNOSED = 10  # every so many cases the diagnosis is asked as well
 
@@ -236,7 +236,10 @@ def faults_of(fit: Fit, before: Fit) -> Iterator[str]:
                 if most > high or least < low:
                     yield f"{name} {least:.0f} to {most:.0f}°"
     known = np.isfinite(trial.markers.values).all(axis=2)
-    far = np.linalg.norm(trial.com.values - before[0].com.values, axis=1)
+    seen = np.where(known[..., None], trial.markers.values, 0.0).sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        places = (before[0].com.values, seen / known.sum(axis=1, keepdims=True))
+    far = np.min([np.linalg.norm(trial.com.values - place, axis=1) for place in places], axis=0)
     posed = np.isfinite(trial.coordinates.values).any(axis=1)
     if (posed & ~known.any(axis=1)).sum() > FAR_S * trial.rate:
         yield f"{(posed & ~known.any(axis=1)).sum()} frames with a pose of nobody"

@@ -22,6 +22,7 @@ from solver.dynamics.person_estimates import Plates, person_height, person_mass,
 from solver.dynamics_stage import obeying_forces
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
+from solver.kinematics.determined import beyond_people
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.unseen_bodies import (
     guessed_notes,
@@ -97,16 +98,19 @@ def obeying_reviews(
             fits = [_proposed(_judged(fit, skeleton, settings), settings, said) for fit in fits]
     obeying = obeying_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
     solved = tuple(
-        in_whole(
-            with_dynamics(
-                _noted(fit, before, groundwork.match, obeying.skeleton, settings),
-                obeying.skeleton,
-                settings,
-                extension=extension,
-                x=obeying.extra,
-                foretold_ground=obeying.foretold_ground.get(fit.capture.name),
+        without_impossible(
+            in_whole(
+                with_dynamics(
+                    _noted(fit, before, groundwork.match, obeying.skeleton, settings),
+                    obeying.skeleton,
+                    settings,
+                    extension=extension,
+                    x=obeying.extra,
+                    foretold_ground=obeying.foretold_ground.get(fit.capture.name),
+                ),
+                before,
             ),
-            before,
+            obeying.skeleton,
         )
         for fit, before in zip(obeying.fits, whole, strict=True)
     )
@@ -256,6 +260,16 @@ def _erroneous(fit: TrialFit) -> list[tuple[int, int]]:
 
 def _tracked_frames(fit: TrialFit, settings: Settings) -> Bool[np.ndarray, " frames"]:
     return fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
+
+
+def without_impossible(trial: TrialFit, skeleton: Skeleton) -> TrialFit:
+    """The trial without the angles that nobody's joints take, told in a note."""
+    beyond = beyond_people(skeleton, trial.motion.q, trial.motion.rate)
+    if not beyond.any() or trial.left_open is None:
+        return trial
+    why = "markers, here or near, have it bend as nobody's does; look for one that is frozen or exchanged"
+    notes = (*trial.notes, *guessed_notes(trial.motion, beyond, why))
+    return replace(trial, left_open=trial.left_open | beyond, notes=notes)
 
 
 def _noted(

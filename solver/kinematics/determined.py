@@ -7,11 +7,13 @@ the pelvis anywhere on a sphere; a leg and a spine, or a pelvis and one thigh, p
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.ndimage import binary_dilation
 
 from solver.frames_at_once import by_frames
 from solver.kinematics.frame_solver import PoseProblem, root_dofs
 from solver.kinematics.settings import KinematicsSettings
 from solver.runs import runs
+from solver.skeleton.segment_tables import RANGES_DEG
 from solver.skeleton.skeleton import Skeleton
 
 JOINT_STD_RAD = 0.5  # of a joint that no marker shows, about the pose the fit gives it
@@ -19,6 +21,7 @@ PLACED_M = 0.1  # the root's standard deviation, at most
 TURNED_RAD = 0.4  # likewise, about its least certain axis: what one free joint between it and markers leaves
 ENTERED = 0.8  # of the coordinates that a trial usually shows, where a stretch begins and ends
 SHOWN = 0.7  # of JOINT_STD_RAD: with less left, markers show a coordinate
+BEYOND_RAD = 0.35  # past people's ranges of motion; joints of sound recordings go 0.2 past them at most
 BRIDGED_S = 0.2  # a shorter gap is bridged by the motion before and after, within about a centimetre
 
 
@@ -93,6 +96,28 @@ def beyond_bridges(
         for start, end in runs(open_there[:, dof]):
             sides = int(start > 0) + int(end < len(open_there))
             result[start:end, dof] = end - start > sides * BRIDGED_S / 2 * rate
+    return result
+
+
+def beyond_people(
+    skeleton: Skeleton, q: Float[np.ndarray, "frames dofs"], rate: float
+) -> Bool[np.ndarray, "frames dofs"]:
+    """Where markers have a joint of the default body bend as nobody's does, and half a bridge around.
+
+    The ranges of a model of the user's own are its author's, and tell nothing of people.
+
+    Args:
+        skeleton: fitted.
+        q: fitted poses; NaN where there is none.
+        rate: [Hz].
+    """
+    result = np.zeros(q.shape, dtype=bool)
+    around = round(BRIDGED_S / 2 * rate) + 1
+    for dof, coordinate in enumerate(skeleton.free_coordinates):
+        low, high = np.radians(RANGES_DEG.get(coordinate.name[:-2], RANGES_DEG.get(coordinate.name, (0, 0))))
+        if low < high and np.allclose(coordinate.range, (low, high)):
+            beyond = (q[:, dof] < low - BEYOND_RAD) | (q[:, dof] > high + BEYOND_RAD)
+            result[:, dof] = binary_dilation(beyond, np.ones(2 * around + 1)) if beyond.any() else False
     return result
 
 

@@ -59,20 +59,25 @@ def unseen_frame_notes(motion: Motion) -> tuple[str, ...]:
     )
 
 
-def guessed_notes(motion: Motion, guessed: Bool[np.ndarray, "frames dofs"]) -> tuple[str, ...]:
+def guessed_notes(
+    motion: Motion,
+    guessed: Bool[np.ndarray, "frames dofs"],
+    why: str = "markers that would show it are out of view for too long",
+) -> tuple[str, ...]:
     """A note for all coordinates that are guessed on the same frames.
 
     Args:
         motion: of the trial; of frames without a pose nothing is said.
         guessed: where no marker in view shows a coordinate, for longer than can be bridged.
+        why: no angle is told there.
     """
     by_stretches: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for dof, there in zip(motion.dofs, (guessed & motion.posed[:, None]).T, strict=True):
         if there.any():
             by_stretches.setdefault(tuple(runs(there)), []).append(dof)
     return tuple(
-        f"no angle of {', '.join(dofs)} in frames {_listed(stretches)}: markers that would show it are out "
-        "of view for too long. Files that need whole poses hold a guess there"
+        f"no angle of {', '.join(dofs)} in frames {_listed(stretches)}: {why}. "
+        "Files that need whole poses hold a guess there"
         for stretches, dofs in by_stretches.items()
     )
 

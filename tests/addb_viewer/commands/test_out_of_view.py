@@ -15,6 +15,8 @@ from addb_viewer import Subject
 from addb_viewer.app.trial.replay import BodySize
 from addb_viewer.app.trial.replay_of_fit import fitted_replay
 from addb_viewer.cli import app
+from solver.review_stage import without_impossible
+from solver.seen_part import without_guesses
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
@@ -91,6 +93,20 @@ def test_a_joint_out_of_view_has_no_angle_and_no_torque_and_a_short_gap_is_marke
     assert np.array_equal(~there[:, hand[1]], nowhere)
     (told,) = json.loads((folder / "results" / "fit.json").read_text())["trials"]
     assert told["coordinates_guessed_ranges"][ELBOW] == [list(ARM_UNSEEN)]
+
+
+def test_an_angle_that_nobody_takes_is_not_told_and_a_note_says_where(folder):
+    solved = Subject.open(folder).fit().solved
+    trial = solved.trials[0]
+    elbow, q = trial.motion.dofs.index("elbow_flex_l"), trial.motion.q.copy()
+    q[60:63, elbow] = np.radians(-51)
+    told = without_impossible(replace(trial, motion=replace(trial.motion, q=q)), solved.skeleton)
+    angles, before = without_guesses(told).motion.q, without_guesses(trial).motion.q
+    assert np.isnan(angles[60:63, elbow]).all()
+    assert np.array_equal(np.delete(angles, elbow, 1), np.delete(before, elbow, 1), equal_nan=True)
+    (note,) = (note for note in told.notes if "elbow_flex_l" in note)
+    assert "bend as nobody's does" in note
+    assert without_impossible(trial, solved.skeleton) is trial
 
 
 def test_the_app_draws_no_bone_and_no_curve_of_what_nobody_saw(folder):
