@@ -5,7 +5,7 @@ a module is another module, or a package's `__init__`, of these three that names
 that stands, imports for type checkers included; tests, benchmarks and scripts are none. A module that nobody
 imports is started by its name. Lines are all lines of a file. A circle is a largest set of modules each of
 which reaches every other one by imports. Circles, long files, and more than 15 short ones with one importer
-are a failure. Below stand the figures of `scripts/constants.py`.
+are a failure.
 """
 
 import argparse
@@ -13,7 +13,6 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Set
 from pathlib import Path
 
-import constants
 import grimp
 import numpy as np
 from scipy.sparse import coo_array
@@ -51,8 +50,6 @@ def main() -> int:
     print(f"Circles of imports: {len(circles)}")
     _print_all(" ".join(circle) for circle in circles)
     print("(python scripts/structure.py --help says how this is counted; --list names the short ones)")
-    constants.print_figures(listed=False)
-    print("(python scripts/constants.py --help says how this is counted; --list names what lacks support)")
     return 1 if len(short) > MOST_SHORT or long or circles else 0
 
 

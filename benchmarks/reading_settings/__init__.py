@@ -1,1 +1,0 @@
-"""What settings of reading decide, on recordings that are changed beforehand."""
