@@ -12,7 +12,7 @@ docs/api.md is the page about it. Names are loaded when they are first used.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from addb_viewer.own_packages import check_own_packages
+from addb_viewer.jobs.own_packages import check_own_packages
 
 check_own_packages()
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from addb_viewer.api.recording import Recording as Recording
     from addb_viewer.api.subject import Subject as Subject
     from annotations.errors import ReviewError as ReviewError
-    from solver.errors import Cancelled as Cancelled
-    from solver.errors import SolverError as SolverError
+    from solver.common.errors import Cancelled as Cancelled
+    from solver.common.errors import SolverError as SolverError
 
 _HOME = {
     "Acceptance": "addb_viewer.api.acceptance",
-    "Cancelled": "solver.errors",
+    "Cancelled": "solver.common.errors",
     "Cause": "addb_viewer.api.diagnosis",
     "CycleCurves": "addb_viewer.api.cycle_curves",
     "Diagnosis": "addb_viewer.api.diagnosis",
@@ -44,7 +44,7 @@ _HOME = {
     "Recording": "addb_viewer.api.recording",
     "ReviewError": "annotations.errors",
     "Series": "addb_viewer.api.labelled",
-    "SolverError": "solver.errors",
+    "SolverError": "solver.common.errors",
     "Subject": "addb_viewer.api.subject",
     "Table": "addb_viewer.api.labelled",
 }

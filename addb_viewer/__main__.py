@@ -6,7 +6,7 @@ import sys
 def main() -> None:
     """Run the command line; Ctrl-C is no traceback, not even while the libraries are being loaded."""
     try:
-        from addb_viewer.cli import main as run  # noqa: PLC0415 (takes seconds, within reach of Ctrl-C)
+        from addb_viewer.commands.cli import main as run  # noqa: PLC0415 (takes seconds, within reach of Ctrl-C)
 
         run()
     except KeyboardInterrupt:

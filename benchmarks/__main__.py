@@ -12,11 +12,11 @@ from benchmarks.app_latency import app_latency_section
 from benchmarks.dynamics_speed import dynamics_speed_section
 from benchmarks.recordings import subjects
 from benchmarks.recordings_speed import recordings_speed_table
-from solver.errors import SolverError
-from solver.fit import Fit
-from solver.pipeline import solve
-from solver.results.store import save_fit
-from solver.settings import settings_for
+from solver.common.errors import SolverError
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import save_fit
+from solver.fitting.settings import settings_for
 
 RESULTS = Path(__file__).parent / "RESULTS.md"
 SPEED_TRIALS = {

@@ -24,12 +24,12 @@ from addb_viewer.jobs.solving import Job, job_for
 from benchmarks.ablation_page import Rows, page
 from benchmarks.long_walk import write_long_walk
 from benchmarks.recordings import data_folder
-from solver.dynamics.ablation import ablate
-from solver.dynamics.hidden_steps import Step
-from solver.progress import silent
-from solver.provenance import provenance_of
-from solver.results.store import write_json
-from solver.settings import as_dict
+from solver.common.progress import silent
+from solver.dynamics.cross_validation.ablation import ablate
+from solver.dynamics.cross_validation.hidden_steps import Step
+from solver.fitting.provenance import provenance_of
+from solver.fitting.results.store import write_json
+from solver.fitting.settings import as_dict
 
 PAGE = Path(__file__).parent / "ABLATION.md"
 KEPT = Path("build/ablation")

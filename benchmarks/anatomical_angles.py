@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from benchmarks.leg_joints import JOINTS
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 
 FRONT_OF_FOOT = ("mt1_head", "mt2_head", "mt5_head")
 Points = Mapping[str, Float[np.ndarray, "frames 3"]]  # landmark to its places on the fitted skeleton [m]

@@ -21,10 +21,10 @@ from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import Library, library_of
-from addb_viewer.app.trial.replay import MarkerReplay, Replay
+from addb_viewer.trial_view.replay import MarkerReplay, Replay
 from benchmarks.processes import resident_megabytes, running, until_told_to_end
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 
 MODULE = "benchmarks.app_latency"

@@ -24,19 +24,19 @@ from pathlib import Path
 
 import numpy as np
 
-from addb_viewer.app.jobs.stored_solves import add, keep, stored_solves
 from addb_viewer.jobs import solving
+from addb_viewer.jobs.stored_solves import add, keep, stored_solves
 from solver.capture.atomic import DRAFT
 from solver.capture.capture import Subject
-from solver.capture.subject import open_subject
-from solver.dynamics.extension import Cause, Extension
-from solver.errors import SolverError
-from solver.fit import Fit
-from solver.pipeline import solve
-from solver.results import extension_log
-from solver.results.store import load_fit, save_fit
-from solver.results.writing import LOCK
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.common.errors import SolverError
+from solver.dynamics.trajectory.extension import Cause, Extension
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import solve
+from solver.fitting.results import extension_log
+from solver.fitting.results.store import load_fit, save_fit
+from solver.fitting.results.writing import LOCK
+from solver.fitting.settings import Settings
 
 KINDS = ("fit", "keep", "accept")
 YIELDS_S = 0.003  # mean of what a step waits; a step itself takes less

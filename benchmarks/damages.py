@@ -22,10 +22,10 @@ from addb_viewer import Plate, Subject
 from addb_viewer.api.fit import Fit
 from addb_viewer.api.recording import Recording, recording_from
 from benchmarks.recordings import data_folder, described_folders
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
-from solver.errors import SolverError
-from solver.settings import Settings
+from solver.common.errors import SolverError
+from solver.fitting.settings import Settings
 
 PAGE = Path(__file__).with_name("ZOO.md")
 BEGIN, END = "<!-- made by python -m benchmarks.damages -->", "<!-- end of what it made -->"

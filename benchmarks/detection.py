@@ -21,8 +21,8 @@ from jaxtyping import Bool, Float
 from benchmarks.detection_hiding import KINDS, REMOVED_N, Hider, hide, stances
 from benchmarks.recordings import data_folder
 from solver.capture.capture import ForcePlate
-from solver.capture.conditioning import ConditionedPlate, condition
-from solver.capture.subject import open_subject
+from solver.capture.plates.conditioning import ConditionedPlate, condition
+from solver.capture.subject.subject import open_subject
 from solver.contact.assignment import assign
 from solver.contact.detection import detect
 from solver.contact.mask import frame_mask
@@ -30,9 +30,9 @@ from solver.contact.proposals import Proposal, missing_force
 from solver.contact.wrenches import ContactWrenches
 from solver.dynamics.com_data import com_data
 from solver.dynamics.mass import mass_from_forces
-from solver.fit import Fit, TrialFit
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.skeleton.forward import body_poses
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton

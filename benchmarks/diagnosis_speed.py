@@ -21,18 +21,18 @@ from unittest.mock import patch
 
 from benchmarks.recordings import data_folder
 from solver.capture.atomic import whole_file, write_whole
-from solver.capture.subject import open_subject
-from solver.diagnosis import refinement
-from solver.diagnosis.balance import Balance
+from solver.capture.subject.subject import open_subject
+from solver.common.progress import silent
 from solver.diagnosis.diagnose import answered, repaired_balance
 from solver.diagnosis.marker_causes import SeenInMarkers
+from solver.diagnosis.noise.rows import TrialRows
+from solver.diagnosis.noise.rungs import Rung
 from solver.diagnosis.report import as_json
-from solver.diagnosis.rows import TrialRows
-from solver.diagnosis.rungs import Rung
-from solver.diagnosis.screening import Beside
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.progress import silent
-from solver.settings import settings_for
+from solver.diagnosis.search import refinement
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.screening import Beside
+from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.fitting.settings import settings_for
 
 REAL = (
     "opencap_subject4",

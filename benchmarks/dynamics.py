@@ -10,13 +10,13 @@ from jaxtyping import Float
 
 from benchmarks.peers import ENGINE
 from benchmarks.referee import referee
+from solver.common.gravity import GRAVITY
 from solver.export.opensim import export_opensim
 from solver.export.places import file_stem
-from solver.fit import Fit, TrialFit
-from solver.gravity import GRAVITY
-from solver.pipeline import solve
-from solver.settings import Settings
-from solver.summary import summary
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
+from solver.fitting.summary import summary
 
 SLOW_CUTOFF_HZ = 6.0  # OpenSim's own habit, for comparison with plain inverse dynamics elsewhere
 

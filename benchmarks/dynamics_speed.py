@@ -19,14 +19,14 @@ import numpy as np
 
 from benchmarks.long_walk import write_long_walk
 from benchmarks.recordings import data_folder
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
+from solver.common.progress import silent
 from solver.contact.force_review import ForceLabel, ForceReview
-from solver.dynamics_stage import obeying_forces
-from solver.fit import Fit, TrialFit
-from solver.pipeline import resolve, solve
-from solver.progress import silent
-from solver.review_stage import predicting_withheld
-from solver.settings import Settings, settings_for
+from solver.fitting.dynamics_stage import obeying_forces
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import resolve, solve
+from solver.fitting.review_stage import predicting_withheld
+from solver.fitting.settings import Settings, settings_for
 from solver.skeleton.scaling import with_mass
 
 EDIT_S = 0.4  # half a stance of one foot is flagged

@@ -8,12 +8,12 @@ import numpy as np
 from benchmarks.fit_agreement import marker_distances, rms
 from benchmarks.recordings import data_folder, described_folders, recordings_of, without_model
 from solver.capture.capture import Subject
-from solver.capture.subject import open_subject
-from solver.errors import SolverError
-from solver.fit import Fit
+from solver.capture.subject.subject import open_subject
+from solver.common.errors import SolverError
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.markers.understanding import understand
-from solver.pipeline import solve
-from solver.settings import Settings
 
 
 def _everyone() -> Iterator[Path]:

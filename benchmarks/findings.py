@@ -20,12 +20,12 @@ from typing import Any
 from addb_viewer.jobs.solving import Job, job_for
 from benchmarks.recordings import data_folder, subjects
 from solver.capture.capture import Subject
+from solver.common.errors import SolverError
 from solver.diagnosis.diagnose import diagnose
 from solver.diagnosis.report import as_json
-from solver.errors import SolverError
-from solver.provenance import provenance_of
-from solver.results.store import write_json
-from solver.settings import as_dict
+from solver.fitting.provenance import provenance_of
+from solver.fitting.results.store import write_json
+from solver.fitting.settings import as_dict
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "findings.md"
 KEPT = Path("build/findings")

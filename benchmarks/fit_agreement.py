@@ -10,7 +10,7 @@ from benchmarks.anatomical_angles import anatomical_angles, landmark_places
 from benchmarks.functional_centres import off_turning_point
 from benchmarks.labels_of_fit import raw_columns, understood_labels
 from benchmarks.leg_joints import JOINTS, PosedFit, posed
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 from solver.markers.understanding import UnderstoodLabel
 
 POINTING = {"hip": 1, "knee": 1, "ankle": 0}  # axis of the bone behind: thigh and shank down, feet forwards

@@ -22,14 +22,14 @@ from typer.testing import CliRunner
 from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.results import Result, read_results
 from addb_viewer.benchmark.tables import JUDGED, markdown, ranked, with_best_baseline
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize
 from benchmarks.recordings import data_folder
 from benchmarks.truth.recorded import ACTIVITY
 from solver.capture.atomic import write_whole
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
-from solver.settings import Settings
+from solver.fitting.settings import Settings
 
 PAGE = Path(__file__).with_name("BENCHMARK.md")
 FIGURE = "benchmark_sweep.svg"

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from solver.contact.sole import soles
+from solver.fitting.results.store import load_fit
 from solver.gait.events import GaitEvent, events_of, stances_from_feet
 from solver.gait.foot_motion import FootMotion, foot_motion
 from solver.gait.settings import GAIT, GaitSettings
-from solver.results.store import load_fit
 from solver.skeleton.forward import body_poses
 
 GRID = {

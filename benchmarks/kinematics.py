@@ -8,7 +8,7 @@ from benchmarks.opensim_kinematics import OpenSimKinematics, opensim_inverse_kin
 from benchmarks.peers import ENGINE
 from benchmarks.recordings import scaled_reference_models
 from solver.capture.capture import Markers
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
 
 FEWEST_MARKERS = 10  # shared with a reference model, for its figure to say anything
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 from solver.markers.atlas import atlas
 from solver.markers.understanding import UnderstoodLabel, understand
 

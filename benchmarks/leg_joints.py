@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from jaxtyping import Float
 from numpy import ndarray
 
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 from solver.skeleton.forward import body_poses
 
 JOINTS = {"hip": "femur", "knee": "tibia", "ankle": "talus"}  # to the body whose origin is its centre

@@ -20,10 +20,10 @@ from typing import TypeVar
 import numpy as np
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
-from solver.results.store import load_fit, save_fit
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import load_fit, save_fit
+from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.gait import STYLES, natural_pace, stature_of
 from solver.simulate.laboratory import MeasurementSettings, recorded_markers
@@ -199,7 +199,7 @@ def _own_MB() -> float:
     command = [
         sys.executable,
         "-c",
-        "import psutil, solver.pipeline; print(psutil.Process().memory_info().rss)",
+        "import psutil, solver.fitting.pipeline; print(psutil.Process().memory_info().rss)",
     ]
     return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout) / 2**20
 

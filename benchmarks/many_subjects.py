@@ -22,8 +22,8 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.errors import SolverError
-from solver.results.store import load_fit
+from solver.common.errors import SolverError
+from solver.fitting.results.store import load_fit
 from solver.simulate.demo import MARKERS, STATIC_MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of

@@ -28,13 +28,13 @@ from benchmarks.fit_agreement import Agreement, compared
 from benchmarks.labels_of_fit import bodies_of_labels
 from benchmarks.recordings import data_folder, recordings_of, without_model
 from solver.capture.capture import Markers, Subject
-from solver.capture.subject import open_subject
-from solver.fit import Fit
+from solver.capture.subject.subject import open_subject
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.kinematics.label_reading import read_labels
 from solver.markers.atlas import atlas
 from solver.markers.understanding import understand
-from solver.pipeline import solve
-from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import ForwardKinematics
 

@@ -16,21 +16,21 @@ from jaxtyping import Bool, Float
 
 from benchmarks.recordings import data_folder
 from benchmarks.truth.recorded import ACTIVITY
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.contact.wrenches import FrameMask
 from solver.dynamics.com_data import com_data
+from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.root_wrench import about_point
-from solver.dynamics.unmeasured_forces import unmeasured_forces
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
+from solver.fitting.torques_stage import filtered
 from solver.kinematics.motion import Motion
 from solver.kinematics.unseen_bodies import unseen_mass_notes
-from solver.pipeline import solve
-from solver.settings import Settings
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
-from solver.torques_stage import filtered
 
 PAGE = Path(__file__).with_name("NO_PLATES.md")
 CUTOFFS_HZ = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0)

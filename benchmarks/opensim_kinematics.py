@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Markers
-from solver.capture.trc import write_trc
+from solver.capture.formats.trc import write_trc
 
 
 @dataclass(frozen=True)

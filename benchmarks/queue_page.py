@@ -15,11 +15,11 @@ import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
 from addb_viewer.app.app import start
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
 from annotations.work import Assign, Comment
 from solver.contact.proposals import Proposal
-from solver.results.codec import Encoder
+from solver.fitting.results.codec import Encoder
 from tests.addb_viewer.chromium import installed
 
 TRIALS, FRAMES, RATE = 500, 400, 100

@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from solver.capture.capture import Markers, Subject
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_static, read_trial
-from solver.errors import SolverError
-from solver.settings import Settings
+from solver.common.errors import SolverError
+from solver.fitting.settings import Settings
 
 
 def data_folder() -> Path:

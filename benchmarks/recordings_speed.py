@@ -10,20 +10,20 @@ from pathlib import Path
 import numpy as np
 
 from addb_viewer.recordings.mcap_recording import write_mcap
-from addb_viewer.recordings.recording import Recording, recording_of
 from addb_viewer.recordings.rrd_recording import write_rrd
 from addb_viewer.recordings.session_log import SessionLog
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.subject_page import write_report
+from addb_viewer.trial_view.recording import Recording, recording_of
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
-from solver.pipeline import solve
-from solver.settings import Settings, as_dict
 from solver.simulate.demo import write_demo_subject
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.default_body import default_skeleton

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.storage import read_storage
+from solver.capture.formats.storage import read_storage
 
 
 @dataclass(frozen=True)

@@ -22,20 +22,20 @@ from jaxtyping import Bool
 from addb_viewer.app.app import ReviewApp, start
 from addb_viewer.app.queue.finishing import READ_S
 from addb_viewer.app.subjects.library import library_of
-from addb_viewer.app.trial.forces_in_use import mask_now, stale
-from addb_viewer.app.trial.frame_ranges import place_of
-from addb_viewer.app.trial.proposals import State
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.trial_view.forces_in_use import mask_now, stale
+from addb_viewer.trial_view.frame_ranges import place_of
+from addb_viewer.trial_view.proposals import State
+from addb_viewer.trial_view.replay import Replay
 from annotations.events import Status
 from benchmarks.recordings import data_folder
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.proposals import NOT_OVER_FORCE_PLATE, Proposal
-from solver.fit import Fit, TrialFit
-from solver.pipeline import solve
-from solver.results.store import has_fit, save_fit
-from solver.settings import Settings
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import has_fit, save_fit
+from solver.fitting.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.ten_trials import RECORDINGS, write_windows

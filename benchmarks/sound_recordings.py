@@ -20,20 +20,20 @@ from benchmarks.recordings import data_folder
 from benchmarks.truth.recorded import ACTIVITY
 from benchmarks.zoo.truth import read_truth
 from solver.capture.capture import ForcePlate, Markers
-from solver.capture.conditioning import gaps_filled
-from solver.capture.plate_sign_settings import PLATE_SIGN
-from solver.capture.subject import open_subject, subjects_in
+from solver.capture.plates.conditioning import gaps_filled
+from solver.capture.plates.plate_sign_settings import PLATE_SIGN
+from solver.capture.plates.vertical_momentum import vertical_momentum
+from solver.capture.subject.subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
-from solver.capture.vertical_momentum import vertical_momentum
-from solver.diagnosis.witnesses import rigid_distances
-from solver.diagnosis.witnesses.asking import asked
-from solver.diagnosis.witnesses.measured import Measured, measured
-from solver.diagnosis.witnesses.settings import WITNESSES
-from solver.diagnosis.witnesses.statement import Statement
-from solver.effects import contact_edges
-from solver.errors import CaptureError
-from solver.gravity import GRAVITY
-from solver.settings import Settings
+from solver.common.errors import CaptureError
+from solver.common.gravity import GRAVITY
+from solver.diagnosis.causes import contact_edges
+from solver.diagnosis.direct_checks import rigid_distances
+from solver.diagnosis.direct_checks.asking import asked
+from solver.diagnosis.direct_checks.measured import Measured, measured
+from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.statement import Statement
+from solver.fitting.settings import Settings
 
 PAGE = Path(__file__).with_name("SOUND_RECORDINGS.md")
 CUTOFFS_HZ = (4.0, 5.0, 6.0, 7.0, 8.0)  # of smoothed forces, each pass
@@ -358,9 +358,9 @@ def main() -> None:
     """Write the page."""
     people = list(recorded())
     sections = [
-        ("Edges of contacts (`solver/effects/contact_edges.py`)", of_edges(people)),
+        ("Edges of contacts (`solver/diagnosis/causes/contact_edges.py`)", of_edges(people)),
         ("Witnesses of a diagnosis (`solver/diagnosis/witnesses`)", of_witnesses([*people, *as_found()])),
-        ("The trunk for the centre of mass (`solver/capture/plate_sign_settings.py`)", of_trunk()),
+        ("The trunk for the centre of mass (`solver/capture/plates/plate_sign_settings.py`)", of_trunk()),
     ]
     PAGE.write_text(page(sections), encoding="utf-8")
 

@@ -12,11 +12,11 @@ import numpy as np
 
 from benchmarks.opensim_kinematics import opensim_inverse_kinematics
 from solver.capture.capture import Markers
-from solver.capture.subject import open_subject
-from solver.fit import Fit
+from solver.capture.subject.subject import open_subject
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.kinematics.inverse_kinematics import inverse_kinematics
-from solver.pipeline import solve
-from solver.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from solver.skeleton.osim_writer import write_skeleton
 

@@ -7,11 +7,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from addb_viewer.app.jobs.stored_solves import add
 from addb_viewer.app.subjects.library import library_of
-from addb_viewer.app.trial.forces_in_use import mask_now
-from addb_viewer.review_store import open_log
-from solver.capture.subject import open_subject
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.jobs.stored_solves import add
+from addb_viewer.trial_view.forces_in_use import mask_now
+from solver.capture.subject.subject import open_subject
 
 
 def main() -> int:

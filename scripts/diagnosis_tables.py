@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from solver.diagnosis.causes.about import About
+from solver.diagnosis.causes.catalogue import ABOUT
 from solver.diagnosis.decisions import CHECKS
-from solver.effects.about import About
-from solver.effects.catalogue import ABOUT
 
 PAGE = Path(__file__).parent.parent / "docs" / "diagnosis.md"
 ASKED_OF = {

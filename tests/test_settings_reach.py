@@ -5,16 +5,22 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from solver.settings import Settings, tables
+from solver.fitting.settings import Settings, tables
 
 PROJECT = Path(__file__).parents[1]
-PRODUCT = sorted(file for room in ("solver", "addb_viewer") for file in (PROJECT / room).rglob("*.py"))
+FAULTS = PROJECT / "solver" / "simulate" / "faults"  # synthetic: no subject's settings are about them
+PRODUCT = sorted(
+    file
+    for package in ("solver", "addb_viewer")
+    for file in (PROJECT / package).rglob("*.py")
+    if FAULTS not in file.parents
+)
 
 # Where defaults are meant, and why.
 MADE_HERE = {
-    ("solver/settings.py", "Settings"): "the defaults that a settings.toml changes",
-    ("solver/settings.py", "ReadingSettings"): "put together from the subject's tables",
-    ("solver/settings.py", "NamingSettings"): "likewise",
+    ("solver/fitting/settings.py", "Settings"): "the defaults that a settings.toml changes",
+    ("solver/fitting/settings.py", "ReadingSettings"): "put together from the subject's tables",
+    ("solver/fitting/settings.py", "NamingSettings"): "likewise",
     ("addb_viewer/commands/settings.py", "Settings"): "prints the defaults",
     ("addb_viewer/report/made_of.py", "Settings"): "what the fit's settings are compared with",
     ("addb_viewer/app/solve/controller.py", "Settings"): "likewise",
@@ -35,11 +41,14 @@ MADE_HERE = {
 }
 FALLS_BACK = {
     (
-        "solver/capture/storage.py",
+        "solver/capture/formats/storage.py",
         "find_clock",
     ): "a table's rate, to be shown; reading forces finds their clock",
-    ("solver/conversion/convert.py", "read_opensim_set"): "files by themselves, which no subject is about",
-    ("solver/conversion/convert.py", "read_marker_file"): "likewise",
+    (
+        "solver/export/conversion/convert.py",
+        "read_opensim_set",
+    ): "files by themselves, which no subject is about",
+    ("solver/export/conversion/convert.py", "read_marker_file"): "likewise",
     ("addb_viewer/api/recording.py", "vertical_axis"): "arrays are checked before they are a subject",
     (
         "addb_viewer/recordings/session_log.py",
@@ -50,9 +59,9 @@ FALLS_BACK = {
 READS_THEM = {"job_for": "where none are handed over, it reads the subject's own"}
 
 OPENS_FOLDERS = (  # which files belong together is found out before any settings are read
-    "solver/capture/force_pairing.py",
-    "solver/capture/same_motion.py",
-    "solver/capture/subject_layout.py",
+    "solver/capture/subject/force_pairing.py",
+    "solver/capture/subject/same_motion.py",
+    "solver/capture/subject/subject_layout.py",
 )
 CHANGEABLE = {type(table).__name__ for _, table in tables(Settings())} | {
     "Settings",

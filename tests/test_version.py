@@ -7,9 +7,9 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from solver.capture.capture import Subject
-from solver.provenance import provenance_of
+from solver.fitting.provenance import provenance_of
 
 ROOMS = ("solver", "annotations", "addb_viewer")
 PROJECT = Path(__file__).resolve().parent.parent

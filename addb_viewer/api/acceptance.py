@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.extension_words import what_accepting_changes
-from addb_viewer.sections import as_text
+from addb_viewer.text.extension_words import what_accepting_changes
+from addb_viewer.text.sections import as_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from solver.capture.atomic import made_folder, write_whole
 from solver.capture.capture import Capture, PlateWord, Subject, TrialFiles
-from solver.capture.file_names import distinct
-from solver.capture.subject_toml_writing import described_as_toml
-from solver.capture.trc import write_trc
-from solver.errors import CaptureError
+from solver.capture.formats.trc import write_trc
+from solver.capture.subject.subject_toml_writing import described_as_toml
+from solver.common.errors import CaptureError
+from solver.common.file_names import distinct
 from solver.export.places import file_stem
 from solver.simulate.subject_folder import write_forces
 

@@ -6,9 +6,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from addb_viewer.diagnosis_vocabulary import amounts, ranges_of, sentence, title
-from addb_viewer.diagnosis_words import page, screen
-from addb_viewer.sections import as_text
+from addb_viewer.text.diagnosis_vocabulary import amounts, ranges_of, sentence, title
+from addb_viewer.text.diagnosis_words import page, screen
+from addb_viewer.text.sections import as_text
 
 NOT_KNOWN = float("nan")
 

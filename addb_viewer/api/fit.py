@@ -13,7 +13,7 @@ from addb_viewer.api.cycle_curves import RESTS_ON_FORCES, CycleCurves, curves, f
 from addb_viewer.api.fitted_trial import FittedTrial
 from addb_viewer.api.labelled import Table, UnknownNameError
 from solver.export.gait_tables import CYCLE_COLUMNS, EVENT_COLUMNS, cycle_rows, event_rows, gaits_of
-from solver.summary import all_notes, summary
+from solver.fitting.summary import all_notes, summary
 
 SERIES = ("coordinates", "velocities", "accelerations", *RESTS_ON_FORCES, "com")
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import polars as pl
 
-    from solver.fit import Fit as SolvedFit
+    from solver.fitting.fit import Fit as SolvedFit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,7 +40,7 @@ class Fit:
 
     def __str__(self) -> str:
         """The summary table, and what needs a decision: what `addb-viewer fit` prints."""
-        from addb_viewer.summary_table import summary_text  # noqa: PLC0415 (draws tables; few ask)
+        from addb_viewer.text.summary_table import summary_text  # noqa: PLC0415 (draws tables; few ask)
 
         return summary_text(self.figures)
 
@@ -206,7 +206,7 @@ class Fit:
         Raises:
             SolverError: it cannot be written.
         """
-        from addb_viewer.jobs.reporting import PAGE, page_of  # noqa: PLC0415 (loads meshes and pictures)
+        from addb_viewer.report.reporting import PAGE, page_of  # noqa: PLC0415 (loads meshes and pictures)
 
         for name in trials:
             if name not in self.trials:

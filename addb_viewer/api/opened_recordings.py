@@ -12,12 +12,12 @@ from addb_viewer.api.arrays_folder import Person, write_recordings
 from addb_viewer.api.recording import Plate, Recording, capture_from, recording_from
 from addb_viewer.jobs.reviewing import capture_of, trial_of
 from addb_viewer.jobs.solving import Job, job_for
-from solver.capture.b3d.places import subject_folder_of
 from solver.capture.capture import Subject as OpenedSubject
 from solver.capture.capture import UnusedFile
-from solver.errors import CaptureError
-from solver.results.store import default_folder
-from solver.settings import settings_from
+from solver.capture.formats.b3d.places import subject_folder_of
+from solver.common.errors import CaptureError
+from solver.fitting.results.store import default_folder
+from solver.fitting.settings import settings_from
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,12 +9,12 @@ import numpy as np
 from addb_viewer.api.labelled import AXES, Series
 from solver.capture.axes import vertical_axis, vertical_axis_named
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
 from solver.capture.clock_settings import CLOCK
-from solver.capture.length_units import METRES_PER_UNIT, LengthUnitSettings
-from solver.capture.subject_toml import can_name_a_trial
+from solver.capture.formats.length_units import METRES_PER_UNIT, LengthUnitSettings
+from solver.capture.plates.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
+from solver.capture.subject.subject_toml import can_name_a_trial
 from solver.capture.unseen_markers import unseen_as_nan
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 
 LOADED_N = 20.0  # [N] below it a centre of pressure is noise: gait laboratories' contact threshold
 PRESSED_N = 150.0  # [N] of a step; whoever stands on a plate reads more

@@ -30,10 +30,10 @@ from addb_viewer.app.shell.key_file import chosen_commands
 from addb_viewer.app.shell.playback import Pace
 from addb_viewer.app.shell.session import Session
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
-from addb_viewer.app.subjects.root_folder import open_root
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from solver.errors import SolverError
-from solver.freed_memory import keep_little
+from addb_viewer.jobs.root_folder import open_root
+from solver.common.errors import SolverError
+from solver.common.freed_memory import keep_little
 
 SWITCH_S = 0.001  # after which a busy thread lets another one in: so long a key waits for a picture
 

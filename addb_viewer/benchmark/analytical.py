@@ -9,10 +9,10 @@ from jaxtyping import Bool, Float
 from addb_viewer.benchmark.completing import CUTOFF_HZ
 from addb_viewer.benchmark.differences import central_differences
 from addb_viewer.benchmark.task import Foretold, Log, Seen, Trials
+from solver.common.filters import low_pass
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import soles
 from solver.contact.touching import touching
-from solver.filters import low_pass
 from solver.skeleton.forward import body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel
 

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from addb_viewer.benchmark.differences import central_differences
 from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.task import Foretold, Seen
-from solver.filters import low_pass
+from solver.common.filters import low_pass
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.skeleton.forward import body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel

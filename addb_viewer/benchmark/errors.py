@@ -1,6 +1,6 @@
 """What is wrong with a benchmark run, in one line."""
 
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 
 class BenchmarkError(SolverError):

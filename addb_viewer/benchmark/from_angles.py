@@ -12,13 +12,13 @@ from jaxtyping import Bool, Float
 from addb_viewer.benchmark.bands import ErrorBands, error_bands
 from addb_viewer.benchmark.scoring import scored_frames
 from addb_viewer.benchmark.task import Example, Foretold, Log, Seen, Trials
-from solver.capture.conditioning import shared_cutoff
-from solver.dynamics.divided_wrench import going_with_the_ground, pressed
+from solver.capture.plates.conditioning import shared_cutoff
+from solver.dynamics.force_prediction.divided_wrench import going_with_the_ground, pressed
+from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
 from solver.dynamics.root_wrench import root_wrench
-from solver.dynamics.unmeasured_forces import unmeasured_forces
+from solver.fitting.settings import Settings
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
-from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel
 

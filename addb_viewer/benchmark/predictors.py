@@ -13,8 +13,8 @@ from addb_viewer.benchmark.analytical import Analytical, filtered
 from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.from_angles import FromAngles
 from addb_viewer.benchmark.task import Foretold, Log, Predictor, Seen, Trials
-from solver.dynamics.trajectory_fit import fit_trajectories
-from solver.dynamics.trial_data import TrialData
+from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
+from solver.dynamics.trajectory.trial_data import TrialData
 from solver.kinematics.motion import Motion
 
 

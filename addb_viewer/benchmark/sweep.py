@@ -13,8 +13,8 @@ from jaxtyping import Float
 from addb_viewer.benchmark.differences import central_differences
 from addb_viewer.benchmark.task import Example, Trials
 from solver.capture.atomic import whole_file, write_whole
-from solver.filters import low_pass
-from solver.runs import runs
+from solver.common.filters import low_pass
+from solver.common.runs import runs
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 CUTOFFS_HZ: tuple[float | None, ...] = (*(float(c) for c in range(3, 31, 3)), None)  # None: unfiltered

@@ -7,7 +7,6 @@ import typer
 
 from addb_viewer.commands.ablation_setup import Experiment, choices_of, experiment_on
 from addb_viewer.commands.ablation_table import Condition, as_json, print_conditions
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import (
     Debug,
     IgnoreReview,
@@ -17,14 +16,15 @@ from addb_viewer.commands.options import (
     replaceable,
 )
 from addb_viewer.commands.torque_figure import torque_figure
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.solving import job_for
-from addb_viewer.terminal_progress import terminal_progress
+from addb_viewer.jobs.terminal_progress import terminal_progress
 from solver.capture.atomic import write_whole
-from solver.capture.file_names import readable
-from solver.dynamics.ablation import ablate
-from solver.dynamics.hidden_steps import Step
-from solver.progress import Progress, part
-from solver.results.store import write_json
+from solver.common.file_names import readable
+from solver.common.progress import Progress, part
+from solver.dynamics.cross_validation.ablation import ablate
+from solver.dynamics.cross_validation.hidden_steps import Step
+from solver.fitting.results.store import write_json
 
 SOLVED = 0.1  # share of the work that is done after the markers' fit
 

@@ -8,17 +8,23 @@ from jaxtyping import Bool, Float
 
 from addb_viewer.commands.reviewing import foot_named
 from addb_viewer.jobs.solving import Job
-from solver.capture.conditioning import shared_cutoff
-from solver.dynamics.ablation import AblationSettings, AblationTrial
-from solver.dynamics.hidden_steps import Step, every_third, frames_of, random_shares, steps_of
-from solver.dynamics_stage import trial_data
-from solver.errors import FitError
-from solver.fit import Fit, TrialFit
+from solver.capture.plates.conditioning import shared_cutoff
+from solver.common.errors import FitError
+from solver.common.progress import Progress
+from solver.dynamics.cross_validation.ablation import AblationSettings, AblationTrial
+from solver.dynamics.cross_validation.hidden_steps import (
+    Step,
+    every_third,
+    frames_of,
+    random_shares,
+    steps_of,
+)
+from solver.fitting.dynamics_stage import trial_data
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.seen_part import seen_part
+from solver.fitting.settings import Settings
 from solver.kinematics.marker_matching import match_markers
-from solver.pipeline import solve
-from solver.progress import Progress
-from solver.seen_part import seen_part
-from solver.settings import Settings
 
 FEWEST_STEPS = 2  # one is hidden, another one is seen
 

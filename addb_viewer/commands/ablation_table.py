@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from solver.dynamics.ablation import ArmFigures, Repetition
-from solver.runs import runs
+from solver.common.runs import runs
+from solver.dynamics.cross_validation.ablation import ArmFigures, Repetition
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
 _COLUMNS = {  # figure: head, factor to the head's unit, format

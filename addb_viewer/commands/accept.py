@@ -6,20 +6,20 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.accepted_exchanges import exchange_in_words
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, SubjectFolder
 from addb_viewer.commands.reviewing import Author, author_named
-from addb_viewer.extension_words import what_accepting_changes
+from addb_viewer.jobs.accepted_exchanges import exchange_in_words
 from addb_viewer.jobs.accepting import Accepted, accepted, rejected
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import job_for, last_fit
-from addb_viewer.kept_diagnosis import kept
-from addb_viewer.sections import as_text
-from addb_viewer.terminal_progress import terminal_progress
-from solver.dynamics.extension import Cause
-from solver.fit import Fit
-from solver.results.extension_log import ACCEPT
-from solver.results.store import write_json
+from addb_viewer.jobs.terminal_progress import terminal_progress
+from addb_viewer.text.extension_words import what_accepting_changes
+from addb_viewer.text.sections import as_text
+from solver.dynamics.trajectory.extension import Cause
+from solver.fitting.fit import Fit
+from solver.fitting.results.extension_log import ACCEPT
+from solver.fitting.results.store import write_json
 
 ALONE = "fits use the recorded forces alone"
 Causes = Annotated[

@@ -6,17 +6,17 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
 from addb_viewer.commands.reviewing import tell_unreadable, unreadable_figures
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.review_store import has_log, open_log
 from addb_viewer.jobs.reviewing import capture_of, subject_in
-from addb_viewer.review_store import has_log, open_log
 from annotations.agreement import Agreement
 from annotations.agreement import agreement as compared
 from annotations.errors import ReviewError
 from annotations.log import ReviewLog
 from solver.capture.capture import Subject
-from solver.results.store import write_json
+from solver.fitting.results.store import write_json
 
 Reviewer = Annotated[str, typer.Argument(metavar="REVIEWER", help="Name of a reviewer, or imported.")]
 

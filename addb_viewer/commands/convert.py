@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, Trials
+from addb_viewer.jobs.errors import errors_as_lines
 
 Source = Annotated[
     Path,
@@ -50,7 +50,7 @@ def convert(
     debug: Debug = False,
 ) -> None:
     """Write what a file holds in another format, without a fit; says what the other cannot hold."""
-    from solver.conversion.convert import convert as converted  # noqa: PLC0415 (loads all formats' libraries)
+    from solver.export.conversion.convert import convert as converted  # noqa: PLC0415 (loads all formats' libraries)
 
     with errors_as_lines(debug):
         done = converted(source, target, forces=forces, model=model, trials=trial or (), overwrite=overwrite)

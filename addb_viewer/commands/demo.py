@@ -6,15 +6,15 @@ from typing import Annotated
 import typer
 
 from addb_viewer.commands.diagnose import print_diagnosis
-from addb_viewer.commands.errors import errors_as_lines, warn
 from addb_viewer.commands.open import serve_app
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Port
 from addb_viewer.jobs.demo import make_demo
 from addb_viewer.jobs.diagnosing import diagnosed
+from addb_viewer.jobs.errors import errors_as_lines, warn
 from addb_viewer.jobs.solving import job_for, kept_fit
-from addb_viewer.summary_table import print_summary
-from addb_viewer.terminal_progress import terminal_progress
-from solver.summary import summary
+from addb_viewer.jobs.terminal_progress import terminal_progress
+from addb_viewer.text.summary_table import print_summary
+from solver.fitting.summary import summary
 
 Folder = Annotated[
     Path, typer.Option("--folder", metavar="DIR", help="Folder for the demo subject.", file_okay=False)

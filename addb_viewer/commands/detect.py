@@ -8,17 +8,17 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SettingsFile, SubjectFolder, Trials
-from addb_viewer.evidence_words import evidence_words
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.solving import job_for, judged
-from addb_viewer.terminal_progress import terminal_progress
+from addb_viewer.jobs.terminal_progress import terminal_progress
+from addb_viewer.text.evidence_words import evidence_words
 from annotations.wording import sure_words
 from solver.contact.detection import detect as proposals_for
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import missing_force
-from solver.fit import Fit, TrialFit
-from solver.results.store import write_json
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.results.store import write_json
 
 WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
 

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.many import Row, Work, options, several
 from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
 from addb_viewer.commands.options import (
@@ -18,14 +17,15 @@ from addb_viewer.commands.options import (
     SettingsFile,
     Trials,
 )
-from addb_viewer.diagnosis_vocabulary import capital, title
-from addb_viewer.diagnosis_words import page, screen
 from addb_viewer.jobs.diagnosing import diagnosed, kept_of
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.solving import Job, job_for
-from addb_viewer.sections import Section, as_text
-from addb_viewer.terminal_progress import terminal_progress
-from solver.effects.catalogue import IDS, MARKER_IDS
-from solver.results.store import write_json
+from addb_viewer.jobs.terminal_progress import terminal_progress
+from addb_viewer.text.diagnosis_vocabulary import capital, title
+from addb_viewer.text.diagnosis_words import page, screen
+from addb_viewer.text.sections import Section, as_text
+from solver.diagnosis.causes.catalogue import IDS, MARKER_IDS
+from solver.fitting.results.store import write_json
 
 CAUSES = (*IDS, *MARKER_IDS)
 Why = Annotated[

@@ -4,13 +4,13 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines, warn
 from addb_viewer.commands.many import Row, Work, options, several
 from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, Solve, Trials
+from addb_viewer.jobs.errors import errors_as_lines, warn
 from addb_viewer.jobs.exporting import Format, exported
 from addb_viewer.jobs.solving import job_for, kept_fit
-from addb_viewer.terminal_progress import terminal_progress
+from addb_viewer.jobs.terminal_progress import terminal_progress
 
 To = Annotated[
     list[Format],

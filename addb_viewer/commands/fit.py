@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.errors import FAILED, STOPPED, errors_as_lines
 from addb_viewer.commands.many import Row, Work, options, several
 from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
 from addb_viewer.commands.options import (
@@ -21,16 +20,17 @@ from addb_viewer.commands.options import (
     Trials,
     WithoutExtension,
 )
+from addb_viewer.jobs.errors import FAILED, STOPPED, errors_as_lines
 from addb_viewer.jobs.solving import Job, KeptFit, job_for, solved
+from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.jobs.withholding import FitReplacedError, Withholding
-from addb_viewer.note_kinds import by_kind
-from addb_viewer.summary_table import print_summary, print_withheld
-from addb_viewer.terminal_progress import terminal_progress
-from addb_viewer.withheld_words import rest_words
+from addb_viewer.text.note_kinds import by_kind
+from addb_viewer.text.summary_table import print_summary, print_withheld
+from addb_viewer.text.withheld_words import rest_words
 from solver.capture.capture import UnusedFile
-from solver.fit import Fit
-from solver.results.store import write_json
-from solver.summary import summary
+from solver.fitting.fit import Fit
+from solver.fitting.results.store import write_json
+from solver.fitting.summary import summary
 
 Notes = Annotated[
     bool,

@@ -4,7 +4,6 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
 from addb_viewer.commands.reviewing import (
     Author,
@@ -13,8 +12,9 @@ from addb_viewer.commands.reviewing import (
     foot_named,
     frames_named,
 )
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.review_store import unreadable_notes
 from addb_viewer.jobs.reviewing import capture_of, noted, subject_in, trial_of
-from addb_viewer.review_store import unreadable_notes
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange
 from annotations.reasons import MANUAL_REVIEW, reason_named

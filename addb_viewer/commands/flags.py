@@ -5,11 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder, replaceable
 from addb_viewer.commands.reviewing import described, tell_unreadable, unreadable_figures
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.review_store import has_log, open_log
 from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
-from addb_viewer.review_store import has_log, open_log
 from annotations.events import Status
 from annotations.folding import folded
 from annotations.ranges_csv import ranges_csv
@@ -49,7 +49,7 @@ def flags(
         trials = [trial_of(opened, trial)] if trial is not None else list(opened.trials)
         reviews = _reviews(opened, trials, history, trial)
         if json is not None:
-            from solver.results.store import write_json  # noqa: PLC0415 (slow to load)
+            from solver.fitting.results.store import write_json  # noqa: PLC0415 (slow to load)
 
             write_json(json, {"trials": [_figures(review) for review in reviews]})
         if csv is not None:

@@ -7,21 +7,21 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.subject_checks import check_folder
 from solver.capture.atomic import write_whole
-from solver.capture.b3d.places import subject_folder_of
 from solver.capture.capture import Subject
-from solver.capture.same_motion import markers_of
-from solver.capture.subject import subjects_in
-from solver.capture.subject_layout import DESCRIBED_BY_HAND
-from solver.capture.subject_toml_writing import described_as_toml
-from solver.capture.text_table import some_of
+from solver.capture.formats.b3d.places import subject_folder_of
+from solver.capture.formats.text_table import some_of
+from solver.capture.subject.same_motion import markers_of
+from solver.capture.subject.subject import subjects_in
+from solver.capture.subject.subject_layout import DESCRIBED_BY_HAND
+from solver.capture.subject.subject_toml_writing import described_as_toml
 from solver.capture.trial import read_static, read_trial
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
+from solver.fitting.settings import settings_for
 from solver.markers.people import subjects_among
-from solver.settings import settings_for
 
 Folder = Annotated[
     Path,

@@ -5,11 +5,11 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
 from addb_viewer.commands.reviewing import Author, author_named, tell_unreadable
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.review_store import open_log, take_in
 from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
-from addb_viewer.review_store import open_log, take_in
 from annotations.errors import ReviewError
 from annotations.ranges_csv import tables_from_csv
 

@@ -13,17 +13,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.app.subjects.root_folder import RootFolder, open_root, reading_of
 from addb_viewer.commands.many_table import Outcome, Status, line_of, write_csv
-from addb_viewer.environment import ENDS_WITH_STDIN
+from addb_viewer.jobs.environment import ENDS_WITH_STDIN
+from addb_viewer.jobs.own_packages import own_process
+from addb_viewer.jobs.root_folder import RootFolder, open_root, reading_of
 from addb_viewer.jobs.subject_checks import check_folder
-from addb_viewer.own_packages import own_process
-from solver.capture.b3d.places import is_b3d, recording_of
-from solver.capture.recording_files import is_recording
-from solver.capture.small_files import json_content
-from solver.capture.subject import DESCRIPTIONS, NoSubjectError, open_subject
-from solver.errors import CaptureError
-from solver.results.store import write_json
+from solver.capture.formats.b3d.places import is_b3d, recording_of
+from solver.capture.formats.recording_files import is_recording
+from solver.capture.subject.subject import DESCRIPTIONS, NoSubjectError, open_subject
+from solver.common.errors import CaptureError
+from solver.common.small_files import json_content
+from solver.fitting.results.store import write_json
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _LEFT_OUT = " is left out: "  # as `open_root` says it

@@ -5,12 +5,12 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.app.subjects.root_folder import RootFolder
-from addb_viewer.commands.errors import FAILED, STOPPED
 from addb_viewer.commands.many import Work, done_to_all, write_outcomes
 from addb_viewer.commands.many_table import Status, print_table
 from addb_viewer.commands.options import replaceable
-from solver.capture.b3d.places import subject_folder_of
+from addb_viewer.jobs.errors import FAILED, STOPPED
+from addb_viewer.jobs.root_folder import RootFolder
+from solver.capture.formats.b3d.places import subject_folder_of
 
 SubjectOrRoot = Annotated[
     Path,

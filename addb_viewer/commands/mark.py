@@ -6,12 +6,12 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
 from addb_viewer.commands.reviewing import Author, TrialName, author_named, tell_unreadable
-from addb_viewer.force_reviews import undecided
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.force_reviews import undecided
+from addb_viewer.jobs.review_store import open_log, record
 from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
-from addb_viewer.review_store import open_log, record
 from annotations.errors import ReviewError
 from annotations.events import Proposal, SetStatus, Status
 from annotations.reasons import reason_words

@@ -10,12 +10,14 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile, optional_subject_folder
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.subject_checks import check_folder
 from solver.capture.capture import Markers, Subject
-from solver.capture.readable_trials import read_trials
-from solver.capture.subject import MARKER_MAP, open_subject
+from solver.capture.subject.readable_trials import read_trials
+from solver.capture.subject.subject import MARKER_MAP, open_subject
+from solver.fitting.results.store import write_json
+from solver.fitting.settings import Settings, settings_for
 from solver.kinematics.bare_model import is_bare
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_naming import checked_map, strangers
@@ -23,8 +25,6 @@ from solver.kinematics.own_model_naming import own_names
 from solver.markers.atlas import atlas
 from solver.markers.mapping_file import read_map, remark, write_map
 from solver.markers.understanding import Understanding, UnderstoodLabel, understand
-from solver.results.store import write_json
-from solver.settings import Settings, settings_for
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.skeleton import Skeleton
 from solver.skeleton.subject_model import load_subject_model

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.subject_checks import check_folder
-from solver.capture.b3d.places import subject_folder_of
+from solver.capture.formats.b3d.places import subject_folder_of
 
 Root = Annotated[
     Path,

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from solver.capture.b3d.places import subject_folder_of
-from solver.capture.file_names import readable
-from solver.capture.measured_files import reason_to_stay
+from solver.capture.formats.b3d.places import subject_folder_of
+from solver.capture.subject.measured_files import reason_to_stay
+from solver.common.file_names import readable
 
 SubjectFolder = Annotated[
     Path,

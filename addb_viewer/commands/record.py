@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines, warn
 from addb_viewer.commands.options import (
     Debug,
     IgnoreReview,
@@ -17,13 +16,14 @@ from addb_viewer.commands.options import (
     SubjectFolder,
     replaceable,
 )
+from addb_viewer.jobs.errors import errors_as_lines, warn
+from addb_viewer.jobs.kept_diagnosis import kept
+from addb_viewer.jobs.review_store import unreadable_notes, whole_log
 from addb_viewer.jobs.solving import Job, job_for, kept_fit
-from addb_viewer.kept_diagnosis import kept
-from addb_viewer.recordings.recording import Recording, recording_of
-from addb_viewer.review_store import unreadable_notes, whole_log
-from addb_viewer.terminal_progress import terminal_progress
-from solver.capture.file_names import readable
-from solver.fit import Fit
+from addb_viewer.jobs.terminal_progress import terminal_progress
+from addb_viewer.trial_view.recording import Recording, recording_of
+from solver.common.file_names import readable
+from solver.fitting.fit import Fit
 
 Rrd = Annotated[
     Path | None,

@@ -7,18 +7,18 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
 from addb_viewer.commands.reviewing import tell_unreadable
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.review_store import open_log
 from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
 from addb_viewer.jobs.subject_checks import check_trials
 from addb_viewer.recordings.mcap_recovery import Found
 from addb_viewer.recordings.mcap_recovery import recover as recovered
 from addb_viewer.recordings.restoring import check_identity, edits_in
 from addb_viewer.recordings.restoring import restore as restored
-from addb_viewer.review_store import open_log
 from solver.capture.capture import Subject
-from solver.errors import CaptureError, ResultsError
+from solver.common.errors import CaptureError, ResultsError
 
 McapFile = Annotated[
     Path, typer.Argument(metavar="FILE", help="An MCAP file that this program wrote, cut or whole.")

@@ -8,28 +8,28 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.app.subjects.root_folder import RootFolder, open_root
-from addb_viewer.commands.errors import FAILED, errors_as_lines, warn
 from addb_viewer.commands.fit import in_short
 from addb_viewer.commands.many import Work, done_to_all, options
 from addb_viewer.commands.many_subjects import Jobs
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, Solve, replaceable
-from addb_viewer.jobs.reporting import ONE_PAGE, PAGE, reported
+from addb_viewer.jobs.errors import FAILED, errors_as_lines, warn
+from addb_viewer.jobs.root_folder import RootFolder, open_root
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.subject_checks import check_folder
-from addb_viewer.recordings.recording import file_of
+from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept
 from addb_viewer.report.overview import Entry, write_overview
-from addb_viewer.terminal_progress import terminal_progress
+from addb_viewer.report.reporting import ONE_PAGE, PAGE, reported
+from addb_viewer.trial_view.recording import file_of
 from annotations.errors import ReviewError
 from solver.capture.atomic import made_folder
-from solver.capture.b3d.places import subject_folder_of
-from solver.capture.file_names import readable
-from solver.capture.measured_files import refuse_to_replace
-from solver.capture.small_files import json_content
-from solver.errors import Cancelled, SolverError
-from solver.results.store import default_folder, has_fit, write_json
+from solver.capture.formats.b3d.places import subject_folder_of
+from solver.capture.subject.measured_files import refuse_to_replace
+from solver.common.errors import Cancelled, SolverError
+from solver.common.file_names import readable
+from solver.common.small_files import json_content
+from solver.fitting.results.store import default_folder, has_fit, write_json
 
 Root = Annotated[
     Path,

@@ -6,14 +6,14 @@ from typing import Annotated
 
 import typer
 
+from addb_viewer.jobs.review_store import unreadable_notes
 from addb_viewer.jobs.reviewing import foot_meant, login_name
-from addb_viewer.review_store import unreadable_notes
 from annotations.errors import ReviewError
 from annotations.events import Edit
 from annotations.log import ReviewLog
 from annotations.unreadable import UnreadableRow
 from annotations.wording import said_by
-from solver.capture.file_names import readable
+from solver.common.file_names import readable
 
 TrialName = Annotated[str, typer.Argument(metavar="TRIAL", parser=readable, help="Name of the trial.")]
 Author = Annotated[

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SettingsFile, optional_subject_folder
-from solver.settings import Settings, as_toml, read_settings, settings_for
+from addb_viewer.jobs.errors import errors_as_lines
+from solver.fitting.settings import Settings, as_toml, read_settings, settings_for
 
 OptionalSubject = Annotated[
     Path | None,

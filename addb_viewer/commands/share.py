@@ -4,9 +4,9 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer import review_store
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
+from addb_viewer.jobs import review_store
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.reviewing import subject_in
 
 WithoutUnreadable = Annotated[

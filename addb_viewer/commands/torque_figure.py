@@ -5,8 +5,8 @@ from html import escape
 import numpy as np
 from jaxtyping import Float
 
-from solver.dynamics.ablation import FITTED, MARKERS, STARTED, Repetition
-from solver.runs import runs
+from solver.common.runs import runs
+from solver.dynamics.cross_validation.ablation import FITTED, MARKERS, STARTED, Repetition
 
 # Okabe and Ito's colours: told apart by colour-blind readers too; the oracle below, ours on top
 _LINES = (

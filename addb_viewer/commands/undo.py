@@ -4,11 +4,11 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
 from addb_viewer.commands.reviewing import Author, TrialName, author_named, described, tell_unreadable
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.review_store import has_log, open_log
 from addb_viewer.jobs.reviewing import subject_in, trial_of
-from addb_viewer.review_store import has_log, open_log
 from annotations.errors import ReviewError
 from annotations.events import Undo
 from solver.capture.capture import Subject

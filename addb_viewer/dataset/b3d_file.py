@@ -11,7 +11,7 @@ from addb_viewer.dataset.identifiers import labels_without_names
 from addb_viewer.dataset.release_subject import ReleaseSubject
 from addb_viewer.dataset.trial_labels import UNKNOWN, TrialLabels
 from addb_viewer.dataset.trials_on_demand import TrialsOnDemand
-from solver.capture.b3d.schema import B3dFile, B3dTrial, TrialType
+from solver.capture.formats.b3d.schema import B3dFile, B3dTrial, TrialType
 from solver.export.b3d.cutting import cut
 
 CUSTOM = ("counts", "torque_inferred", "detected_ok")  # a number a frame each, 0 or 1

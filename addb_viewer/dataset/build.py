@@ -10,7 +10,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.dataset.engine.engine import Engine
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.finishing import finished, recovered
@@ -24,12 +23,13 @@ from addb_viewer.dataset.receipts import Receipt, valid_receipt
 from addb_viewer.dataset.scanning import WITHDRAWN, ScannedSubject, scan, wanted_files
 from addb_viewer.dataset.schema import FORMAT_VERSION, schema_json
 from addb_viewer.dataset.task import Task
-from addb_viewer.force_reviews import reviews_for_solve
-from addb_viewer.review_store import whole_log
-from solver.capture.disk_errors import writing_failed
-from solver.provenance import provenance_of
-from solver.results.store import default_folder
-from solver.settings import as_dict, settings_for
+from addb_viewer.jobs.accepted_extension import extension_for_solve
+from addb_viewer.jobs.force_reviews import reviews_for_solve
+from addb_viewer.jobs.review_store import whole_log
+from solver.common.disk_errors import writing_failed
+from solver.fitting.provenance import provenance_of
+from solver.fitting.results.store import default_folder
+from solver.fitting.settings import as_dict, settings_for
 
 BYTES_PER_FRAME = 16_000  # of all files of a subject: 9 to 13 kB with 40 to 60 markers
 PROGRAM = 5  # raised when the same inputs give other files

@@ -1,6 +1,6 @@
 """What a release is refused for."""
 
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 
 class ReleaseError(SolverError):

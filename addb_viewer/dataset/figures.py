@@ -7,8 +7,8 @@ from jaxtyping import Float
 
 from addb_viewer.dataset.gridded_trial import GriddedTrial
 from addb_viewer.dataset.segments import Segment
+from solver.common.gravity import GRAVITY
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
-from solver.gravity import GRAVITY
 
 Row = dict[str, Any]  # a row of a table: value by column, None for null
 

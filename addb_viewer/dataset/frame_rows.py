@@ -13,11 +13,11 @@ from addb_viewer.dataset.gridded_trial import GriddedTrial
 from addb_viewer.dataset.ground_forces import free_moments, pressing
 from addb_viewer.dataset.schema import FRAMES, KINEMATICS
 from addb_viewer.dataset.segments import Cuts
-from solver.capture.b3d.schema import PassFrames
-from solver.frames_at_once import by_frames
+from solver.capture.formats.b3d.schema import PassFrames
+from solver.common.frames_at_once import by_frames
+from solver.fitting.settings import Settings
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
-from solver.settings import Settings
 from solver.skeleton.forward import body_poses
 from solver.skeleton.rotations import quaternions
 from solver.skeleton.skeleton import Skeleton

@@ -6,14 +6,14 @@ import numpy as np
 from jaxtyping import Float
 
 from addb_viewer.dataset.grid import Grid
+from solver.common.runs import runs
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.force_prediction.missing_wrench import torques_under
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.missing_wrench import torques_under
-from solver.fit import TrialFit
+from solver.fitting.fit import TrialFit
+from solver.fitting.settings import Settings
 from solver.kinematics.motion import Motion
-from solver.runs import runs
-from solver.settings import Settings
 from solver.skeleton.skeleton import Skeleton
 
 _ROUNDING = 1e-6  # [N, N·m] below it nothing acts beside the forces

@@ -18,18 +18,18 @@ from addb_viewer.dataset.ground_forces import (
 from addb_viewer.dataset.moving import Moving, moving_at, spline_moving
 from addb_viewer.dataset.verdicts import Verdicts, verdicts_on
 from solver.capture.capture import Markers
-from solver.capture.conditioning import shared_cutoff
-from solver.capture.force_settings import ConditioningSettings
+from solver.capture.plates.conditioning import shared_cutoff
+from solver.capture.plates.force_settings import ConditioningSettings
+from solver.common.errors import ModelError
+from solver.common.frames_at_once import by_frames
 from solver.contact.contact_phases import ContactPhase, contact_phases
-from solver.errors import ModelError
-from solver.fit import Fit, KinematicsOnly, TrialFit
-from solver.frames_at_once import by_frames
+from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.settings import Settings
+from solver.fitting.torques_stage import filtered
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
-from solver.settings import Settings
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
-from solver.torques_stage import filtered
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from jaxtyping import Bool, Float
 
 from addb_viewer.dataset.grid import Grid
 from solver.capture.capture import Capture
-from solver.capture.centre_of_pressure import Surface, centre_of_pressure, surface_of
-from solver.capture.conditioning import condition
+from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure, surface_of
+from solver.capture.plates.conditioning import condition
 from solver.contact.assignment import lies_there
 from solver.contact.wrenches import NO_FOOT, ContactWrenches, FrameMask
-from solver.settings import Settings
+from solver.fitting.settings import Settings
 
 UNGIVEN_N = 5.0  # [N] of a filtered load that no foot was given; more means another contact body
 RINGING_N = 1e-3  # a force of the conditioned wrench below it is the tail of the filter: no plate resolves it

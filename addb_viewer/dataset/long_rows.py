@@ -14,9 +14,9 @@ from addb_viewer.dataset.frame_rows import AXES, TrialRows
 from addb_viewer.dataset.identifiers import labels_without_names
 from addb_viewer.dataset.schema import JOINT_CENTRES, MARKERS, PLATES
 from addb_viewer.dataset.table import Table
-from solver.capture.b3d.schema import SensorFrames
+from solver.capture.formats.b3d.schema import SensorFrames
+from solver.common.frames_at_once import FRAMES_AT_ONCE
 from solver.export.b3d.model import joints_in_order
-from solver.frames_at_once import FRAMES_AT_ONCE
 from solver.kinematics.marker_matching import MarkerMatch
 
 

@@ -12,7 +12,7 @@ from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.receipts import MadeFile, Receipt
 from addb_viewer.dataset.schema import FORMAT_VERSION, schema_json
 from addb_viewer.dataset.segments import LONGEST, SHORTEST
-from solver.capture.force_settings import CONDITIONING
+from solver.capture.plates.force_settings import CONDITIONING
 
 FIRST_VERSION = "1.0.0"
 TEXTS = ("croissant.json", "README.md", "DATASHEET.md", "CITATION.bib")  # that follow from the rest

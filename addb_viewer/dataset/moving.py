@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from addb_viewer.dataset.grid import Grid
-from solver.dynamics.spline_basis import DEGREE, spline_at
-from solver.fit import TrialFit
+from solver.dynamics.trajectory.spline_basis import DEGREE, spline_at
+from solver.fitting.fit import TrialFit
+from solver.fitting.settings import Settings
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.kinematics.resampled_motion import ResampledMotion, resampled
-from solver.settings import Settings
 
 SAME_M = 1e-9  # [rad or m] that a spline may miss the fit's own frames by: rounding
 

@@ -4,10 +4,10 @@ import hashlib
 import json
 from typing import Any
 
-from addb_viewer.kept_diagnosis import kept
+from addb_viewer.jobs.kept_diagnosis import kept
 from solver.capture.capture import Subject
-from solver.provenance import other_recordings, provenance_of
-from solver.results.store import default_folder
+from solver.fitting.provenance import other_recordings, provenance_of
+from solver.fitting.results.store import default_folder
 
 
 def named_causes(subject: Subject) -> list[dict[str, Any]]:

@@ -11,15 +11,15 @@ from addb_viewer.dataset.frame_rows import TrialRows
 from addb_viewer.dataset.release_subject import ReleaseSubject, age_told
 from addb_viewer.dataset.segments import Segment
 from addb_viewer.dataset.trial_labels import TrialLabels
+from solver.common.frames_at_once import by_frames
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import MassEstimate
-from solver.dynamics.extension import Extension
 from solver.dynamics.mass import mass_from_forces
-from solver.fit import Fit
-from solver.frames_at_once import by_frames
+from solver.dynamics.trajectory.extension import Extension
+from solver.fitting.fit import Fit
+from solver.fitting.seen_part import seen_part
+from solver.fitting.settings import Settings
 from solver.gait.speed import overground_speed, treadmill_speed
-from solver.seen_part import seen_part
-from solver.settings import Settings
 from solver.skeleton.forward import body_poses
 
 GAITS = ("walk", "run")

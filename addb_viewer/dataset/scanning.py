@@ -18,13 +18,13 @@ from addb_viewer.dataset.segments import SHORTEST
 from addb_viewer.dataset.trial_labels import labels_of
 from annotations.errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
-from solver.capture.file_names import readable
 from solver.capture.reading_settings import ReadingSettings
-from solver.capture.subject import subjects_in
+from solver.capture.subject.subject import subjects_in
+from solver.capture.subject.unused_files import MARKERS
 from solver.capture.trial import read_trial
-from solver.capture.unused_files import MARKERS
-from solver.errors import SolverError
-from solver.settings import settings_for
+from solver.common.errors import SolverError
+from solver.common.file_names import readable
+from solver.fitting.settings import settings_for
 
 BETTER = (
     "its review is finished",

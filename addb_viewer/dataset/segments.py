@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Bool, Int
 
-from solver.runs import runs
+from solver.common.runs import runs
 
 LONGEST = 2000  # frames; the dataset paper's
 SHORTEST = 12  # frames; fewer are left out, 12 are kept

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any
 
-from addb_viewer.amounts import counted, lasting
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.reader import Release
+from addb_viewer.text.amounts import counted, lasting
 
 _FIGURES = (
     ("marker_rms_m", "marker error, RMS", "m"),

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.identifiers import side_of
 from addb_viewer.dataset.left_out import LeftOut, hours_of
@@ -12,14 +11,15 @@ from addb_viewer.dataset.receipts import Receipt
 from addb_viewer.dataset.subject_writing import SubjectWriting
 from addb_viewer.dataset.task import Task
 from addb_viewer.dataset.trial_labels import labels_of
-from addb_viewer.force_reviews import reviews_for_solve
-from addb_viewer.suggested_activities import suggestions_of
-from solver.capture.subject import open_subject
-from solver.fit import Fit, TrialFit
-from solver.freed_memory import give_back
-from solver.pipeline import solve
-from solver.results.store import default_folder
-from solver.settings import Settings, settings_for
+from addb_viewer.jobs.accepted_extension import extension_for_solve
+from addb_viewer.jobs.force_reviews import reviews_for_solve
+from addb_viewer.jobs.suggested_activities import suggestions_of
+from solver.capture.subject.subject import open_subject
+from solver.common.freed_memory import give_back
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import default_folder
+from solver.fitting.settings import Settings, settings_for
 
 MODEL_NAME = "subject"  # in model texts: the file's own may be a person's
 

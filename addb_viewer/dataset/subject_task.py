@@ -28,7 +28,7 @@ def run_task(task: Task) -> Receipt:
     """
     from addb_viewer.dataset.subject_files import write_subject_files  # noqa: PLC0415 (loads the solver)
     from annotations.errors import ReviewError  # noqa: PLC0415 (likewise)
-    from solver.errors import SolverError  # noqa: PLC0415 (likewise)
+    from solver.common.errors import SolverError  # noqa: PLC0415 (likewise)
 
     began = time.monotonic()
     try:

@@ -36,18 +36,18 @@ from addb_viewer.dataset.triage import concerns_of
 from addb_viewer.dataset.trial_labels import TrialLabels
 from addb_viewer.dataset.trials_on_demand import TrialsOnDemand
 from solver.capture.atomic import write_whole
-from solver.capture.b3d.reader import read_b3d
-from solver.capture.b3d.schema import B3dFile, B3dTrial
-from solver.dynamics.extension import Extension
+from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.schema import B3dFile, B3dTrial
+from solver.common.freed_memory import give_back
+from solver.dynamics.trajectory.extension import Extension
 from solver.export.b3d.from_fit import fit_to_b3d, unfitted
 from solver.export.b3d.passes import LowPassed
 from solver.export.b3d.writer import write_b3d
-from solver.fit import Fit, TrialFit
-from solver.freed_memory import give_back
-from solver.settings import Settings, as_toml
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import Settings, as_toml
+from solver.fitting.summary import all_notes
 from solver.skeleton.osim_writer import skeleton_text
 from solver.skeleton.scaling import with_mass
-from solver.summary import all_notes
 
 
 class SubjectWriting:

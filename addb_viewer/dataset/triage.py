@@ -6,11 +6,11 @@ from typing import Any
 
 from addb_viewer.dataset.named_causes import named_causes
 from addb_viewer.dataset.scanning import ScannedSubject
-from addb_viewer.note_kinds import by_kind
-from solver.capture.small_files import json_content
+from addb_viewer.text.note_kinds import by_kind
+from solver.common.errors import SolverError
+from solver.common.small_files import json_content
 from solver.contact.wrenches import DETECTION
-from solver.errors import SolverError
-from solver.results.store import default_folder
+from solver.fitting.results.store import default_folder
 
 NOT_FITTED = "not fitted"
 UNDECIDED = "detection left out frames about which nobody has decided"

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from addb_viewer.dataset.grid import Grid
-from addb_viewer.review_store import whole_log, with_own_file
+from addb_viewer.jobs.review_store import whole_log, with_own_file
 from annotations.activities import ERRONEOUS
 from annotations.events import IMPORTED, Edit, Status
 from annotations.folding import folded

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import overload
 
-from solver.capture.b3d.schema import B3dTrial
+from solver.capture.formats.b3d.schema import B3dTrial
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,13 @@ import numpy as np
 from jaxtyping import Bool, UInt8
 
 from addb_viewer.dataset.grid import Grid
-from solver.capture.b3d.reasons import REASONS
+from solver.capture.formats.b3d.reasons import REASONS
 from solver.contact.mask import ERRONEOUS, frame_mask
 from solver.contact.proposals import UNMEASURED_EXTERNAL_FORCE, sure_ranges
 from solver.contact.wrenches import DETECTION, FILE, PERSON, ContactWrenches, FrameMask
 from solver.export.b3d.reasons import decisive_reasons, reasons_per_frame
-from solver.fit import TrialFit
-from solver.settings import Settings
+from solver.fitting.fit import TrialFit
+from solver.fitting.settings import Settings
 
 
 @dataclass(frozen=True)

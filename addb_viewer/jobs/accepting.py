@@ -9,25 +9,25 @@ from typing import Any
 
 import numpy as np
 
-from addb_viewer.accepted_exchanges import cannot_be_accepted, exchanges_of
-from addb_viewer.accepted_extension import keep_gain
-from addb_viewer.diagnosis_vocabulary import names_of, ranges_of
+from addb_viewer.jobs.accepted_exchanges import exchanges_of
+from addb_viewer.jobs.accepted_extension import keep_gain
+from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import Job
-from addb_viewer.kept_diagnosis import kept
+from addb_viewer.text.diagnosis_vocabulary import names_of, ranges_of
+from solver.common.errors import ResultsError
+from solver.common.progress import Progress, part, silent
 from solver.diagnosis.accepting import extension_for
+from solver.diagnosis.causes.catalogue import MARKER_IDS, cannot_be_accepted
+from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.extended_fit import extended_fit
 from solver.diagnosis.report import extended_gain_json
-from solver.dynamics.extension import Cause, Extension
-from solver.effects.catalogue import MARKER_IDS
-from solver.effects.effect import Range
-from solver.errors import ResultsError
+from solver.dynamics.trajectory.extension import Cause, Extension
+from solver.fitting.provenance import other_recordings, provenance_of, without_reviews
+from solver.fitting.results import extension_log
+from solver.fitting.results.extension_log import ACCEPT, REJECT, Decision
+from solver.fitting.results.store import check_place
+from solver.fitting.settings import as_dict
 from solver.kinematics.label_faults.fault import Exchange
-from solver.progress import Progress, part, silent
-from solver.provenance import other_recordings, provenance_of, without_reviews
-from solver.results import extension_log
-from solver.results.extension_log import ACCEPT, REJECT, Decision
-from solver.results.store import check_place
-from solver.settings import as_dict
 
 FOUND = 0.5  # share of the work that is done once the causes are found again
 

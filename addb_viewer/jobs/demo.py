@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from solver.capture.atomic import made_folder
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 from solver.simulate.demo import SCENARIOS, LateForces, write_demo_subject
 
 SEED = 20_240_901  # any number: the same demo for everyone

@@ -4,14 +4,14 @@ from json import dumps, loads
 from pathlib import Path
 from typing import Any
 
+from addb_viewer.jobs.kept_diagnosis import keep, kept
 from addb_viewer.jobs.solving import Job
-from addb_viewer.kept_diagnosis import keep, kept
+from solver.common.progress import Progress, silent
 from solver.diagnosis.diagnose import diagnose as diagnosis_of
 from solver.diagnosis.report import as_json
-from solver.progress import Progress, silent
-from solver.provenance import provenance_of
-from solver.results.store import check_place
-from solver.settings import as_dict
+from solver.fitting.provenance import provenance_of
+from solver.fitting.results.store import check_place
+from solver.fitting.settings import as_dict
 
 
 def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> tuple[dict[str, Any], Path]:

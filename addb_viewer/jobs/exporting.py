@@ -5,14 +5,14 @@ from enum import StrEnum
 from pathlib import Path
 
 from solver.capture.atomic import files_together
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 from solver.export.b3d.from_fit import export_b3d
 from solver.export.c3d import export_c3d
 from solver.export.opensim import export_opensim
 from solver.export.places import renamed
 from solver.export.tables import export_csv, export_parquet
-from solver.fit import Fit
-from solver.provenance import inputs_of
+from solver.fitting.fit import Fit
+from solver.fitting.provenance import inputs_of
 
 
 class Format(StrEnum):

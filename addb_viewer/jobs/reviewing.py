@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from addb_viewer.jobs.review_store import has_log, open_log, record
 from addb_viewer.jobs.subject_checks import check_folder, check_trials
-from addb_viewer.review_store import has_log, open_log, record
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange
 from annotations.trial_review import FlaggedRange, TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
-from solver.settings import settings_for
+from solver.fitting.settings import settings_for
 
 _SIDES = {"right": {"r", "right"}, "left": {"l", "left"}}
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+")  # of a body's name: calcn_r, footR, RightFoot

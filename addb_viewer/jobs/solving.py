@@ -7,25 +7,32 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 
-from addb_viewer.accepted_extension import extension_for_solve
-from addb_viewer.force_reviews import reviews_for_solve
+from addb_viewer.jobs.accepted_extension import extension_for_solve
+from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.reviewing import login_name
 from addb_viewer.jobs.subject_checks import check_folder, check_trials
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
+from solver.common.errors import FitError, ResultsError
+from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
-from solver.dynamics.extension import Extension
-from solver.errors import FitError, ResultsError
-from solver.fit import Fit
+from solver.dynamics.trajectory.extension import Extension
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import can_resolve, resolve, solve
+from solver.fitting.provenance import differences, provenance_of
+from solver.fitting.results.room import check_room_for_fit
+from solver.fitting.results.store import (
+    check_place,
+    default_folder,
+    files_of_fit,
+    has_fit,
+    load_fit,
+    save_fit,
+)
+from solver.fitting.results.writing import writing
+from solver.fitting.review_stage import predicting_withheld, with_same_forces
+from solver.fitting.settings import Settings, decide_the_same_fit, settings_for
 from solver.markers.mapping_file import chosen_for
-from solver.pipeline import can_resolve, resolve, solve
-from solver.progress import Progress, part, silent
-from solver.provenance import differences, provenance_of
-from solver.results.room import check_room_for_fit
-from solver.results.store import check_place, default_folder, files_of_fit, has_fit, load_fit, save_fit
-from solver.results.writing import writing
-from solver.review_stage import predicting_withheld, with_same_forces
-from solver.settings import Settings, decide_the_same_fit, settings_for
 from solver.skeleton.skeleton import Skeleton
 
 RESOLVED = 0.4  # share of a re-solve's work before the withheld blocks
@@ -175,7 +182,7 @@ def _whole_kept_fit(job: Job, anew: bool, progress: Progress) -> KeptFit:
     if not anew:
         said = f"{since}, and used all the same; `addb-viewer fit` renews it, --solve makes another beside it"
         return KeptFit(kept, files, False, said)
-    from addb_viewer.app.jobs.stored_solves import FOLDER, add  # noqa: PLC0415 (rarely needed)
+    from addb_viewer.jobs.stored_solves import FOLDER, add  # noqa: PLC0415 (rarely needed)
 
     check_place(job.results)
     began = time.monotonic()
@@ -231,7 +238,7 @@ def _written(results: Path) -> tuple[int, int] | None:
 
 def _put_aside(results: Path) -> str:
     """Keep what another program wrote while this one solved, and say where."""
-    from addb_viewer.app.jobs.stored_solves import put_aside  # noqa: PLC0415 (rarely needed)
+    from addb_viewer.jobs.stored_solves import put_aside  # noqa: PLC0415 (rarely needed)
 
     return f"another program fitted this subject meanwhile; its fit is kept in {put_aside(results)}"
 

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 
-from solver.capture.b3d.places import DECISIONS, recording_of
 from solver.capture.capture import Subject
-from solver.errors import CaptureError
+from solver.capture.formats.b3d.places import DECISIONS, recording_of
+from solver.common.errors import CaptureError
 
 
 def check_folder(folder: Path) -> None:

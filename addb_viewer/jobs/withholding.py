@@ -4,13 +4,13 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from solver.dynamics.extension import Extension
-from solver.dynamics.heldout import WithheldLayout
-from solver.fit import Fit
-from solver.progress import Progress
-from solver.results.store import add_withheld
-from solver.settings import Settings
-from solver.withheld_stage import completing_withheld, layouts_due
+from solver.common.progress import Progress
+from solver.dynamics.cross_validation.heldout import WithheldLayout
+from solver.dynamics.trajectory.extension import Extension
+from solver.fitting.fit import Fit
+from solver.fitting.results.store import add_withheld
+from solver.fitting.settings import Settings
+from solver.fitting.withheld_stage import completing_withheld, layouts_due
 
 
 class FitReplacedError(Exception):

@@ -6,22 +6,22 @@ from pathlib import Path
 
 import numpy as np
 
-from addb_viewer.recordings.drawing import nanoseconds
-from addb_viewer.recordings.happenings import lines_of
 from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_schemas import EDIT, PROGRESS
 from addb_viewer.recordings.mcap_trial import TrialTopics, write_capture, write_causes, write_fit
-from addb_viewer.recordings.recording import Recording, TrialRecord, file_of
-from addb_viewer.recordings.solver_steps import SolverStep, stages_of
+from addb_viewer.trial_view.drawing import nanoseconds
+from addb_viewer.trial_view.happenings import lines_of
+from addb_viewer.trial_view.recording import Recording, TrialRecord, file_of
+from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
 from annotations.event_codec import encoded
 from annotations.events import Edit
 from annotations.review_json import KEY
 from solver.capture.atomic import whole_file
-from solver.errors import ModelError
-from solver.fit import Fit
-from solver.settings import as_toml, from_dict
+from solver.common.errors import ModelError
+from solver.fitting.fit import Fit
+from solver.fitting.settings import as_toml, from_dict
+from solver.fitting.summary import summary
 from solver.skeleton.osim_writer import skeleton_text
-from solver.summary import summary
 
 EDITS_TOPIC, PROGRESS_TOPIC = "/review/edits", "/solver/progress"
 PROGRAM = "addb-viewer"

@@ -14,7 +14,7 @@ from mcap.writer import CompressionType, Writer
 
 from addb_viewer.recordings.mcap_file import CHUNK_BYTES
 from solver.capture.atomic import whole_file
-from solver.errors import ResultsError
+from solver.common.errors import ResultsError
 
 # What the reader raises on a cut or damaged file: OverflowError where a length is nonsense.
 _UNREADABLE = (McapError, OverflowError, ValueError, struct.error, MemoryError, zstandard.ZstdError)

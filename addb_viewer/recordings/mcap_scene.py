@@ -23,9 +23,9 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 from jaxtyping import Float
 
-from addb_viewer.app.style.palette import BONE, GREY, RESIDUAL, UNASSIGNED, Rgb, error_colors, foot_color
-from addb_viewer.app.trial.replay import BodyReplay, PlateReplay, Replay
-from addb_viewer.recordings.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.palette import BONE, GREY, RESIDUAL, UNASSIGNED, Rgb, error_colors, foot_color
+from addb_viewer.trial_view.replay import BodyReplay, PlateReplay, Replay
 
 GROUND = "ground"  # the frame that all others are in
 HEAD_M, HEAD_WIDTH_M, SHAFT_WIDTH_M, OUTLINE_M = 0.06, 0.045, 0.016, 0.006

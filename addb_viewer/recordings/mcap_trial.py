@@ -16,11 +16,6 @@ import trimesh
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from jaxtyping import Float
 
-from addb_viewer.app.trial.joint_quantities import Kind, quantities_of
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.diagnosis_vocabulary import ranges_of
-from addb_viewer.recordings.drawing import marker_errors_of, nanoseconds, used_norm
-from addb_viewer.recordings.happenings import Line
 from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_scene import (
     bones,
@@ -39,7 +34,12 @@ from addb_viewer.recordings.mcap_schemas import (
     PLATES,
     RESIDUAL,
 )
-from addb_viewer.recordings.recording import TrialRecord, file_of
+from addb_viewer.text.diagnosis_vocabulary import ranges_of
+from addb_viewer.trial_view.drawing import marker_errors_of, nanoseconds, used_norm
+from addb_viewer.trial_view.happenings import Line
+from addb_viewer.trial_view.joint_quantities import Kind, quantities_of
+from addb_viewer.trial_view.recording import TrialRecord, file_of
+from addb_viewer.trial_view.replay import Replay
 
 DECIMALS = 6  # of JSON numbers in SI units: micrometres, micronewtons
 

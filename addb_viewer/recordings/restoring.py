@@ -14,8 +14,8 @@ from annotations.events import Edit, Event, ImportLabels, Redo, Undo
 from annotations.log import ReviewLog
 from annotations.reading import check_author, date_of
 from annotations.unreadable import is_text
-from solver.capture.small_files import json_of
-from solver.errors import ResultsError
+from solver.common.errors import ResultsError
+from solver.common.small_files import json_of
 
 
 @dataclass(frozen=True)

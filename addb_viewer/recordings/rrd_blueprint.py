@@ -4,9 +4,6 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from addb_viewer.app.trial.joint_quantities import SAGITTAL, Kind
-from addb_viewer.app.trial.replay import JointReplay, Replay
-from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.recordings.rrd_scene import BEFORE, SCENE
 from addb_viewer.recordings.rrd_series import (
     FORCE,
@@ -19,6 +16,9 @@ from addb_viewer.recordings.rrd_series import (
 )
 from addb_viewer.recordings.rrd_story import LANES, LOG, REPORT, SECONDS, SOLVER, SOLVER_STEP, SUMMARY
 from addb_viewer.recordings.rrd_stream import TIME, path
+from addb_viewer.trial_view.joint_quantities import SAGITTAL, Kind
+from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.trial_view.replay import JointReplay, Replay
 
 CURVES = {  # by panel; legends would hide the curves, so the titles say what is what
     FORCE: "Residual force [N]: fit red, {before}bound grey",

@@ -9,15 +9,15 @@ from typing import BinaryIO
 
 import rerun as rr
 
-from addb_viewer.recordings.recording import Recording, TrialRecord
 from addb_viewer.recordings.rerun_program import rerun_command, rerun_environment
 from addb_viewer.recordings.rrd_blueprint import blueprint_of
 from addb_viewer.recordings.rrd_scene import write_scene
 from addb_viewer.recordings.rrd_series import write_series
 from addb_viewer.recordings.rrd_story import write_story
 from addb_viewer.recordings.rrd_stream import RrdStream
+from addb_viewer.trial_view.recording import Recording, TrialRecord
 from solver.capture.atomic import draft_folder, whole_file
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 
 PROGRAM = "addb-viewer"
 

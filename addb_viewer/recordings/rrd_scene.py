@@ -16,7 +16,9 @@ import rerun as rr
 import trimesh
 from jaxtyping import Bool, Float
 
-from addb_viewer.app.style.palette import (
+from addb_viewer.recordings.rrd_stream import RrdStream, packed
+from addb_viewer.trial_view.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.palette import (
     BONE,
     GREY,
     OTHER_SOLVE,
@@ -27,10 +29,8 @@ from addb_viewer.app.style.palette import (
     error_colors,
     foot_color,
 )
-from addb_viewer.app.trial.replay import PlateReplay, Replay
-from addb_viewer.recordings.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
-from addb_viewer.recordings.recording import Recording, TrialRecord
-from addb_viewer.recordings.rrd_stream import RrdStream, packed
+from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.replay import PlateReplay, Replay
 from solver.skeleton.skeleton import Skeleton
 
 SCENE, AFTER, BEFORE = "scene", "after", "before"

@@ -13,13 +13,13 @@ import numpy as np
 import rerun as rr
 from jaxtyping import Float
 
-from addb_viewer.app.style.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
-from addb_viewer.app.trial.joint_quantities import JointQuantity, Kind, quantities_of
-from addb_viewer.app.trial.replay import JointReplay, ResidualReplay
-from addb_viewer.recordings.drawing import marker_errors_of, used_norm
-from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.recordings.rrd_scene import AFTER, BEFORE
 from addb_viewer.recordings.rrd_stream import RrdStream
+from addb_viewer.trial_view.drawing import marker_errors_of, used_norm
+from addb_viewer.trial_view.joint_quantities import JointQuantity, Kind, quantities_of
+from addb_viewer.trial_view.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
+from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.trial_view.replay import JointReplay, ResidualReplay
 from solver.dynamics.thresholds import Thresholds
 
 SERIES = "series"

@@ -19,7 +19,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from addb_viewer.recordings.rerun_program import rerun_command, rerun_environment
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 THIS_MACHINE = "127.0.0.1"
 RECORDING = "/recording.rrd"

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from addb_viewer.change_words import change_in_short
-from addb_viewer.diagnosis_vocabulary import title
-from addb_viewer.recordings.happenings import Lane, lanes_of, lines_of, states_of
-from addb_viewer.recordings.recording import Recording, TrialRecord
 from addb_viewer.recordings.rrd_stream import RrdStream
-from addb_viewer.recordings.solver_steps import SolverStep, stages_of
+from addb_viewer.text.change_words import change_in_short
+from addb_viewer.text.diagnosis_vocabulary import title
+from addb_viewer.trial_view.happenings import Lane, lanes_of, lines_of, states_of
+from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
 
 LANES, LOG, SUMMARY, SOLVER = "lanes", "log", "summary", "solver"
 REPORT, FRACTION, SECONDS = "report", "fraction", "seconds"  # below solver

@@ -25,9 +25,6 @@ from typing import IO, Any, Self
 import trimesh
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.app.trial.replay_of_fit import unfitted_replay
-from addb_viewer.recordings.happenings import lines_of
 from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_recording import (
     attach_fit,
@@ -38,13 +35,16 @@ from addb_viewer.recordings.mcap_recording import (
 )
 from addb_viewer.recordings.mcap_scene import stamp
 from addb_viewer.recordings.mcap_trial import TrialTopics, write_capture, write_causes, write_fit
-from addb_viewer.recordings.recording import recording_of
-from addb_viewer.recordings.solver_steps import SolverStep
+from addb_viewer.trial_view.happenings import lines_of
+from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.replay_of_fit import unfitted_replay
+from addb_viewer.trial_view.solver_steps import SolverStep
 from annotations.events import Edit
 from solver.capture.capture import Capture
-from solver.errors import ResultsError
-from solver.fit import Fit
-from solver.progress import Progress, silent
+from solver.common.errors import ResultsError
+from solver.common.progress import Progress, silent
+from solver.fitting.fit import Fit
 
 FOLDER = "sessions"  # in the results folder
 SESSION_TOPIC = "/session/log"

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.scene.cause_pictures import pictures
-from addb_viewer.app.style.palette import CAUSE, INK, RESIDUAL, UNASSIGNED, Rgb, foot_color
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.recordings.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.cause_pictures import pictures
+from addb_viewer.trial_view.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.palette import CAUSE, INK, RESIDUAL, UNASSIGNED, Rgb, foot_color
+from addb_viewer.trial_view.replay import Replay
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from jaxtyping import Float, Int, UInt8
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.app.style.palette import BONE
-from addb_viewer.app.trial.replay import BodyReplay
 from addb_viewer.report.camera import Camera
+from addb_viewer.trial_view.palette import BONE
+from addb_viewer.trial_view.replay import BodyReplay
 
 FINER = 4  # pixels drawn for one of the camera's, each way
 KEPT = 2  # of these, after averaging: for paper and dense screens

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.replay import Replay
 
 FROM_AHEAD = np.radians(62.0)  # about the vertical, from where the person faces
 ELEVATION = np.radians(11.0)

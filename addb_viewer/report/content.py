@@ -6,9 +6,9 @@ from datetime import datetime
 from functools import cached_property
 from typing import Any
 
-from addb_viewer.recordings.recording import Recording
 from addb_viewer.report.frames_kept import Kept, kept_frames
-from solver.results.extension_log import Standing
+from addb_viewer.trial_view.recording import Recording
+from solver.fitting.results.extension_log import Standing
 
 
 @dataclass(frozen=True)

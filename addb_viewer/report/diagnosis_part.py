@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-from addb_viewer.diagnosis_words import NOTES, page
-from addb_viewer.extension_words import what_accepting_changes
-from addb_viewer.holding_up_words import what_it_gains
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.markup import Safe, bar, element, joined, told
 from addb_viewer.report.timeline import diagnosed_timeline
-from addb_viewer.residual_words import what_is_wrong
+from addb_viewer.text.diagnosis_words import NOTES, page
+from addb_viewer.text.extension_words import what_accepting_changes
+from addb_viewer.text.holding_up_words import what_it_gains
+from addb_viewer.text.residual_words import what_is_wrong
 
 BARS = (  # what, its key, unit, factor, decimals
     ("Force missed", "heldout_linear_residual_N", "N", 1.0, 0),

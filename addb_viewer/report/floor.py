@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.trial.replay import PlateReplay, Replay
-from addb_viewer.recordings.drawing import SMALLEST_N
+from addb_viewer.trial_view.drawing import SMALLEST_N
+from addb_viewer.trial_view.replay import PlateReplay, Replay
 
 MOST_POINTS = 120  # of a trace: enough to see where the force went
 AROUND_M = 1.0  # of floor beyond markers and plates

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.replay import Replay
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
+from solver.common.runs import runs
 from solver.contact.mask import (
     ERRONEOUS,
     NOT_RECORDED,
@@ -17,7 +18,6 @@ from solver.contact.mask import (
     TWO_FEET_ON_ONE_PLATE,
 )
 from solver.contact.wrenches import DETECTION, FILE, NOBODY, PERSON
-from solver.runs import runs
 
 TRIAL_ENDS = "ends of the recording"
 NO_FORCES = "no forces"

@@ -3,8 +3,6 @@
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.style.palette import GREEN, reason_color
-from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.frames_kept import (
     Kept,
     decided_by,
@@ -14,6 +12,8 @@ from addb_viewer.report.frames_kept import (
 )
 from addb_viewer.report.markup import Safe, element, joined, swatch, table
 from addb_viewer.report.worst_markers import seek_link
+from addb_viewer.trial_view.palette import GREEN, reason_color
+from addb_viewer.trial_view.recording import TrialRecord
 
 
 def frames_part(record: TrialRecord, kept: Kept, index: int) -> Safe:

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from addb_viewer.change_words import change_sentence
-from addb_viewer.diagnosis_vocabulary import listed
-from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept, decided_by, frames_words, in_all, seconds_words
 from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.report.quality import LARGEST_MARKER, SOURCE, judged_figures
-from addb_viewer.verdict_words import verdict
+from addb_viewer.text.change_words import change_sentence
+from addb_viewer.text.diagnosis_vocabulary import listed
+from addb_viewer.text.verdict_words import verdict
+from addb_viewer.trial_view.recording import TrialRecord
 from solver.contact.wrenches import DETECTION
 
 FEW = 0.5  # share of frames below which figures say little about the whole trial

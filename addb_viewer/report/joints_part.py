@@ -5,13 +5,13 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.curves.by_cycle import CycledTrial, axis_limits
-from addb_viewer.app.curves.over_time import SIDE_COLORS
-from addb_viewer.app.timeline.chart_html import HEIGHT, WIDTH, curve_path, nice_ticks, number
-from addb_viewer.app.trial.joint_quantities import JointQuantity, Kind
-from addb_viewer.app.trial.trial_curves import trial_curves
 from addb_viewer.report.markup import Safe, element, joined, swatch
-from solver.fit import Fit
+from addb_viewer.trial_view.by_cycle import CycledTrial, axis_limits
+from addb_viewer.trial_view.chart_html import HEIGHT, WIDTH, curve_path, nice_ticks, number
+from addb_viewer.trial_view.joint_quantities import JointQuantity, Kind
+from addb_viewer.trial_view.over_time import SIDE_COLORS
+from addb_viewer.trial_view.trial_curves import trial_curves
+from solver.fitting.fit import Fit
 from solver.gait.gait import Gait
 from solver.gait.stride_curves import StrideCurves
 

@@ -5,9 +5,9 @@ import json
 import re
 from collections.abc import Iterable, Sequence
 
-from addb_viewer.app.diagnosis.html import LISTS
-from addb_viewer.app.style.palette import Rgb
-from addb_viewer.sections import Section, unbroken
+from addb_viewer.text.sections import Section, unbroken
+from addb_viewer.trial_view.html_pieces import LISTS
+from addb_viewer.trial_view.palette import Rgb
 
 COMMAND = " To flag: "  # before each command that somebody may copy
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from addb_viewer.app.scene.cause_pictures import pictures
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.diagnosis_vocabulary import newtons
 from addb_viewer.report.frames_kept import Kept
-from addb_viewer.residual_words import moment_Nm
+from addb_viewer.text.diagnosis_vocabulary import newtons
+from addb_viewer.text.residual_words import moment_Nm
+from addb_viewer.trial_view.cause_pictures import pictures
+from addb_viewer.trial_view.replay import Replay
 
 MOST = 3
 TELLING = 0.6  # share of the greatest unmeasured force from which on a frame shows it

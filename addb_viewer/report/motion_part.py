@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from statistics import mean, stdev
 from typing import Any
 
-from addb_viewer.change_words import (
+from addb_viewer.report.markup import Safe, element, joined, table
+from addb_viewer.text.change_words import (
     READING,
     ChangeRow,
     bands_in_words,
@@ -12,7 +13,6 @@ from addb_viewer.change_words import (
     change_sentence,
     limit_in_words,
 )
-from addb_viewer.report.markup import Safe, element, joined, table
 from annotations.foot_names import foot_words
 from solver.gait.cycles import Cycle
 from solver.gait.gait import Gait

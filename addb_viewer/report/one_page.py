@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-from addb_viewer.diagnosis_vocabulary import amounts, leads_of, short_title, sureness
-from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept, in_all
 from addb_viewer.report.in_short import bounds_of, frames_sentence, reasons, strip, verdict_kind
@@ -11,8 +9,10 @@ from addb_viewer.report.made_of import person_rows
 from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.report.page import page_html
 from addb_viewer.report.quality import SOURCE, Judged, judged_figures
-from addb_viewer.use_words import use
-from addb_viewer.verdict_words import headline
+from addb_viewer.text.diagnosis_vocabulary import amounts, leads_of, short_title, sureness
+from addb_viewer.text.use_words import use
+from addb_viewer.text.verdict_words import headline
+from addb_viewer.trial_view.recording import TrialRecord
 from annotations.events import IMPORTED, Status
 from annotations.folding import folded
 from solver.contact.wrenches import DETECTION, FILE, NOBODY, PERSON

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from addb_viewer.report.markup import Safe, bar, element, joined, table, verdict_mark
-from addb_viewer.stored_words import stored_words
-from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
+from addb_viewer.text.stored_words import stored_words
+from addb_viewer.text.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
+from solver.common.gravity import GRAVITY
 from solver.dynamics.thresholds import Thresholds
-from solver.gravity import GRAVITY
 
 LARGEST_MARKER = "Largest marker error"
 SOURCE = "Hicks et al. 2015 (10.1115/1.4029304)"

@@ -15,12 +15,12 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from addb_viewer.app.style.palette import BONE, Rgb, reason_color
-from addb_viewer.app.trial.replay import BodyReplay, Replay
-from addb_viewer.recordings.recording import Recording, TrialRecord
 from addb_viewer.report.arrows import Arrow, arrows_of
 from addb_viewer.report.floor import plates_of, walked_floor
 from addb_viewer.report.frames_kept import Kept, frames_words
+from addb_viewer.trial_view.palette import BONE, Rgb, reason_color
+from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.replay import BodyReplay, Replay
 from solver.skeleton.skeleton import Skeleton
 
 POSITION_STEP_M, FORCE_STEP_N, QUATERNION_STEP = 5e-4, 0.5, 1 / 32000

@@ -6,14 +6,14 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from addb_viewer.app.style.palette import INK, error_colors
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.diagnosis_vocabulary import newtons
 from addb_viewer.report.arrows import Arrow
 from addb_viewer.report.bone_raster import bones_image
 from addb_viewer.report.camera import Camera, camera_on, heading_of
 from addb_viewer.report.floor import PlateDrawing, grid
 from addb_viewer.report.markup import Safe, element, text
+from addb_viewer.text.diagnosis_vocabulary import newtons
+from addb_viewer.trial_view.palette import INK, error_colors
+from addb_viewer.trial_view.replay import Replay
 
 WIDTH, HEIGHT = 320.0, 350.0  # [pixel]
 FLOOR_M = 1.5  # of floor around the person that is drawn

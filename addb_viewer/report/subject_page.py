@@ -3,8 +3,6 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from addb_viewer.app.style.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
-from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.arrows import arrows_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_part import diagnosis_part
@@ -29,7 +27,9 @@ from addb_viewer.report.scene_data import scene_of
 from addb_viewer.report.still_picture import still_picture
 from addb_viewer.report.timeline import timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
-from addb_viewer.withheld_words import rest_words
+from addb_viewer.text.withheld_words import rest_words
+from addb_viewer.trial_view.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
+from addb_viewer.trial_view.recording import TrialRecord
 from solver.capture.atomic import write_whole
 from solver.export.gait_tables import gaits_of
 

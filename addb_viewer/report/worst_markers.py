@@ -4,8 +4,8 @@ import warnings
 
 import numpy as np
 
-from addb_viewer.app.trial.replay import Replay
 from addb_viewer.report.markup import Safe, bar, element, table
+from addb_viewer.trial_view.replay import Replay
 from solver.dynamics.thresholds import Thresholds
 
 MOST = 8

@@ -10,8 +10,8 @@ import numpy as np
 from benchmarks.activities.examples import SIMULATED, Example
 from benchmarks.activities.puppets import LONG_S, RATE, Hips, Plant, Puppet, earlier, puppet, steps
 from benchmarks.activities.simulated import FEET, load_of
+from solver.common.gravity import GRAVITY
 from solver.gait.activity import Activity, Kind
-from solver.gravity import GRAVITY
 from solver.kinematics.motion import Motion
 from solver.skeleton.pinocchio_model import RigidBodyModel
 

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from benchmarks.activities.simulated import ADULTS, Between, somebody
-from solver.gravity import GRAVITY
+from solver.common.gravity import GRAVITY
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton

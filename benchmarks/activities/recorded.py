@@ -8,13 +8,13 @@ from unittest.mock import patch
 
 from benchmarks.activities.examples import Example
 from benchmarks.recordings import data_folder
-from solver import pipeline
 from solver.capture.capture import Subject, TrialFiles
-from solver.capture.subject import open_subject
-from solver.fit import Fit, TrialFit
+from solver.capture.subject.subject import open_subject
+from solver.fitting import pipeline
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import settings_for
 from solver.gait.activities import load_of
 from solver.gait.activity import Activity, Kind
-from solver.settings import settings_for
 from solver.skeleton.skeleton import Skeleton
 
 STATIC = "its static trial"

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from benchmarks.activities.examples import SIMULATED, Example
+from solver.common.gravity import GRAVITY
 from solver.gait.activity import Activity, Kind
-from solver.gravity import GRAVITY
 from solver.kinematics.motion import Motion
 from solver.simulate.person import Person, TrueBody, body_of
 from solver.simulate.treadmill import belt_under, on_treadmill

@@ -13,9 +13,9 @@ from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
 from benchmarks.diagnosis.score import load, report
 from benchmarks.diagnosis.twins import estimate_twins
 from benchmarks.recordings import data_folder
-from tests.hidden_effects.hider.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
-from tests.hidden_effects.hider.hidden import UNSIZED
-from tests.hidden_effects.hider.real import plan_real
+from solver.simulate.faults.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
+from solver.simulate.faults.hidden import UNSIZED
+from solver.simulate.faults.real import plan_real
 
 PAGE = """# Hidden effects: how often the diagnosis is right
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from benchmarks.diagnosis.rates import rate, smallest_found, table
 from benchmarks.diagnosis.score import Scored
-from tests.hidden_effects.hider.hidden import UNSIZED
+from solver.simulate.faults.hidden import UNSIZED
 
 NEAR = 1e-3  # sizes that are one
 

@@ -16,15 +16,15 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from solver.capture.subject import open_subject
-from solver.diagnosis.balance import Balance
+from solver.capture.subject.subject import open_subject
+from solver.common.progress import silent
 from solver.diagnosis.diagnose import repaired_balance
-from solver.progress import silent
-from solver.settings import settings_for
-from tests.hidden_effects.hider.cases import CasePlan, write_case
-from tests.hidden_effects.hider.drawing import NoPlaceError
-from tests.hidden_effects.hider.hidden import UNSIZED
-from tests.hidden_effects.hider.real import RealCase, write_real
+from solver.diagnosis.search.balance import Balance
+from solver.fitting.settings import settings_for
+from solver.simulate.faults.cases import CasePlan, write_case
+from solver.simulate.faults.drawing import NoPlaceError
+from solver.simulate.faults.hidden import UNSIZED
+from solver.simulate.faults.real import RealCase, write_real
 
 FINDABLE_NATS = 30.0  # threshold and prices of choosing take 20, chance another 8 (one deviation)
 LARGEST = 4.0  # reference sizes; beyond, nobody needs a diagnosis

@@ -11,13 +11,13 @@ from pathlib import Path
 
 from benchmarks.diagnosis.information import balance_as_it_is
 from solver.capture.atomic import write_whole
-from solver.diagnosis.balance import Balance
+from solver.diagnosis.causes.catalogue import catalogue
+from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.diagnose import causes_of
-from solver.diagnosis.refinement import refined
-from solver.diagnosis.selection import Selection
-from solver.diagnosis.terms import Term
-from solver.effects.catalogue import catalogue
-from solver.effects.effect import Candidate
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.refinement import refined
+from solver.diagnosis.search.selection import Selection
+from solver.diagnosis.search.terms import Term
 
 ADDITIVE = (  # ids whose parameters add up when the same thing happens twice
     "clock_offset",

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from solver.capture.subject import open_subject
-from solver.diagnosis.balance import Balance
+from solver.capture.subject.subject import open_subject
+from solver.common.progress import silent
+from solver.diagnosis.causes.catalogue import catalogue
+from solver.diagnosis.causes.effect import Candidate, Eta
 from solver.diagnosis.diagnose import repaired_balance
-from solver.diagnosis.rungs import Rung
-from solver.diagnosis.terms import Term
-from solver.effects.catalogue import catalogue
-from solver.effects.effect import Candidate, Eta
-from solver.progress import silent
-from solver.settings import settings_for
+from solver.diagnosis.noise.rungs import Rung
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.terms import Term
+from solver.fitting.settings import settings_for
 
 TOLD_APART = 5.0  # [nats] from which on two faults are no class
 LARGEST_CLASS = 3

@@ -8,7 +8,7 @@ of a branch of the catalogue. A cause that is added for one of these faults is a
 
 from dataclasses import dataclass
 
-from solver.effects.catalogue import ABOUT, MARKER_IDS
+from solver.diagnosis.causes.catalogue import ABOUT, MARKER_IDS
 
 
 @dataclass(frozen=True)

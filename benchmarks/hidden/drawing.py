@@ -6,18 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.hidden.classes import CAUSES
-from tests.hidden_effects.hider.cases import IDS as HIDEABLE
-from tests.hidden_effects.hider.cases import (
+from solver.simulate.faults.cases import IDS as HIDEABLE
+from solver.simulate.faults.cases import (
     OVERGROUND_ONLY,
     SIZES,
     TREADMILL_ONLY,
     WALKING_ONLY,
     CasePlan,
 )
-from tests.hidden_effects.hider.draw_measurement import MEASUREMENT
-from tests.hidden_effects.hider.hidden import UNSIZED
-from tests.hidden_effects.hider.unknown import UNKNOWN
-from tests.hidden_effects.hider.worlds import Handout, WorldPlan, draw_handout, plan_world
+from solver.simulate.faults.draw_measurement import MEASUREMENT
+from solver.simulate.faults.hidden import UNSIZED
+from solver.simulate.faults.unknown import UNKNOWN
+from solver.simulate.faults.worlds import Handout, WorldPlan, draw_handout, plan_world
 
 INSIDE, OUTSIDE, CLEAN = "inside", "outside", "clean"
 OVERSIZES = (10.0, 30.0)  # reference sizes

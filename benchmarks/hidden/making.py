@@ -16,11 +16,11 @@ from benchmarks.hidden.drawing import CLEAN, IDS, INSIDE, OUTSIDE, PublicCase, f
 from benchmarks.hidden.sealing import kept_salts, write_listing
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Capture
+from solver.simulate.faults.cases import CasePlan, made
+from solver.simulate.faults.drawing import NoPlaceError
+from solver.simulate.faults.files import Recording, write_recording
+from solver.simulate.faults.hidden import Hidden, Truth
 from solver.skeleton.forward import cross
-from tests.hidden_effects.hider.cases import CasePlan, made
-from tests.hidden_effects.hider.drawing import NoPlaceError
-from tests.hidden_effects.hider.files import Recording, write_recording
-from tests.hidden_effects.hider.hidden import Hidden, Truth
 
 WITHHELD_FROM = 0.8  # share of the frames after which the forces are not handed out
 LEAST_SEEN = 0.5  # of an event's frames that lie before

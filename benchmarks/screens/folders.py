@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from addb_viewer.app.jobs.stored_solves import stored_solves
 from addb_viewer.jobs.demo import make_demo
-from addb_viewer.own_packages import own_process
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.own_packages import own_process
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.jobs.stored_solves import stored_solves
 from annotations.events import FlagRange
 from benchmarks.queue_page import write_root
 from solver.contact.proposals import NOT_OVER_FORCE_PLATE, Proposal
-from solver.results.store import has_fit, load_fit, save_fit
+from solver.fitting.results.store import has_fit, load_fit, save_fit
 
 TRIAL, FEET = "walk", ("calcn_r", "calcn_l")
 REASONS = (NOT_OVER_FORCE_PLATE, "footContactDetectedButNoForce", "hasInputOutliers", "forceDiscrepancy")

@@ -15,7 +15,7 @@ from benchmarks.recordings import data_folder
 from benchmarks.truth import recorded, simulated, synthetic_subject, twins
 from benchmarks.truth.page import page
 from solver.capture.atomic import write_whole
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 HERE = Path(__file__).parent
 SOLVER = HERE.parents[1] / "solver"

@@ -13,14 +13,14 @@ from benchmarks.truth.run import gains_of
 from benchmarks.truth.segments import length_errors_mm, mass_ratios
 from benchmarks.truth.ways import OURS, all_ways, bench_settings
 from solver.capture.capture import Subject
-from solver.capture.storage import read_storage
-from solver.capture.subject import open_subject
-from solver.errors import SolverError
-from solver.filters import low_pass
-from solver.fit import Fit, TrialFit
+from solver.capture.formats.storage import read_storage
+from solver.capture.subject.subject import open_subject
+from solver.common.errors import SolverError
+from solver.common.filters import low_pass
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings, settings_for
 from solver.kinematics.motion import Motion
-from solver.pipeline import solve
-from solver.settings import Settings, settings_for
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
 

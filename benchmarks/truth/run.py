@@ -4,7 +4,7 @@ from benchmarks.truth.course import Course
 from benchmarks.truth.figures import figures, gains
 from benchmarks.truth.segments import length_errors_mm, mass_ratios
 from benchmarks.truth.ways import LABORATORY, OURS, Ways
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 from solver.skeleton.skeleton import Skeleton
 
 

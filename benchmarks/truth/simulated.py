@@ -12,8 +12,8 @@ from benchmarks.truth.run import against_truth
 from benchmarks.truth.skin import skin_movement
 from benchmarks.truth.ways import all_ways, bench_settings
 from solver.capture.capture import Capture, Markers
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
 from solver.simulate.demo import MARKERS, STATIC_MARKERS
 from solver.simulate.laboratory import (
     MeasurementSettings,

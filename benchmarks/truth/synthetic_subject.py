@@ -13,12 +13,12 @@ from benchmarks.truth.run import against_truth
 from benchmarks.truth.skin import skin_movement
 from benchmarks.truth.ways import all_ways, bench_settings
 from solver.capture.capture import Capture, Subject
-from solver.capture.storage import read_storage
-from solver.capture.subject import open_subject
+from solver.capture.formats.storage import read_storage
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
+from solver.fitting.pipeline import solve
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.motion import Motion
-from solver.pipeline import solve
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
 

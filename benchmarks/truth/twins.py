@@ -21,14 +21,14 @@ from benchmarks.truth.figures import error_by_band, figures, gains
 from benchmarks.truth.recorded import ACTIVITY, LIMIT_HZ, solved
 from benchmarks.truth.skin import SkinSettings, skin_movement
 from benchmarks.truth.ways import CUTOFFS_HZ, MARKER_FIT, OURS, at_cutoff
-from solver.dynamics.foretelling.demand_gains import demanded_ground
-from solver.dynamics.marker_error_levels import MarkerErrorLevels, marker_error_levels
-from solver.dynamics_stage import obeying_forces
-from solver.fit import Fit, TrialFit
+from solver.common.progress import silent
+from solver.dynamics.force_prediction.demand_gains import demanded_ground
+from solver.dynamics.trajectory.marker_error_levels import MarkerErrorLevels, marker_error_levels
+from solver.fitting.dynamics_stage import obeying_forces
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import Settings
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.motion import Motion
-from solver.progress import silent
-from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton

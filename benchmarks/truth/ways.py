@@ -15,13 +15,13 @@ from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
 from benchmarks.truth.course import Course, course_of, torques_of
-from solver.capture.conditioning import condition, shared_cutoff
-from solver.capture.force_settings import ConditioningSettings
-from solver.filters import low_pass
-from solver.fit import Fit, TrialFit
+from solver.capture.plates.conditioning import condition, shared_cutoff
+from solver.capture.plates.force_settings import ConditioningSettings
+from solver.common.filters import low_pass
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import Settings
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.motion import Motion
-from solver.settings import Settings
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 

@@ -19,7 +19,7 @@ from benchmarks.zoo.changes import changed_sets
 from benchmarks.zoo.judge import Answer, Check, checks
 from benchmarks.zoo.truth import Truth, described_truth, read_truth
 from benchmarks.zoo.visit import visited
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 PAGE = Path(__file__).parents[1] / "ZOO.md"
 COLUMNS = ("feet", "off", "mass", "zero", "seen", "computed", "angles")

@@ -15,12 +15,12 @@ from functools import cache
 from pathlib import Path
 from typing import BinaryIO
 
-from solver.capture.b3d.places import belongs_to_b3d
-from solver.capture.disk_errors import ONLY_WRITING, writing_failed
-from solver.capture.file_lock import HAS_LOCKS, abandoned, taken
-from solver.capture.file_names import encoded
-from solver.capture.measured_files import refuse_to_replace
-from solver.errors import CaptureError, SolverError
+from solver.capture.formats.b3d.places import belongs_to_b3d
+from solver.capture.subject.measured_files import refuse_to_replace
+from solver.common.disk_errors import ONLY_WRITING, writing_failed
+from solver.common.errors import CaptureError, SolverError
+from solver.common.file_lock import HAS_LOCKS, abandoned, taken
+from solver.common.file_names import encoded
 
 DRAFT = ".addb-draft-"  # how the names of drafts begin
 UNCHANGED = "Nothing was changed there."

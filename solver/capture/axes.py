@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate, Markers
-from solver.errors import CaptureError
-from solver.plate_figures import FEWEST_JUDGED, JUDGED_N, UNTARED_SHARE
-from solver.settings_field import setting
+from solver.common.errors import CaptureError
+from solver.common.plate_figures import FEWEST_JUDGED, JUDGED_N, UNTARED_SHARE
+from solver.common.settings_field import setting
 
 AXES = "xyz"
 FEET = re.compile(r"hee|toe|ank|mal+(eol|$)|met|mt[1-5p]|[1-5]mt|calc|foot|fcc|fm[125]|hallux", re.IGNORECASE)

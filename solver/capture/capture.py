@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.capture.b3d.stored import StoredPass
-from solver.capture.file_names import readable
+from solver.capture.formats.b3d.stored import StoredPass
+from solver.common.file_names import readable
 
 Side = Literal["Left", "Right", "General"]
 FootEventLabel = Literal["Foot Strike", "Foot Off"]

@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 
 from solver.capture.clock_settings import CLOCK, ClockSettings
 from solver.capture.clock_steps import fits, hides_gaps, off_beat, resolution_of, uneven, with_gaps
-from solver.errors import CaptureError
-from solver.runs import runs
+from solver.common.errors import CaptureError
+from solver.common.runs import runs
 
 
 @dataclass(frozen=True)

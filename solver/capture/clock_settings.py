@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from solver.settings_field import setting
+from solver.common.settings_field import setting
 
 
 @dataclass(frozen=True)

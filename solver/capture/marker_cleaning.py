@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
-from solver.capture.text_table import some_of
-from solver.settings_field import setting
+from solver.capture.formats.text_table import some_of
+from solver.common.settings_field import setting
 
 LISTED = 8  # frames named in a note; the rest is counted
 

@@ -5,16 +5,16 @@ from dataclasses import dataclass, field
 
 from solver.capture.axes import AxesSettings
 from solver.capture.clock_settings import ClockSettings
-from solver.capture.edge_zeros import EdgeZeroSettings
-from solver.capture.force_platform import ForcePlatformSettings
-from solver.capture.force_settings import ConditioningSettings, ForceTableSettings
-from solver.capture.length_units import LengthUnitSettings
-from solver.capture.loads_under_feet import UnderFeetSettings
+from solver.capture.formats.length_units import LengthUnitSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
-from solver.capture.plate_sign_settings import PlateSignSettings
-from solver.capture.platform_wrench import PlatformUnitSettings
+from solver.capture.plates.edge_zeros import EdgeZeroSettings
+from solver.capture.plates.force_platform import ForcePlatformSettings
+from solver.capture.plates.force_settings import ConditioningSettings, ForceTableSettings
+from solver.capture.plates.loads_under_feet import UnderFeetSettings
+from solver.capture.plates.plate_sign_settings import PlateSignSettings
+from solver.capture.plates.platform_wrench import PlatformUnitSettings
 from solver.capture.trajectory_joining import JoiningSettings
-from solver.settings_field import setting
+from solver.common.settings_field import setting
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
-from solver.filters import low_pass
+from solver.common.filters import low_pass
 
 # At 0.8 of the new Nyquist frequency and the 4th order, forwards and backwards, what would fold into the
 # lower half of the new band (from 1.5 times the new Nyquist frequency up) is damped 150-fold and more, and

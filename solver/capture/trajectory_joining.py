@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
-from solver.capture.text_table import some_of
-from solver.settings_field import setting
+from solver.capture.formats.text_table import some_of
+from solver.common.settings_field import setting
 
 _REPEATED = re.compile(r"(.+)#\d+")  # the reader's mark of a name that the file has more than once
 _NUMBERED = re.compile(r"[^a-z]*(m|u|c|unnamed|unlabell?ed|unknown|marker|point|traj\w*)?[^a-z]*\d+", re.I)

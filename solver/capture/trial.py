@@ -12,18 +12,26 @@ from solver.capture.axes import (
     vertical_axis,
     vertical_axis_named,
 )
-from solver.capture.b3d.places import SUFFIX
-from solver.capture.b3d.recording import B3dReview, read_b3d_trial
-from solver.capture.b3d.stored import StoredPass
-from solver.capture.body_lengths import refuse_no_markers
-from solver.capture.c3d import read_c3d
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.clock import ClockSettings
-from solver.capture.conditioning import of_a_person, plate_loads
-from solver.capture.edge_zeros import without_edge_zeros
-from solver.capture.file_names import readable
-from solver.capture.force_columns import find_plates, turned
-from solver.capture.loads_under_feet import (
+from solver.capture.formats.b3d.places import SUFFIX
+from solver.capture.formats.b3d.recording import B3dReview, read_b3d_trial
+from solver.capture.formats.b3d.stored import StoredPass
+from solver.capture.formats.c3d import read_c3d
+from solver.capture.formats.qtm_tsv import force_files
+from solver.capture.formats.recording_files import (
+    MarkersInLab,
+    holds_table,
+    of_one_person,
+    read_forces,
+    read_markers,
+)
+from solver.capture.formats.storage import Storage
+from solver.capture.marker_cleaning import clean_markers
+from solver.capture.plates.conditioning import of_a_person, plate_loads
+from solver.capture.plates.edge_zeros import without_edge_zeros
+from solver.capture.plates.force_columns import find_plates, turned
+from solver.capture.plates.loads_under_feet import (
     Feet,
     UnderFeetSettings,
     best_lag_s,
@@ -31,24 +39,16 @@ from solver.capture.loads_under_feet import (
     loads_of,
     under_feet,
 )
-from solver.capture.marker_cleaning import clean_markers
-from solver.capture.moment_convention import plates_from_storage
-from solver.capture.plate_copies import without_copies
-from solver.capture.plate_levels import levelled
-from solver.capture.qtm_tsv import force_files
+from solver.capture.plates.moment_convention import plates_from_storage
+from solver.capture.plates.plate_copies import without_copies
+from solver.capture.plates.plate_levels import levelled
 from solver.capture.reading_settings import READING, ReadingSettings
-from solver.capture.recording_files import (
-    MarkersInLab,
-    holds_table,
-    of_one_person,
-    read_forces,
-    read_markers,
-)
-from solver.capture.review import imported_review
-from solver.capture.storage import Storage
+from solver.capture.subject.body_lengths import refuse_no_markers
+from solver.capture.subject.review import imported_review
+from solver.capture.subject.trial_ranges import outside_ranges
 from solver.capture.trajectory_joining import join_trajectories
-from solver.capture.trial_ranges import outside_ranges
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
+from solver.common.file_names import readable
 
 STANDING_M_S, STEP_S = 0.2, 0.3  # of a marker of a foot that stands, and for how long a step does
 

@@ -13,12 +13,12 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from solver.capture.conditioning import ConditionedPlate
+from solver.capture.plates.conditioning import ConditionedPlate
+from solver.common.runs import runs
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole, independent_feet, soles
 from solver.contact.touching import touching
 from solver.contact.wrenches import NO_FOOT, TWO_FEET, ContactWrenches
-from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 

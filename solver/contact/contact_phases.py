@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.runs import runs
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import soles
 from solver.contact.touching import touching
 from solver.contact.wrenches import ContactWrenches
-from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 MEASURED = 0.5  # share of a contact's frames that plates must carry for it to count as measured

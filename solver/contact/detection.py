@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
+from solver.common.runs import runs
 from solver.contact.detection_balance import UP
 from solver.contact.detection_plates import plate_faults
 from solver.contact.detection_reasons import proposals_of
@@ -20,7 +21,6 @@ from solver.contact.proposals import COP_OUTSIDE_FOOT, NO_PLATE_DATA, Proposal
 from solver.contact.sole import soles
 from solver.contact.wrenches import TWO_FEET, ContactWrenches
 from solver.kinematics.motion import Motion
-from solver.runs import runs
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 

@@ -7,10 +7,10 @@ from jaxtyping import Bool, Float
 from scipy.linalg import solveh_banded
 from scipy.ndimage import uniform_filter1d
 
+from solver.common.runs import runs
+from solver.common.white_noise import white_noise_together
 from solver.contact.detection_settings import DetectionSettings
-from solver.runs import runs
 from solver.skeleton.forward import cross
-from solver.white_noise import white_noise_together
 
 UP = 1  # y, among the three components of a force
 FEWEST_FRAMES = 4  # that a third difference needs

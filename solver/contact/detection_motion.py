@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.runs import runs
 from solver.contact.detection_balance import UP
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.wrenches import ContactWrenches
-from solver.runs import runs
 
 
 def slip_speeds(

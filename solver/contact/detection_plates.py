@@ -7,11 +7,11 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import median_filter
 
 from solver.capture.capture import ForcePlate
+from solver.common.runs import runs
 from solver.contact.detection_balance import UP
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import CLIPPED, MISSING_BLIP, OUTLIERS, Proposal
 from solver.contact.wrenches import ContactWrenches
-from solver.runs import runs
 
 SAME = 1e-9  # of the force: equal but for rounding in a unit's conversion
 

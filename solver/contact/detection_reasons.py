@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
+from solver.common.runs import runs
 from solver.contact.detection_balance import UP
 from solver.contact.detection_search import Findings
 from solver.contact.detection_settings import DetectionSettings
@@ -20,7 +21,6 @@ from solver.contact.proposals import (
     Proposal,
 )
 from solver.contact.wrenches import ContactWrenches
-from solver.runs import runs
 
 
 def proposals_of(

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_dilation, maximum_filter1d
 
+from solver.common.runs import runs
 from solver.contact.detection_balance import UP, BodyMotion, WholeBody
 from solver.contact.detection_motion import ground_odds, slip_speeds, touching_unloaded
 from solver.contact.detection_place import place_costs
@@ -16,7 +17,6 @@ from solver.contact.detection_states import Clues, Story, likeliest_story, missi
 from solver.contact.sole import Sole, soles
 from solver.contact.wrenches import TWO_FEET, ContactWrenches
 from solver.kinematics.motion import Motion
-from solver.runs import runs
 from solver.skeleton.forward import body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton

@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from solver.common.plate_figures import CONTACT_N
+from solver.common.settings_field import setting
 from solver.contact.settings import SHORTEST_CONTACT_S, ContactSettings
-from solver.plate_figures import CONTACT_N
-from solver.settings_field import setting
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 from solver.capture.capture import Capture, ImportedReason
+from solver.common.errors import FitError
+from solver.common.runs import runs
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import (
     DETECTION,
@@ -20,8 +22,6 @@ from solver.contact.wrenches import (
     FrameMask,
     MissingRange,
 )
-from solver.errors import FitError
-from solver.runs import runs
 
 NOT_RECORDED = "hasNoForcePlateData"  # as the B3D format calls it
 REVIEWED = "manualReview"  # likewise

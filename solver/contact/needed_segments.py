@@ -11,8 +11,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.errors import ModelError
 from solver.contact.sole import ANKLE_REACH_M, independent_feet, soles
-from solver.errors import ModelError
 from solver.kinematics.scale_prior import LEG_LENGTH_FRACTION, stature
 from solver.kinematics.unseen_bodies import untold_dofs
 from solver.skeleton.forward import body_poses

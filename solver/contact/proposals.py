@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Bool
 
+from solver.common.runs import runs
 from solver.contact.wrenches import MissingRange
-from solver.runs import runs
 
 # The B3D format's words.
 ZERO_WHILE_ACCELERATING = "measuredGrfZeroWhenAccelerationNonZero"

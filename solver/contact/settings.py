@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from solver.settings_field import setting
+from solver.common.settings_field import setting
 
 SHORTEST_CONTACT_S = 0.05  # shorter ones are noise; a sprinter's lasts 0.09 s
 

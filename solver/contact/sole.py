@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 

@@ -7,19 +7,19 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Subject
+from solver.common.errors import FitError
+from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
+from solver.diagnosis.causes.catalogue import catalogue
+from solver.diagnosis.causes.effect import Candidate, Corrected, Range
+from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.diagnose import repaired_balance
 from solver.diagnosis.extension import causes_of, extension_of
-from solver.diagnosis.selection import select
-from solver.diagnosis.terms import Solved
-from solver.dynamics.extension import Cause, Extension
-from solver.effects.catalogue import catalogue
-from solver.effects.effect import Candidate, Corrected, Range
-from solver.effects.scene import Scene
-from solver.errors import FitError
-from solver.fit import Fit
-from solver.progress import Progress, part, silent
-from solver.settings import Settings
+from solver.diagnosis.search.selection import select
+from solver.diagnosis.search.terms import Solved
+from solver.dynamics.trajectory.extension import Cause, Extension
+from solver.fitting.fit import Fit
+from solver.fitting.settings import Settings
 
 STILL_COUNT = 0.2  # of a cause's frames may count, though its flag is there: borders are set by eye
 FITTED = 0.8  # share of the work that is done once the markers are fitted

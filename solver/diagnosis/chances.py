@@ -8,7 +8,7 @@ from scipy.special import softmax
 
 from solver.diagnosis.checks import DECIDED, PAYS, Decision
 from solver.diagnosis.trail import CauseDecisions
-from solver.diagnosis_settings import DiagnosisSettings
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 SHORT_OF_EVIDENCE = (
     PAYS,

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.contenders import confidence, cosine, overlap
+from solver.diagnosis.direct_checks.settings import WITNESSES
 from solver.diagnosis.gain_asked import asked, loose_ends, may_lose
-from solver.diagnosis.proposals import (
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import confidence, cosine, overlap
+from solver.diagnosis.search.proposals import (
     Added,
     AgainstAnything,
     AllInPlace,
@@ -22,8 +23,7 @@ from solver.diagnosis.proposals import (
     Remainder,
     Withheld,
 )
-from solver.diagnosis.terms import Solved
-from solver.diagnosis.witnesses.settings import WITNESSES
+from solver.diagnosis.search.terms import Solved
 
 MOST_BEHIND = 1.0  # T, by which what is on no list has to be ahead for a name to be given up
 LEAST_LIFT_N = 20.0  # of a weight that no plate bears: with less, weighings say nothing

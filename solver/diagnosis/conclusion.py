@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.balance import Balance
+from solver.diagnosis.causes.effect import Estimate, in_view
+from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.chances import chances
-from solver.diagnosis.contenders import Contender, Found
 from solver.diagnosis.decisions import is_a_lead, is_unexplained
 from solver.diagnosis.diagnosis import (
     CLEAN,
@@ -25,20 +25,20 @@ from solver.diagnosis.diagnosis import (
 from solver.diagnosis.force_courses import force_courses
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
-from solver.diagnosis.open_world import Held, Standing, Unknown, held
-from solver.diagnosis.outside_list import PLATE, TIME
-from solver.diagnosis.proposals import Remainder
 from solver.diagnosis.put_right import PutRight
-from solver.diagnosis.remainder import UnknownForce
 from solver.diagnosis.residual_description import described
-from solver.diagnosis.selection import Selection
-from solver.diagnosis.terms import Solved, Term
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import Contender, Found
+from solver.diagnosis.search.proposals import Remainder
+from solver.diagnosis.search.selection import Selection
+from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.trail import Trail
-from solver.diagnosis.unexplained import Kept, kept_beside_the_unknown, position, size_N
-from solver.diagnosis.unknown_course import dependence
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.effect import Estimate, in_view
-from solver.effects.marker_effect import MarkerFinding
+from solver.diagnosis.unmodelled.open_world import Held, Standing, Unknown, held
+from solver.diagnosis.unmodelled.outside_list import PLATE, TIME
+from solver.diagnosis.unmodelled.remainder import UnknownForce
+from solver.diagnosis.unmodelled.unexplained import Kept, kept_beside_the_unknown, position, size_N
+from solver.diagnosis.unmodelled.unknown_course import dependence
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 BOOTSTRAPS = 400
 MARKER_TEMPER = 10.0  # [nats] of a marker's own likelihood, whose errors are far from independent

@@ -8,7 +8,7 @@ passes and what fails is told with its figure, the limit, and the reason.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from solver.diagnosis.balance import Balance
+from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.checks import (
     BEATS_THE_UNKNOWN,
     DECIDED,
@@ -37,8 +37,9 @@ from solver.diagnosis.checks import (
     strain_needed,
     witnessed,
 )
-from solver.diagnosis.contenders import Contender
-from solver.diagnosis.proposals import (
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import Contender
+from solver.diagnosis.search.proposals import (
     Added,
     AgainstAnything,
     AllInPlace,
@@ -49,9 +50,8 @@ from solver.diagnosis.proposals import (
     Remainder,
     Withheld,
 )
-from solver.diagnosis.terms import Solved
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.effect import Candidate
+from solver.diagnosis.search.terms import Solved
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.contenders import handicap
+from solver.diagnosis.causes.effect import Candidate, Estimate
 from solver.diagnosis.diagnosis import Detectable
 from solver.diagnosis.gain_asked import least_first_gain
-from solver.diagnosis.refinement import refined
-from solver.diagnosis.terms import Solved, Term
-from solver.effects.effect import Candidate, Estimate
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import handicap
+from solver.diagnosis.search.refinement import refined
+from solver.diagnosis.search.terms import Solved, Term
 
 NINE_IN_TEN = 1.28  # standard deviations by which an estimate falls short at most
 GRID = np.geomspace(0.05, 50.0, 200)  # of standard deviations, among which a size to act on is sought

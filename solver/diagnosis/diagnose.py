@@ -9,34 +9,34 @@ import numpy as np
 from jaxtyping import Bool
 
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.readable_trials import ReadTrials
-from solver.capture.subject import open_subject
+from solver.capture.subject.readable_trials import ReadTrials
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
+from solver.common.errors import FitError
+from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
-from solver.diagnosis.balance import Balance
+from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.conclusion import conclude
-from solver.diagnosis.contenders import Found
 from solver.diagnosis.detectable import detectable
 from solver.diagnosis.diagnosis import CLEAN, Diagnosis
+from solver.diagnosis.direct_checks.asking import accused_plates, asked
+from solver.diagnosis.direct_checks.measured import Measured, measured
+from solver.diagnosis.direct_checks.pressure_path import turns_by_path
+from solver.diagnosis.direct_checks.weighings import weighings
 from solver.diagnosis.marker_causes import SeenInMarkers, as_distances_tell, with_markers_repaired
+from solver.diagnosis.noise.rows import TrialRows, trial_rows
 from solver.diagnosis.report import as_json
-from solver.diagnosis.rows import TrialRows, trial_rows
 from solver.diagnosis.scenes import SceneAndPosterior
-from solver.diagnosis.selection import Selection, select
-from solver.diagnosis.witnesses.asking import accused_plates, asked
-from solver.diagnosis.witnesses.measured import Measured, measured
-from solver.diagnosis.witnesses.pressure_path import turns_by_path
-from solver.diagnosis.witnesses.weighings import weighings
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.dynamics.unmeasured_forces import FEWEST_FRAMES
-from solver.effects.catalogue import catalogue
-from solver.errors import FitError
-from solver.failing_trials import Failed, together, without_failing
-from solver.fit import Fit
-from solver.pipeline import solve
-from solver.progress import Progress, part, silent
-from solver.settings import Settings, settings_for
-from solver.summary import all_notes
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import Found
+from solver.diagnosis.search.selection import Selection, select
+from solver.dynamics.force_prediction.unmeasured_forces import FEWEST_FRAMES
+from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.fitting.failing_trials import Failed, together, without_failing
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings, settings_for
+from solver.fitting.summary import all_notes
 
 FITTED = 0.6  # share of the work that is done once the markers are fitted
 

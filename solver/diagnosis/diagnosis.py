@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.chances import Chances
+from solver.diagnosis.direct_checks.statement import Statement
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import ResidualDescription
 from solver.diagnosis.trail import CauseDecisions
-from solver.diagnosis.witnesses.statement import Statement
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.effect import Estimate, Range
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 EXPLAINED, CLEAN, UNEXPLAINED = "explained", "clean", "unexplained"
 

@@ -6,27 +6,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool
 
+from solver.common.errors import FitError
+from solver.common.progress import Progress, part, silent
+from solver.common.runs import runs
 from solver.contact.wrenches import FrameMask
 from solver.diagnosis.diagnosis import Gain
+from solver.dynamics.cross_validation.withheld_layouts import withheld_blocks
 from solver.dynamics.dynamics import Dynamics
-from solver.dynamics.extension import Extension, TrialExtension, with_extra_wrench
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.trajectory_fit import fit_trajectories
-from solver.dynamics.trajectory_search import TrajectoryFit
-from solver.dynamics.trial_data import TrialData
-from solver.dynamics.withheld_layouts import withheld_blocks
-from solver.dynamics_stage import before_forces, started, trial_data
-from solver.errors import FitError
-from solver.fit import Fit, TrialFit
+from solver.dynamics.trajectory.extension import Extension, TrialExtension, with_extra_wrench
+from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
+from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
+from solver.dynamics.trajectory.trial_data import TrialData
+from solver.fitting.dynamics_stage import before_forces, started, trial_data
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import Settings
+from solver.fitting.weighing_stage import weighed
 from solver.kinematics.marker_matching import MarkerMatch, match_markers
 from solver.kinematics.root_joint import root_joint
-from solver.progress import Progress, part, silent
-from solver.runs import runs
-from solver.settings import Settings
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
-from solver.weighing_stage import weighed
 
 BOOTSTRAPS = 400
 FEWEST_BLOCKS = 3  # drawn anew, fewer say nothing of how they scatter

@@ -16,11 +16,11 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.diagnosis.terms import Solved, Term
-from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
-from solver.effects.about import Named
-from solver.effects.effect import Candidate, Eta, Signature
-from solver.effects.scene import Scene
+from solver.diagnosis.causes.about import Named
+from solver.diagnosis.causes.effect import Candidate, Eta, Signature
+from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.search.terms import Solved, Term
+from solver.dynamics.trajectory.extension import BodyWrench, Cause, Extension, TrialExtension
 
 SMALL_STEP = 0.1  # of the search's first step, for derivatives by η
 SAME_SHARE = 1e-6  # of its size, to which plates one by one must add up to the whole

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.effect import Candidate, Eta, in_view
-from solver.effects.scene import Scene
+from solver.diagnosis.causes.effect import Candidate, Eta, in_view
+from solver.diagnosis.causes.scene import Scene
 
 STEP_S = 0.02  # no contact's course has more detail
 

@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 
-from solver.diagnosis.contenders import Found
-from solver.diagnosis.proposals import (
+from solver.diagnosis.causes.about import Weight
+from solver.diagnosis.causes.effect import Candidate
+from solver.diagnosis.search.contenders import Found
+from solver.diagnosis.search.proposals import (
     Added,
     Exchanged,
     OnReading,
     Paired,
     Proposal,
 )
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.about import Weight
-from solver.effects.effect import Candidate
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 
 def least_first_gain(candidate: Candidate, scale: float, settings: DiagnosisSettings) -> float:

@@ -13,10 +13,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import cho_solve
 
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.rungs import Rung
-from solver.diagnosis.screening import beside
-from solver.diagnosis.terms import Solved, Term
+from solver.diagnosis.noise.rungs import Rung
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.screening import beside
+from solver.diagnosis.search.terms import Solved, Term
 
 SHORT_WINDOWS = 3  # a tenth of a second
 

@@ -7,19 +7,19 @@ import numpy as np
 
 from solver.capture.capture import Capture
 from solver.contact.force_review import ForceReview
+from solver.diagnosis.causes import marker_slip, marker_swap, soft_tissue
+from solver.diagnosis.causes.effect import Estimate
+from solver.diagnosis.causes.leaps import leaps
+from solver.diagnosis.causes.marker_effect import MarkerFinding
+from solver.diagnosis.causes.marker_events import events_of
+from solver.diagnosis.causes.marker_slip import MarkerSlip, UnusedMarkerSlip
+from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.segment_displaced import TOGETHER_S, of_leap, of_others, slips_together
+from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.statement import About, Statement
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
-from solver.diagnosis.witnesses.settings import WITNESSES
-from solver.diagnosis.witnesses.statement import About, Statement
-from solver.effects import marker_slip, marker_swap, soft_tissue
-from solver.effects.effect import Estimate
-from solver.effects.leaps import leaps
-from solver.effects.marker_effect import MarkerFinding
-from solver.effects.marker_events import events_of
-from solver.effects.marker_slip import MarkerSlip, UnusedMarkerSlip
-from solver.effects.scene import Scene
-from solver.effects.segment_displaced import TOGETHER_S, of_leap, of_others, slips_together
-from solver.fit import Fit, TrialFit
-from solver.settings import Settings
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import Settings
 
 ROUNDS = 3  # a swap hides a slip, and a repaired pose shows the next
 

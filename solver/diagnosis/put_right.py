@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.contenders import Contender
-from solver.diagnosis.proposals import OnReading
-from solver.diagnosis.terms import Solved, Term
+from solver.diagnosis.causes.effect import Corrected
+from solver.diagnosis.causes.gross_cause import GrossCause
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import Contender
+from solver.diagnosis.search.proposals import OnReading
+from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.trail import Trail
-from solver.effects.effect import Corrected
-from solver.effects.gross_cause import GrossCause
 
 
 @dataclass(frozen=True, eq=False)

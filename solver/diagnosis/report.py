@@ -3,14 +3,14 @@
 import math
 from dataclasses import asdict
 
+from solver.diagnosis.causes.catalogue import ABOUT
+from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.diagnosis import Diagnosis, Gain, NamedEffect, OffTheList
+from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.statement import Statement
 from solver.diagnosis.extended_fit import ExtendedGain
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
-from solver.diagnosis.witnesses.settings import WITNESSES
-from solver.diagnosis.witnesses.statement import Statement
-from solver.effects.catalogue import ABOUT
-from solver.effects.effect import Range
 
 MOST_CHANGED = 5  # joint torques that are listed
 MOST_REFUSED = 5  # causes whose decisions are told though they are not named

@@ -14,11 +14,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.contact.wrenches import TWO_FEET
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.rows import TrialRows
-from solver.diagnosis.terms import Solved, Term
-from solver.effects.effect import Range
-from solver.effects.scene import Scene
+from solver.diagnosis.causes.effect import Range
+from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.noise.rows import TrialRows
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.terms import Solved, Term
 
 WORST_S = 0.5  # a stance or a push: what people can look up in a video
 WHOLE_SHARE = 0.5  # of the worst half second at least has windows

@@ -7,22 +7,22 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
-from solver.capture.conditioning import plate_loads
+from solver.capture.plates.conditioning import plate_loads
+from solver.common.frames_at_once import by_frames
 from solver.contact.force_review import ForceReview
 from solver.contact.mask import mask_of, with_own_file
 from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import MissingRange
+from solver.diagnosis.causes.scene import MarkerScene, PlateScene, Scene
+from solver.dynamics.force_prediction.long_marker_posterior import LongMarkerPosterior, trial_posterior
+from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior
+from solver.dynamics.force_prediction.unmeasured_forces import FEWEST_FRAMES
 from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
-from solver.dynamics.long_marker_posterior import LongMarkerPosterior, trial_posterior
-from solver.dynamics.marker_posterior import MarkerPosterior
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass_of
-from solver.dynamics.unmeasured_forces import FEWEST_FRAMES
-from solver.effects.scene import MarkerScene, PlateScene, Scene
-from solver.fit import Fit, TrialFit
-from solver.frames_at_once import by_frames
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import Settings
 from solver.kinematics.model_ownership import SAME_MASS
-from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
 from solver.skeleton.subject_model import load_subject_model

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from solver.diagnosis.checks import NEEDED, Decision
 from solver.diagnosis.decisions import CHECKS, Verdict, decide
-from solver.diagnosis.proposals import Key, OnReading, Proposal, Remainder, Withheld
+from solver.diagnosis.search.proposals import Key, OnReading, Proposal, Remainder, Withheld
 
 OUTDONE = Decision(NEEDED, False, None, None, "a likelier set of causes was found without it")
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.errors import FitError
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.root_wrench import centre_of_mass_of
-from solver.errors import FitError
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.settings_field import setting
+from solver.common.settings_field import setting
 
 
 @dataclass(frozen=True)

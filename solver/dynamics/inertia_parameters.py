@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.skeleton import Body, Skeleton
 

@@ -3,12 +3,12 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.errors import FitError
+from solver.common.frames_at_once import by_frames
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.root_wrench import about_point, centre_of_mass, root_centre, root_wrench
 from solver.dynamics.settings import DynamicsSettings
-from solver.errors import FitError
-from solver.frames_at_once import by_frames
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import ForwardKinematics

@@ -8,13 +8,13 @@ from pathlib import Path
 import psutil
 
 from solver.capture.capture import Capture
-from solver.dynamics.frame_spans import are_long
+from solver.common.errors import FitError
+from solver.common.frames_at_once import FRAMES_AT_ONCE
 from solver.dynamics.inertia_parameters import inertia_parameters
-from solver.dynamics.spline_band import REACH
-from solver.dynamics.spline_basis import ORDER
-from solver.dynamics.trajectory_settings import TrajectorySettings
-from solver.errors import FitError
-from solver.frames_at_once import FRAMES_AT_ONCE
+from solver.dynamics.trajectory.frame_spans import are_long
+from solver.dynamics.trajectory.spline_band import REACH
+from solver.dynamics.trajectory.spline_basis import ORDER
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.skeleton.skeleton import Skeleton
 
 NUMBER = 8  # bytes of one in double precision

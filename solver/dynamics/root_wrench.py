@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from solver.frames_at_once import by_frames
+from solver.common.frames_at_once import by_frames
 from solver.kinematics.root_joint import RootJoint
 from solver.skeleton.chain import Chain
 from solver.skeleton.forward import ForwardKinematics, Poses, cross

@@ -16,11 +16,11 @@ from solver.capture.capture import FootEvent
 from solver.export.c3d_file import C3dRecording, ModelOutput, write_c3d
 from solver.export.gait_tables import gaits_of
 from solver.export.places import made, trial_stems
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.seen_part import without_guesses
 from solver.gait.events import Kind, side_of
 from solver.gait.gait import Gait
 from solver.kinematics.motion import Motion
-from solver.seen_part import without_guesses
 from solver.skeleton.skeleton import Skeleton
 
 NMM = 1000.0  # per N·m

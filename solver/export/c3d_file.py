@@ -17,11 +17,11 @@ from jaxtyping import Float
 
 from solver.capture.atomic import whole_file
 from solver.capture.capture import FootEvent, ForcePlate, Markers
-from solver.capture.force_platform import plate_axes
-from solver.capture.measured_files import MARK
+from solver.capture.plates.force_platform import plate_axes
 from solver.capture.resampling import bridged, resample
-from solver.errors import CaptureError
-from solver.runs import runs
+from solver.capture.subject.measured_files import MARK
+from solver.common.errors import CaptureError
+from solver.common.runs import runs
 
 R_LAB_GROUND = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 MM = 1000.0  # per metre

@@ -8,11 +8,11 @@ import pyarrow as pa
 from jaxtyping import Bool, Float
 
 from solver.export.column_units import POWER, UNITS
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.seen_part import without_guesses
 from solver.gait.cycles import Cycle
 from solver.gait.gait import Gait, joint_power
 from solver.gait.stride_curves import POINTS, StrideCurves, stride_curves
-from solver.seen_part import without_guesses
 
 Place = tuple[str, str]  # trial and foot
 Columns = dict[str, np.ndarray]

@@ -10,10 +10,10 @@ import pyarrow as pa
 from solver.capture.atomic import whole_file, write_whole
 from solver.export.cycle_tables import fit_curves, mean_table
 from solver.export.places import made
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import from_dict
 from solver.gait.gait import Gait, gait_of
 from solver.gait.settings import GAIT
-from solver.settings import from_dict
 
 FOLDER = "gait"  # of its own, where no trial's files are
 Row = dict[str, str | float | None]

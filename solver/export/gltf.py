@@ -19,7 +19,7 @@ from trimesh.visual.material import PBRMaterial
 
 from solver.capture.atomic import whole_file
 from solver.export.places import made, trial_stems
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 from solver.kinematics.motion import Motion
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.forward import body_poses

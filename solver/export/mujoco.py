@@ -13,10 +13,10 @@ import trimesh
 from trimesh.exchange.stl import export_stl
 
 from solver.capture.atomic import whole_file, write_whole
-from solver.capture.file_names import distinct
+from solver.common.file_names import distinct
 from solver.export.mjcf import MujocoModel, mujoco_model
 from solver.export.places import file_stem, made, trial_stems
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 from solver.kinematics.motion import Motion
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.chain import chain_of

@@ -16,17 +16,17 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.coordinates import write_coordinates
-from solver.capture.storage import write_storage
+from solver.capture.formats.coordinates import write_coordinates
+from solver.capture.formats.storage import write_storage
+from solver.common.plate_figures import CONTACT_N
+from solver.common.runs import runs
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.export.opensim_setup import write_external_loads, write_inverse_dynamics_setup
 from solver.export.places import made, trial_stems
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.seen_part import without_guesses
 from solver.kinematics.motion import Motion
-from solver.plate_figures import CONTACT_N
-from solver.runs import runs
-from solver.seen_part import without_guesses
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
 

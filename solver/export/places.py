@@ -4,10 +4,10 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from solver.capture.disk_errors import writing_failed
-from solver.capture.file_names import distinct
-from solver.errors import FitError
-from solver.fit import Fit
+from solver.common.disk_errors import writing_failed
+from solver.common.errors import FitError
+from solver.common.file_names import distinct
+from solver.fitting.fit import Fit
 
 
 def made(folder: Path) -> Path:

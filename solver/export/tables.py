@@ -16,11 +16,11 @@ from solver.dynamics.dynamics import Dynamics
 from solver.export.column_units import POWER, UNITS
 from solver.export.gait_tables import export_gait
 from solver.export.places import made, trial_stems
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.seen_part import without_guesses
 from solver.gait.gait import joint_power
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
-from solver.seen_part import without_guesses
 from solver.skeleton.skeleton import Skeleton
 
 Columns = dict[str, np.ndarray]

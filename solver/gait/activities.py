@@ -8,9 +8,12 @@ from itertools import groupby
 import numpy as np
 from jaxtyping import Float, Int
 
+from solver.common.errors import ModelError
+from solver.common.gravity import GRAVITY
+from solver.common.runs import runs
 from solver.contact.wrenches import ContactWrenches
-from solver.errors import ModelError
-from solver.fit import TrialFit
+from solver.fitting.fit import TrialFit
+from solver.fitting.seen_part import seen_part
 from solver.gait.activity import (
     BY_RULE,
     BY_UNLEARNT_RULE,
@@ -24,9 +27,6 @@ from solver.gait.activity_rules import kind_of, unlearnt
 from solver.gait.activity_settings import ACTIVITIES, ActivitySettings
 from solver.gait.body_motion import BodyMotion, body_motion
 from solver.gait.settings import GAIT, GaitSettings
-from solver.gravity import GRAVITY
-from solver.runs import runs
-from solver.seen_part import seen_part
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_FRAMES = 10  # a spline and a filter need as many

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.gravity import GRAVITY
 from solver.gait.activity_settings import ActivitySettings
 from solver.gait.body_motion import BodyMotion
-from solver.gravity import GRAVITY
 
 NAMES = (
     "pace",  # over the surface, of √(g L); 0.7 where people begin to run

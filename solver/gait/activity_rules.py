@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Bool
 
+from solver.common.runs import runs
 from solver.gait.activity import Activity, Kind
 from solver.gait.activity_settings import ActivitySettings
 from solver.gait.body_motion import BodyMotion, Foothold
-from solver.runs import runs
 
 Span = tuple[int, int]
 

@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.errors import ModelError
+from solver.common.filters import low_pass
+from solver.common.frames_at_once import by_frames
 from solver.contact.sole import soles
-from solver.errors import ModelError
-from solver.filters import low_pass
-from solver.frames_at_once import by_frames
 from solver.gait.events import Stance, stances_from_feet
 from solver.gait.foot_motion import FootMotion, foot_motion
 from solver.gait.settings import GaitSettings

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
-from solver.frames_at_once import by_frames
+from solver.common.frames_at_once import by_frames
 from solver.gait.events import Stance
 from solver.gait.foot_motion import FootMotion
 from solver.gait.settings import GaitSettings

@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import FootEvent, ForcePlate, Side
-from solver.capture.conditioning import plate_loads
-from solver.capture.force_settings import ConditioningSettings
+from solver.capture.plates.conditioning import plate_loads
+from solver.capture.plates.force_settings import ConditioningSettings
+from solver.common.runs import runs
 from solver.gait.foot_motion import FootMotion
 from solver.gait.settings import GaitSettings
-from solver.runs import runs
 
 SAME_STANCE_S = 0.1  # by which stances of plate and motion may differ at either end and be one stance
 

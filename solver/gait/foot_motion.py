@@ -10,8 +10,8 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
 from scipy.spatial.distance import cdist
 
-from solver.filters import low_pass
-from solver.frames_at_once import FRAMES_AT_ONCE, by_frames
+from solver.common.filters import low_pass
+from solver.common.frames_at_once import FRAMES_AT_ONCE, by_frames
 from solver.gait.settings import GaitSettings
 
 MOST_SAMPLES = 1500  # of soles' velocities; more tell no more of the surface's

@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.capture.force_settings import ConditioningSettings
+from solver.capture.plates.force_settings import ConditioningSettings
+from solver.common.errors import ModelError
+from solver.common.runs import runs
 from solver.contact.sole import soles
-from solver.errors import ModelError
-from solver.fit import TrialFit
+from solver.fitting.fit import TrialFit
+from solver.fitting.seen_part import seen_part
 from solver.gait.cycles import Cycle, cycles_of
 from solver.gait.events import (
     GaitEvent,
@@ -22,8 +24,6 @@ from solver.gait.events import (
 )
 from solver.gait.foot_motion import foot_motion
 from solver.gait.settings import GaitSettings
-from solver.runs import runs
-from solver.seen_part import seen_part
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 

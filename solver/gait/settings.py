@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from solver.plate_figures import CONTACT_N
-from solver.settings_field import setting
+from solver.common.plate_figures import CONTACT_N
+from solver.common.settings_field import setting
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.runs import runs
 from solver.gait.settings import GAIT, GaitSettings
-from solver.runs import runs
 
 FEWEST_FRAMES = 3  # amid a stance: fewer tell no speed
 

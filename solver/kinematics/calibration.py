@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from threadpoolctl import threadpool_limits
 
+from solver.common.progress import Progress, silent
 from solver.kinematics.frame_solver import PoseProblem, solve_frames
 from solver.kinematics.initial_pose import initial_poses
 from solver.kinematics.root_joint import root_joint
@@ -25,7 +26,6 @@ from solver.kinematics.scale_prior import (
     stature,
 )
 from solver.kinematics.settings import KinematicsSettings
-from solver.progress import Progress, silent
 from solver.skeleton.forward import marker_jacobian
 from solver.skeleton.scaling import with_offsets
 from solver.skeleton.skeleton import Skeleton

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from solver.capture.capture import Markers
-from solver.capture.text_table import some_of
+from solver.capture.formats.text_table import some_of
 from solver.kinematics.flat_foot import on_flat_feet
 from solver.kinematics.hip_width import LEG_LANDMARKS
 from solver.kinematics.label_reading import read_labels

@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.ndimage import binary_dilation
 
-from solver.frames_at_once import by_frames
+from solver.common.frames_at_once import by_frames
+from solver.common.runs import runs
 from solver.kinematics.frame_solver import PoseProblem, root_dofs
 from solver.kinematics.settings import KinematicsSettings
-from solver.runs import runs
 from solver.skeleton.segment_tables import RANGES_DEG
 from solver.skeleton.skeleton import Skeleton
 

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
+from solver.common.runs import runs
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.scale_prior import offset_std
 from solver.kinematics.settings import KinematicsSettings
-from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 RESTS_M_S = 0.05  # vertical speed below which a marker rests; those of a moving foot pass it within 2-20 ms

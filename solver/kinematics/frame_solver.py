@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from solver.frames_at_once import FRAMES_AT_ONCE, spans
+from solver.common.frames_at_once import FRAMES_AT_ONCE, spans
 from solver.kinematics.marker_terms import MarkerTerms
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.forward import ForwardKinematics

@@ -5,15 +5,15 @@ from jaxtyping import Bool, Float, Int
 from scipy.linalg import solveh_banded
 from threadpoolctl import threadpool_limits
 
-from solver.errors import FitError
-from solver.frames_at_once import FRAMES_AT_ONCE, by_frames, joined, overlapping
+from solver.common.errors import FitError
+from solver.common.frames_at_once import FRAMES_AT_ONCE, by_frames, joined, overlapping
+from solver.common.progress import Progress, silent
+from solver.common.runs import runs
 from solver.kinematics.determined import posed_frames
 from solver.kinematics.frame_solver import PoseProblem, solve_frames
 from solver.kinematics.initial_pose import initial_poses
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.kinematics.settings import KinematicsSettings
-from solver.progress import Progress, silent
-from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_MARKERS = 3  # seen on a frame for it to say anything about the pose

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
-from solver.capture.text_table import some_of
+from solver.capture.formats.text_table import some_of
 from solver.capture.trajectory_joining import JoiningSettings
-from solver.errors import FitError
+from solver.common.errors import FitError
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name
 from solver.kinematics.scale_prior import stature
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.runs import runs
 from solver.kinematics.settings import KinematicsSettings
-from solver.runs import runs
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Markers
-from solver.capture.text_table import some_of
-from solver.errors import FitError
+from solver.capture.formats.text_table import some_of
+from solver.common.errors import FitError
 from solver.kinematics.unseen_bodies import untold_dofs
 from solver.skeleton.skeleton import Skeleton
 

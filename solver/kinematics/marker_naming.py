@@ -7,7 +7,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from solver.capture.capture import Markers
-from solver.errors import FitError
+from solver.common.errors import FitError
 from solver.kinematics.bare_model import is_bare
 from solver.kinematics.default_body_naming import NamedMarkers, on_default_body, seen_together
 from solver.kinematics.marker_matching import LEFT_OUT, match_markers

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import BSpline, make_interp_spline
 
-from solver.filters import low_pass
-from solver.runs import runs
+from solver.common.filters import low_pass
+from solver.common.runs import runs
 
 
 @dataclass(frozen=True)

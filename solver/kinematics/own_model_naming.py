@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from solver.capture.capture import Markers
-from solver.capture.text_table import some_of
-from solver.errors import FitError
+from solver.capture.formats.text_table import some_of
+from solver.common.errors import FitError
 from solver.kinematics.bare_model import is_bare, placed_on_model
 from solver.kinematics.default_body_naming import on_default_body
 from solver.kinematics.label_reading import read_labels

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from solver.errors import FitError
+from solver.common.errors import FitError
 from solver.kinematics.motion import Motion
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.skeleton import Axis, Joint, Skeleton
 
 

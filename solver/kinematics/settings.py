@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from solver.settings_field import setting
+from solver.common.settings_field import setting
 
 
 @dataclass(frozen=True)

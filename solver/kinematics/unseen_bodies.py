@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.runs import runs
 from solver.kinematics.motion import Motion
-from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 LONG_S = 0.1  # shorter gaps are bridged within millimetres

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Subject
-from solver.capture.small_files import BrokenFileError, toml_tables
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
+from solver.common.small_files import BrokenFileError, toml_tables
 from solver.markers.atlas import atlas
 from solver.markers.understanding import Understanding, UnderstoodLabel
 

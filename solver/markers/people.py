@@ -15,17 +15,17 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two, short_lengths
-from solver.capture.c3d_person import stated_by, stated_person
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
-from solver.capture.description import Description
-from solver.capture.file_names import distinct
-from solver.capture.loose_files import find_models
-from solver.capture.same_motion import markers_of, people_in
-from solver.capture.statics import static_among
-from solver.capture.text_table import some_of
-from solver.capture.trial_names import numbered_person
-from solver.errors import CaptureError
+from solver.capture.formats.c3d_person import stated_by, stated_person
+from solver.capture.formats.text_table import some_of
+from solver.capture.subject.body_lengths import Lengths, body_lengths, odds_for_two, short_lengths
+from solver.capture.subject.description import Description
+from solver.capture.subject.loose_files import find_models
+from solver.capture.subject.same_motion import markers_of, people_in
+from solver.capture.subject.statics import static_among
+from solver.capture.subject.trial_names import numbered_person
+from solver.common.errors import CaptureError
+from solver.common.file_names import distinct
 from solver.markers.atlas import atlas
 from solver.markers.distances import posture_scatter_m
 from solver.markers.label_parts import OTHER_SIDE

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from solver.gravity import GRAVITY
+from solver.common.gravity import GRAVITY
 from solver.simulate.angle_patterns import RUNNING_LEG, SPRINTING_LEG, WALKING_LEG, Knots, pattern, wave
 from solver.simulate.contacts import ContactPlan, Course, Stance
 from solver.simulate.sole import SIDES, Sole

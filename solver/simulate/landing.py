@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.gravity import GRAVITY
+from solver.common.gravity import GRAVITY
 from solver.simulate.contacts import ContactPlan, Stance
 from solver.simulate.posture import STANDING
 from solver.simulate.sole import Sole

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from solver.gravity import GRAVITY
+from solver.common.gravity import GRAVITY
 from solver.simulate.contacts import ContactPlan, Course, Stance
 from solver.simulate.sole import Sole
 from solver.simulate.trajectory_fit import Wish

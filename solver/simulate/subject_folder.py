@@ -8,8 +8,8 @@ import numpy as np
 
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Capture, ForcePlate
-from solver.capture.storage import write_storage
-from solver.capture.trc import write_trc
+from solver.capture.formats.storage import write_storage
+from solver.capture.formats.trc import write_trc
 from solver.simulate.person import Person
 from solver.skeleton.forward import cross
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.errors import FitError
+from solver.common.errors import FitError
 from solver.simulate.block_band import BlockBand
 from solver.simulate.contacts import ContactPlan
 from solver.simulate.ground_demand import GroundDemand

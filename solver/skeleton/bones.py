@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.bone_library import StockBone, stock_bones, stock_folder
 from solver.skeleton.mesh_files import SUFFIXES, load_mesh
 from solver.skeleton.skeleton import Body, Geometry, Skeleton

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float, Int
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.functions import Composed, Constant, Linear, ScalarFunction
 from solver.skeleton.rotations import rotation_about
 from solver.skeleton.skeleton import Axis, Joint, Skeleton

@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 from jaxtyping import Float
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.default_bones import DefaultBones
 from solver.skeleton.default_frames import BodyFrames, body_frames
 from solver.skeleton.default_markers import default_markers

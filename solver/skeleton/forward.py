@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from solver.frames_at_once import by_frames, spans
+from solver.common.frames_at_once import by_frames, spans
 from solver.skeleton.chain import Chain, Fixed, Moving, chain_of
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Skeleton

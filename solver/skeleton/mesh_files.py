@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 
 from solver.capture.atomic import made_folder, whole_file
-from solver.errors import CaptureError, ModelError
+from solver.common.errors import CaptureError, ModelError
 from solver.skeleton.vtp import read_vtp
 
 SUFFIXES = (".vtp", ".obj", ".stl")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton import osim_current, osim_legacy
 from solver.skeleton.functions import ScalarFunction, multiplied
 from solver.skeleton.osim_document import Node, OsimDocument, read_document

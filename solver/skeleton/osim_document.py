@@ -9,7 +9,7 @@ import numpy as np
 from defusedxml.common import DefusedXmlException
 from jaxtyping import Float
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.bounded_xml import XmlBoundsError, bounded_parser
 
 OLDEST_VERSION = (

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.atomic import write_whole
-from solver.capture.measured_files import MARK
-from solver.errors import ModelError
+from solver.capture.subject.measured_files import MARK
+from solver.common.errors import ModelError
 from solver.skeleton.functions import (
     Constant,
     CubicSpline,

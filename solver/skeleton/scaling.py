@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.functions import Linear, multiplied
 from solver.skeleton.skeleton import Axis, Body, Geometry, Joint, Skeleton
 

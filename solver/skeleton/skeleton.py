@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.functions import ScalarFunction
 
 

@@ -3,10 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-from solver.capture.b3d.places import is_b3d
-from solver.capture.b3d.reader import read_b3d
-from solver.capture.b3d.schema import Header, PassType
-from solver.errors import ModelError
+from solver.capture.formats.b3d.places import is_b3d
+from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.schema import Header, PassType
+from solver.common.errors import ModelError
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
 

@@ -16,7 +16,7 @@ import numpy as np
 from defusedxml import DefusedXmlException
 from jaxtyping import Float, Int
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.bounded_xml import bounded_parser
 
 _DTYPES = {

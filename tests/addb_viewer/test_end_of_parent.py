@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from addb_viewer.environment import ENDS_WITH_STDIN
+from addb_viewer.jobs.environment import ENDS_WITH_STDIN
 from tests.patience import PATIENCE_S
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals as exit status")
@@ -25,7 +25,7 @@ def command(environment):
 
 WAITS = """
 import time
-import addb_viewer.cli as cli
+import addb_viewer.commands.cli as cli
 
 cli.app = lambda: (print("begun", flush=True), time.sleep(600))
 cli.main()

@@ -7,7 +7,7 @@ import pytest
 
 import addb_viewer
 from addb_viewer import Fit, ReviewError, SolverError, Subject
-from addb_viewer.app.jobs.stored_solves import stored_solves
+from addb_viewer.jobs.stored_solves import stored_solves
 from tests.addb_viewer.conftest import MARKERS_ALONE
 from tests.addb_viewer.typed import COMMANDS, TYPED, run
 

@@ -9,9 +9,9 @@ import pytest
 from addb_viewer import SolverError, Subject
 from addb_viewer.jobs.exporting import Format
 from solver.capture.atomic import whole_file, write_whole
-from solver.capture.measured_files import READ, reason_to_stay
-from solver.capture.text_exports import ENDINGS, export_of
-from solver.errors import CaptureError
+from solver.capture.formats.text_exports import ENDINGS, export_of
+from solver.capture.subject.measured_files import READ, reason_to_stay
+from solver.common.errors import CaptureError
 from tests.addb_viewer.typed import COMMANDS, TYPED, run
 
 READ_BY = {  # options and arguments whose file is only read
@@ -63,8 +63,8 @@ FOR_ITSELF = {
     "annotations/private_copy.py",
     "annotations/review_json.py",
     "solver/capture/atomic.py",
-    "solver/conversion/formats.py",
-    "solver/results/store.py",
+    "solver/export/conversion/formats.py",
+    "solver/fitting/results/store.py",
 }
 OPENS_TO_WRITE = re.compile(
     r"""write_(text|bytes)\(|open\([^)\n]*["'][wax]b?\+?["']|savefig\((?!draft|file)"""

@@ -4,11 +4,11 @@ import shutil
 
 import pytest
 
-from addb_viewer.app.subjects.root_folder import open_root
 from addb_viewer.jobs.reviewing import subject_in
+from addb_viewer.jobs.root_folder import open_root
 from addb_viewer.jobs.solving import job_for
 from solver.capture.trial import read_trial
-from solver.settings import FILE_NAME, settings_for
+from solver.fitting.settings import FILE_NAME, settings_for
 
 pytestmark = pytest.mark.real
 STRICT = "[force_files]\ntaken = 50.0\n"

@@ -11,7 +11,7 @@ import pytest
 from typer.main import get_command
 
 import addb_viewer
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 
 HEAVY = {"numpy", "scipy", "sqlalchemy", "viser", "pinocchio", "trimesh", "rerun", "mcap", "ezc3d", "pyarrow"}
 OF_A_SOLVE = {"scipy.signal", "scipy.stats", "pinocchio", "viser", "trimesh", "solver.dynamics.dynamics"}
@@ -31,7 +31,7 @@ LISTED = dict(commands_of(get_command(app)))
 THEN_LIST = """
 import sys
 import addb_viewer
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 app(sys.argv[1:], standalone_mode=False)
 print("\\nloaded", *sys.modules)
 """

@@ -9,17 +9,17 @@ import pytest
 from sqlalchemy import text
 from typer.testing import CliRunner
 
-from addb_viewer import review_store
 from addb_viewer.app.queue.read_rows import subject_rows
 from addb_viewer.app.review.html import ranges_html, status_html
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.subject_review import SubjectReview
-from addb_viewer.cli import app
-from addb_viewer.environment import ROOT, STORE
-from addb_viewer.force_reviews import reviews_for_solve
+from addb_viewer.commands.cli import app
+from addb_viewer.jobs import review_store
+from addb_viewer.jobs.environment import ROOT, STORE
+from addb_viewer.jobs.force_reviews import reviews_for_solve
+from addb_viewer.jobs.review_store import FILE, open_log
 from addb_viewer.jobs.reviewing import subject_in
 from addb_viewer.jobs.solving import job_for
-from addb_viewer.review_store import FILE, open_log
 from annotations.database import Database
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, Status

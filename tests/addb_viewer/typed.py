@@ -3,7 +3,7 @@
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 
 # {s} is the subject's folder, {o} one beside it.
 TYPED = {

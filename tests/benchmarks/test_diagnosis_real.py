@@ -10,8 +10,8 @@ from benchmarks.diagnosis import information
 from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, larger, write_findable_still
 from benchmarks.diagnosis.judge import Verdict
 from benchmarks.diagnosis.score import Scored, real
-from tests.hidden_effects.hider.cases import one_case
-from tests.hidden_effects.hider.worlds import plan_world
+from solver.simulate.faults.cases import one_case
+from solver.simulate.faults.worlds import plan_world
 
 
 @pytest.mark.parametrize("nats", [-3.0, 0.0, 7.5, 29.9])

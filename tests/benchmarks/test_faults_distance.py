@@ -9,12 +9,12 @@ from benchmarks.faults.distance import distance_nats, undecidable
 from benchmarks.faults.editor.clocks import drifting
 from benchmarks.faults.editor.files import write_folder
 from benchmarks.faults.editor.sources import SOURCES
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
+from solver.common.progress import silent
+from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.sample_rate import SampleRate
 from solver.diagnosis.diagnose import repaired_balance
-from solver.effects.clock_offset import ClockOffset
-from solver.effects.sample_rate import SampleRate
-from solver.progress import silent
-from solver.settings import settings_for
+from solver.fitting.settings import settings_for
 
 STRETCH = -0.015
 

@@ -10,7 +10,7 @@ import pytest
 from benchmarks import findings
 from benchmarks.findings import BEGIN, END, Case, answer, cases_of, row, table
 from solver.capture.capture import Subject, TrialFiles
-from solver.errors import FitError
+from solver.common.errors import FitError
 
 FIGURES = {
     "trials": ["walk", "stairs"],

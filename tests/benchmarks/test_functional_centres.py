@@ -4,8 +4,8 @@ import pytest
 
 from benchmarks.labels_of_fit import raw_columns, understood_labels
 from benchmarks.marker_knockout import agreement, markers_alone
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
 
 
 @pytest.mark.real

@@ -9,11 +9,11 @@ from benchmarks.hidden import drawing, making
 from benchmarks.hidden.classes import CAUSES, NONE, SOMETHING_ELSE
 from benchmarks.hidden.drawing import CLEAN, INSIDE, OUTSIDE, OVERSIZES, draw_setting, plan_public
 from benchmarks.hidden.sealing import Salts, SealError, check_seals, kept_salts, seal
+from solver.simulate.faults.cases import IDS
+from solver.simulate.faults.hidden import UNSIZED
+from solver.simulate.faults.unknown import UNKNOWN
+from solver.simulate.faults.worlds import draw_handout, plan_world
 from solver.skeleton.default_body import default_skeleton
-from tests.hidden_effects.hider.cases import IDS
-from tests.hidden_effects.hider.hidden import UNSIZED
-from tests.hidden_effects.hider.unknown import UNKNOWN
-from tests.hidden_effects.hider.worlds import draw_handout, plan_world
 
 WORDS = ("effect", "hidden", "truth", "clean", "seed", "inside", "outside", "simulat", "synth")
 TELLTALES = (*IDS, *UNKNOWN, *WORDS)
@@ -76,7 +76,7 @@ def test_nothing_that_is_handed_out_tells_the_truth(made_twice):
 
 
 def test_forces_end_before_the_withheld_frames_and_the_truth_holds_them(made_twice):
-    from tests.hidden_effects.hider.files import read_recording
+    from solver.simulate.faults.files import read_recording
 
     for path in sorted((made_twice / "truth").glob("case_*.json")):
         truth = json.loads(path.read_text())

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.hidden.classes import CAUSES, NONE, SOMETHING_ELSE
 from benchmarks.hidden.scorer import calibration_error, figures, judge, read_truths
 from benchmarks.hidden.submission import Answer, SubmissionError, read_submission
-from tests.hidden_effects.hider.cases import IDS
+from solver.simulate.faults.cases import IDS
 
 ROOT = Path(__file__).parents[2]
 FORMAT = ROOT / "benchmarks" / "hidden" / "FORMAT.md"

@@ -14,8 +14,8 @@ from benchmarks.marker_knockout import (
     roc_area,
 )
 from benchmarks.recordings import recordings_of
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
 
 UNSEEN = ("walk_gait2354_subject01", "exo_apo_gordon")  # no limit of solver.markers was chosen on these
 

@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.activities.performed import PERSONS, _scenes
 from benchmarks.activities.puppets import RATE, Hips, Plant, earlier, puppet, steps
+from solver.common.gravity import GRAVITY
 from solver.gait.activity import Activity
-from solver.gravity import GRAVITY
 from solver.skeleton.forward import body_poses
 
 WHO = puppet(7)

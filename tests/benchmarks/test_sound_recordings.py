@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.sound_recordings import ROBUST, Figure, _between_plates, _scatter, page, usual
-from solver.diagnosis.witnesses.statement import Statement
+from solver.diagnosis.direct_checks.statement import Statement
 
 
 def test_a_level_stands_within_its_scatter_and_a_scatter_within_half_as_much_again():

@@ -8,7 +8,7 @@ from benchmarks.truth.course import Course, course_of
 from benchmarks.truth.figures import figures, gains, inner, lag_ms
 from benchmarks.truth.pooling import best_cutoff, peak_percent, pooled, range_percent
 from benchmarks.truth.ways import OURS, at_cutoff, low_passed_markers
-from solver.filters import low_pass
+from solver.common.filters import low_pass
 from solver.kinematics.motion import Motion
 
 RATE = 100.0

@@ -6,7 +6,7 @@ from benchmarks.truth.course import course_of
 from benchmarks.truth.figures import figures, gains
 from benchmarks.truth.page import page
 from benchmarks.truth.ways import CUTOFFS_HZ, LABORATORY, MARKER_FIT, OURS, at_cutoff
-from solver.filters import low_pass
+from solver.common.filters import low_pass
 from solver.kinematics.motion import Motion
 
 DOFS = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r", "lumbar_extension")

@@ -9,7 +9,7 @@ from benchmarks.truth import recorded, simulated, synthetic_subject
 from benchmarks.truth.figures import figures, inner
 from benchmarks.truth.pooling import pooled
 from benchmarks.truth.ways import LABORATORY, MARKER_FIT, OURS, all_ways, bench_settings, feet_wrenches
-from solver.pipeline import solve
+from solver.fitting.pipeline import solve
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.pinocchio_model import RigidBodyModel
 

@@ -9,7 +9,7 @@ from benchmarks.truth.figures import error_by_band
 from benchmarks.truth.pooling import kept_movement, twin_bands
 from benchmarks.truth.recorded import solved
 from benchmarks.truth.ways import OURS, at_cutoff
-from solver.dynamics.foretelling.demand_gains import demanded_ground
+from solver.dynamics.force_prediction.demand_gains import demanded_ground
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass

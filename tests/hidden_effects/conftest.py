@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.hidden_effects.hider.worlds import Handout, draw_handout, plan_world, record, world_of
+from solver.simulate.faults.worlds import Handout, draw_handout, plan_world, record, world_of
 
 DURATION = 1.49  # [s] so that 150 frames are recorded
 

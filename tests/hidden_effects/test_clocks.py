@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, freqz
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from tests.hidden_effects.hider import clocks, plates
+from solver.simulate.faults import clocks, plates
 
 RATE = 1000.0
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from tests.hidden_effects.hider import plates
-from tests.hidden_effects.hider.drawing import NoPlaceError
-from tests.hidden_effects.hider.emulated import EMULATED, hide_emulated, with_external
+from solver.simulate.faults import plates
+from solver.simulate.faults.drawing import NoPlaceError
+from solver.simulate.faults.emulated import EMULATED, hide_emulated, with_external
 
 
 def total(capture):

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from benchmarks.diagnosis.judge import judged
+from solver.simulate.faults import plates
+from solver.simulate.faults.cases import IDS, OVERGROUND_ONLY, made, one_case
+from solver.simulate.faults.files import write_recording
+from solver.simulate.faults.hidden import UNSIZED
 from tests.hidden_effects.conftest import short_plan
-from tests.hidden_effects.hider import plates
-from tests.hidden_effects.hider.cases import IDS, OVERGROUND_ONLY, made, one_case
-from tests.hidden_effects.hider.files import write_recording
-from tests.hidden_effects.hider.hidden import UNSIZED
 
 diagnose = pytest.importorskip(
     "solver.diagnosis.diagnose", reason="solver.diagnosis is not there yet: nothing looks for hidden effects"

@@ -3,8 +3,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from solver.capture.capture import Markers
+from solver.simulate.faults import marker_effects
 from solver.skeleton.forward import body_poses
-from tests.hidden_effects.hider import marker_effects
 
 
 @pytest.fixture(scope="module")

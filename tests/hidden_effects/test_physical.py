@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from solver.simulate.faults import physical
+from solver.simulate.faults.physical import PHYSICAL, beside_the_sole, hide_physical
+from solver.simulate.faults.unknown import UNKNOWN, hide_unknown
+from solver.simulate.faults.worlds import plates_of, world_of
 from solver.simulate.other_masses import with_carried_mass, with_segment_masses
 from solver.skeleton.forward import body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel
-from tests.hidden_effects.hider import physical
-from tests.hidden_effects.hider.physical import PHYSICAL, beside_the_sole, hide_physical
-from tests.hidden_effects.hider.unknown import UNKNOWN, hide_unknown
-from tests.hidden_effects.hider.worlds import plates_of, world_of
 
 TIMES = np.arange(0.05, 1.45, 0.01)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.hidden_effects.hider import plates
+from solver.simulate.faults import plates
 
 
 @pytest.fixture(params=["zeroed", "noisy"])

@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.export.b3d.from_fit import fit_to_b3d, unfitted
 from solver.export.b3d.writer import write_b3d
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.skeleton.subject_model import load_subject_model
 
 pytestmark = pytest.mark.real

@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
+from solver.common.runs import runs
 from solver.contact.mask import ERRONEOUS, OUTSIDE_RANGES
-from solver.pipeline import can_resolve, resolve, solve
-from solver.runs import runs
-from solver.settings import Settings
+from solver.fitting.pipeline import can_resolve, resolve, solve
+from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of

@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
-from solver.dynamics.trajectory_fit import fit_trajectories
-from solver.dynamics_stage import all_data, started
-from solver.pipeline import resolve, solve
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
+from solver.fitting.dynamics_stage import all_data, started
+from solver.fitting.pipeline import resolve, solve
+from solver.fitting.settings import Settings
+from solver.fitting.weighing_stage import weighed
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
-from solver.weighing_stage import weighed
 from tests.flagged import flagged
 
 FOLDER = "walk_treadmill_stepwidth"  # 501 frames

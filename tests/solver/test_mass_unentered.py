@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
-from solver.pipeline import resolve, solve
-from solver.settings import settings_for
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import resolve, solve
+from solver.fitting.settings import settings_for
 
 BOUND = 0.05  # of body weight: the dataset paper's, on the residual force
 

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.capture.subject import open_subject
-from solver.capture.trc import write_trc
+from solver.capture.formats.trc import write_trc
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.export.c3d import _outputs
 from solver.export.tables import trial_columns
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
+from solver.fitting.summary import all_notes, summary
 from solver.kinematics.marker_naming import name_markers
-from solver.pipeline import solve
-from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
-from solver.summary import all_notes, summary
 
 pytestmark = pytest.mark.real
 

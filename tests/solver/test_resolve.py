@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver import dynamics_stage
-from solver.capture.subject import open_subject
-from solver.dynamics.foretelling import sister_fit
-from solver.errors import Cancelled, FitError
-from solver.fit import Fit
-from solver.pipeline import can_resolve, resolve, solve
-from solver.progress import silent
-from solver.results.store import load_fit, save_fit
-from solver.review_stage import predicting_withheld
-from solver.settings import Settings, as_dict
+from solver.capture.subject.subject import open_subject
+from solver.common.errors import Cancelled, FitError
+from solver.common.progress import silent
+from solver.dynamics.force_prediction import sister_fit
+from solver.fitting import dynamics_stage
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import can_resolve, resolve, solve
+from solver.fitting.results.store import load_fit, save_fit
+from solver.fitting.review_stage import predicting_withheld
+from solver.fitting.settings import Settings, as_dict
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of

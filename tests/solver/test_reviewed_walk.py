@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.contact.mask import OUTSIDE_RANGES
 from solver.contact.wrenches import FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from tests.flagged import flagged
 
 pytestmark = pytest.mark.real

@@ -8,12 +8,12 @@ import pytest
 from benchmarks.faults.editor import clocks, plates
 from benchmarks.faults.editor.files import write_folder
 from benchmarks.faults.editor.sources import SOURCES
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.dynamics.com_mass import MassEstimate
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
+from solver.fitting.weighing_stage import agreeing
 from solver.skeleton.scaling import with_mass
-from solver.weighing_stage import agreeing
 
 SETTINGS = Settings()
 SETTINGS = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, heldout=False))

@@ -5,9 +5,9 @@ from dataclasses import fields, is_dataclass, replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
-from solver.settings import Settings, settings_for
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings, settings_for
 from tests.addb_viewer.app.ten_trials import RECORDINGS, write_windows
 
 pytestmark = pytest.mark.real

@@ -3,10 +3,10 @@
 import shutil
 from dataclasses import replace
 
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
-from solver.settings import Settings
-from solver.summary import all_notes
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
+from solver.fitting.summary import all_notes
 
 
 def test_a_fit_of_two_people_says_so_first(real_data, tmp_path):

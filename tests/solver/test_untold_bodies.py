@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
-from solver.fit import Fit
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import settings_for
 from solver.kinematics.unseen_bodies import untold_dofs
-from solver.pipeline import solve
-from solver.settings import settings_for
 
 NEUTRAL_DEG = 15.0
 

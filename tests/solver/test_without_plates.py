@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.contact.mask import NOT_RECORDED, OUTSIDE_RANGES
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.reasons import reason_number
 from solver.export.opensim import export_opensim
 from solver.export.tables import trial_columns
-from solver.pipeline import solve
-from solver.settings import Settings
-from solver.summary import all_notes, summary
-from solver.torques_stage import under_forces
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
+from solver.fitting.summary import all_notes, summary
+from solver.fitting.torques_stage import under_forces
 
 pytestmark = pytest.mark.real
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import viser
 
-from addb_viewer.app.curves.by_cycle import SIDES, CycledTrial, cycle_charts
 from addb_viewer.app.curves.csv_file import write_by_cycle, write_over_time
-from addb_viewer.app.curves.over_time import AT_FIRST, charts_json, choices_json
 from addb_viewer.app.page.reviewer import BrowserMemory
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.subjects.library import Library
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.by_cycle import SIDES, CycledTrial, cycle_charts
+from addb_viewer.trial_view.over_time import AT_FIRST, charts_json, choices_json
+from addb_viewer.trial_view.replay import Replay
 
 PLACE = "<div data-addb-curves></div>"  # where the page's script puts its charts
 FINDING = "Finding the strides …"

@@ -8,10 +8,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 
-from addb_viewer.app.curves.by_cycle import CycledTrial
-from addb_viewer.app.timeline.charts import charts_of
-from addb_viewer.app.trial.joint_quantities import PER_KG, JointQuantity, quantities_of
-from addb_viewer.app.trial.replay import JointReplay, Replay
+from addb_viewer.trial_view.by_cycle import CycledTrial
+from addb_viewer.trial_view.charts import charts_of
+from addb_viewer.trial_view.joint_quantities import PER_KG, JointQuantity, quantities_of
+from addb_viewer.trial_view.replay import JointReplay, Replay
 from solver.capture.atomic import whole_file
 from solver.export.cycle_tables import CycledCurve, mean_table, stride_table
 from solver.export.places import made

@@ -6,15 +6,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.accepted_exchanges import cannot_be_accepted
 from addb_viewer.app.diagnosis.html import VERDICTS
-from addb_viewer.app.diagnosis.residual_charts import residual_charts, worst_frame
-from addb_viewer.app.diagnosis.state import FIT_AGAIN, DiagnosisState, fit_in_words
-from addb_viewer.app.scene.cause_pictures import Figures
-from addb_viewer.app.style.palette import GREY
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.cause_words import instead_of, when
-from addb_viewer.diagnosis_vocabulary import (
+from addb_viewer.text.cause_words import instead_of, when
+from addb_viewer.text.diagnosis_vocabulary import (
     about,
     amounts,
     certainty,
@@ -25,15 +19,21 @@ from addb_viewer.diagnosis_vocabulary import (
     short_title,
     sureness,
 )
-from addb_viewer.plain_words import in_plain_words
-from addb_viewer.use_words import use
-from addb_viewer.verdict_words import headline
+from addb_viewer.text.plain_words import in_plain_words
+from addb_viewer.text.use_words import use
+from addb_viewer.text.verdict_words import headline
+from addb_viewer.trial_view.cause_pictures import Figures
+from addb_viewer.trial_view.diagnosis_state import FIT_AGAIN, DiagnosisState, fit_in_words
+from addb_viewer.trial_view.palette import GREY
+from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.residual_charts import residual_charts, worst_frame
 from annotations.events import FlagRange
 from annotations.foot_names import foot_named
 from annotations.reasons import reason_words
 from annotations.trial_review import TrialReview
-from solver.effects.about import Course, Mend
-from solver.results.extension_log import ACCEPT, REJECT
+from solver.diagnosis.causes.about import Course, Mend
+from solver.diagnosis.causes.catalogue import cannot_be_accepted
+from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 MOST_POINTS = 400  # of a curve: more than pixels
 FILES_ONLY = "It lies in the markers alone: no fit can take it in. Correct the markers."

@@ -8,19 +8,19 @@ import viser
 
 from addb_viewer.app.diagnosis.cards import flags_of, key_of_cause, picture_json, screen_json
 from addb_viewer.app.diagnosis.panel import Actions, DiagnosisPanel
-from addb_viewer.app.diagnosis.state import DiagnosisState, decision_in_words, read_state
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.scene.cause_pictures import Figures
 from addb_viewer.app.solve.controller import stop
 from addb_viewer.app.subjects.shared_subject import DIAGNOSING, RECORDING, SOLVING, WITHHOLDING
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.diagnosis_vocabulary import ranges_of, short_title
-from addb_viewer.verdict_words import verdict
-from solver.errors import SolverError
-from solver.results.extension_log import ACCEPT, REJECT
+from addb_viewer.text.diagnosis_vocabulary import ranges_of, short_title
+from addb_viewer.text.verdict_words import verdict
+from addb_viewer.trial_view.cause_pictures import Figures
+from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words, read_state
+from addb_viewer.trial_view.replay import Replay
+from solver.common.errors import SolverError
+from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 OTHERS = (SOLVING, RECORDING, WITHHOLDING)  # told by other tabs
 ACCEPTING = "finding the causes once more, then fitting without and with them"

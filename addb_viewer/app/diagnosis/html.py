@@ -3,14 +3,14 @@
 import html
 from collections.abc import Mapping, Sequence
 
-from addb_viewer.app.scene.cause_pictures import Figures
-from addb_viewer.app.style.html_pieces import boxed
-from addb_viewer.app.style.palette import BLUE, GREEN, GREY, VERMILION, Rgb
-from addb_viewer.diagnosis_words import SPREAD
-from addb_viewer.plain_words import in_plain_words
-from addb_viewer.residual_words import what_is_wrong
-from addb_viewer.sections import Section, unbroken
-from addb_viewer.verdict_words import verdict
+from addb_viewer.text.diagnosis_words import SPREAD
+from addb_viewer.text.plain_words import in_plain_words
+from addb_viewer.text.residual_words import what_is_wrong
+from addb_viewer.text.sections import Section, unbroken
+from addb_viewer.text.verdict_words import verdict
+from addb_viewer.trial_view.cause_pictures import Figures
+from addb_viewer.trial_view.html_pieces import LISTS, boxed
+from addb_viewer.trial_view.palette import BLUE, GREEN, GREY, VERMILION, Rgb
 
 # A word, a sign and a colour each: nobody has to tell colours apart.
 VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
@@ -18,16 +18,6 @@ VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
     "explained": ("!", "Explained", BLUE),
     "unexplained": ("?", "Unexplained", VERMILION),
 }
-LISTS = (  # rows whose entries, parted by semicolons, get a line each
-    "how large",
-    "when",
-    "could also be",
-    "worst half second",
-    "over time",
-    "in which phase",
-    "joint torques",
-    "causes",
-)
 
 
 def verdict_html(figures: Figures | None, changed: Sequence[str] = ()) -> str:

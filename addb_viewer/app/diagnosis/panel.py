@@ -12,19 +12,19 @@ from addb_viewer.app.diagnosis.html import (
     text_html,
     verdict_html,
 )
-from addb_viewer.app.diagnosis.state import DiagnosisState, decision_in_words
 from addb_viewer.app.jobs.job_queue import TaskProgress
 from addb_viewer.app.jobs.progress_html import show_progress
 from addb_viewer.app.page.notices import Notices
-from addb_viewer.app.scene.cause_pictures import Figures
-from addb_viewer.cause_words import cause
-from addb_viewer.detectable_words import what_would_be_found
-from addb_viewer.diagnosis_vocabulary import about, ranges_of, short_title
-from addb_viewer.diagnosis_words import notes
-from addb_viewer.extension_words import what_accepting_changes
-from addb_viewer.holding_up_words import what_it_gains
-from addb_viewer.remainder_words import what_next, what_remains
-from addb_viewer.witness_words import what_the_files_say
+from addb_viewer.text.cause_words import cause
+from addb_viewer.text.detectable_words import what_would_be_found
+from addb_viewer.text.diagnosis_vocabulary import about, ranges_of, short_title
+from addb_viewer.text.diagnosis_words import notes
+from addb_viewer.text.extension_words import what_accepting_changes
+from addb_viewer.text.holding_up_words import what_it_gains
+from addb_viewer.text.remainder_words import what_next, what_remains
+from addb_viewer.text.witness_words import what_the_files_say
+from addb_viewer.trial_view.cause_pictures import Figures
+from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words
 from annotations.foot_names import foot_words
 from annotations.reasons import key_of
 

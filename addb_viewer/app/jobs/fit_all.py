@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from addb_viewer.app.jobs.worker_process import Outcome, WorkerProcess
-from solver.results.store import has_fit
+from solver.fitting.results.store import has_fit
 
 WORKER = "addb_viewer.app.workers.fit"
 Command = tuple[str, tuple[str, ...]]  # module and arguments

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from addb_viewer.app.jobs.worker_process import Outcome, WorkerProcess
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 CLOCK_EVERY = 0.5  # [s] between two looks at the clock
 PROGRAM = "addb_viewer"

@@ -6,7 +6,7 @@ from typing import Any
 import viser
 
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
-from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.trial_view.html_pieces import boxed
 
 TOLD_FROM, TOLD_AFTER_S = 0.02, 3.0  # share done, and [s] at work, from which the time left is worth telling
 

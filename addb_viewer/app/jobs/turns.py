@@ -10,7 +10,7 @@ import tempfile
 import time
 from collections.abc import Callable
 
-from solver.capture.file_lock import HAS_LOCKS, byte_taken
+from solver.common.file_lock import HAS_LOCKS, byte_taken
 
 GIVEN = "ADDB_VIEWER_TURNS"  # in a process's environment: the open file's number, and how many may be at work
 LOOK_EVERY_S = 0.3

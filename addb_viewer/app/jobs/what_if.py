@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from addb_viewer.app.jobs.worker_process import PATIENCE_S, give_way
-from addb_viewer.own_packages import own_process
+from addb_viewer.jobs.own_packages import own_process
+from solver.common.errors import SolverError
 from solver.contact.force_review import ForceReview, as_plain
-from solver.errors import SolverError
 
 NICE = 3  # a person waits for the answer: after the page, before a solve
 WORKER = "addb_viewer.app.workers.what_if"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import IO
 
 from addb_viewer.app.jobs.turns import Turns
-from addb_viewer.own_packages import own_process
+from addb_viewer.jobs.own_packages import own_process
 
 LOWEST = 19  # of 19: what nobody waits for
 NICE = 10  # of 19: the less, the sooner it gets the processor; the app itself has 0

@@ -15,7 +15,7 @@ import viser
 
 from addb_viewer.app.page.channel import Channel
 from annotations.errors import LostLogError, ReviewError
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
 ASIDE_S, IMPORTANT_S, FAILURE_S = 5.0, 12.0, 20.0  # how long a word stays; failures go with Esc as well

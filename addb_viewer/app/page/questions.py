@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import viser
 
 from addb_viewer.app.page.notices import Notices
-from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.trial_view.html_pieces import boxed
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED
 

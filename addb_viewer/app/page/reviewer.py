@@ -11,9 +11,9 @@ import viser
 
 from addb_viewer.app.page.notices import NameNeededError
 from addb_viewer.app.page.questions import Questions
-from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.subjects.people import People
-from solver.capture.small_files import json_of
+from addb_viewer.trial_view.html_pieces import boxed
+from solver.common.small_files import json_of
 
 ITEM = "addb-viewer"
 PATIENCE_S = 3.0  # for the browser's answer

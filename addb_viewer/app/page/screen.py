@@ -7,7 +7,7 @@ from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.page.reviewer import Reviewer
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.replay import Replay
 
 
 class Loops(Protocol):

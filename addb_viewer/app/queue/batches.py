@@ -10,9 +10,9 @@ from addb_viewer.app.jobs.job_queue import PROGRAM
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.app.subjects.shared_subject import DIAGNOSE_WORKER
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.work import Assign, WorkEvent
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 SHOW_EVERY = 2.0  # [s] while many are assigned: what has been recorded by then
 FIT, DIAGNOSE, EXPORT = "fit", "diagnose", "export"

@@ -9,9 +9,9 @@ from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.queue.html import fitting_html, rows_html
 from addb_viewer.app.queue.rows import Filter, Row, next_trial, shown, to_review
 from addb_viewer.app.queue.trial_queue import TrialQueue
-from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.subjects.people import TrialPlace
-from solver.errors import SolverError
+from addb_viewer.trial_view.html_pieces import boxed
+from solver.common.errors import SolverError
 
 MOST_TAKEN = 5  # in words; the others are counted
 MOST = 200  # rows on the page; the filter finds the others

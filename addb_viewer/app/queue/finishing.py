@@ -4,15 +4,15 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from addb_viewer.amounts import counted
 from addb_viewer.app.page.notices import IMPORTANT_S
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.queue.controller import QueueController
 from addb_viewer.app.review.controller import ReviewController
 from addb_viewer.app.subjects.people import TrialPlace
-from addb_viewer.app.trial.disagreements import conflict_words
-from addb_viewer.app.trial.frame_ranges import Stop
-from addb_viewer.app.trial.proposals import State, undecided_frames, unsure_proposals
+from addb_viewer.text.amounts import counted
+from addb_viewer.trial_view.disagreements import conflict_words
+from addb_viewer.trial_view.frame_ranges import Stop
+from addb_viewer.trial_view.proposals import State, undecided_frames, unsure_proposals
 from annotations.events import AcceptProposal, Proposal, Status
 from annotations.foot_names import foot_words
 from annotations.trial_review import TrialReview

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 
 from addb_viewer.app.jobs.fit_all import Fitting
 from addb_viewer.app.queue.rows import Row
-from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.subjects.people import TrialPlace
+from addb_viewer.trial_view.html_pieces import boxed
 from annotations.events import Status
 
 FIGURE = "text-align:right;white-space:nowrap;padding-left:.5em;"  # style of a column of figures

@@ -10,7 +10,6 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from addb_viewer.amounts import counted
 from addb_viewer.app.page.notices import log_error
 from addb_viewer.app.queue import page_words
 from addb_viewer.app.queue.batches import DIAGNOSE, EXPORT, FIT, Batches, formats
@@ -20,10 +19,11 @@ from addb_viewer.app.queue.rows import Row
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
 from addb_viewer.app.subjects.people import TrialPlace
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.text.amounts import counted
 from annotations.errors import ReviewError
 from annotations.work import Comment, Settle, Talk, WorkItem, work_of
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 PAGE, FILES, CONNECTION = "/queue", "/queue-files", "/addb/queue"
 TOGETHER_S = 0.1  # changes within so long go to the page at once

@@ -5,23 +5,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.app.jobs.stored_solves import stored_solves, waiting_solves
 from addb_viewer.app.queue.rows import Mark, Row, ShownProposal
-from addb_viewer.app.timeline.lanes import reviewed_ranges
-from addb_viewer.app.trial.proposals import Pending, State, pending
-from addb_viewer.diagnosis_vocabulary import ranges_of, title
-from addb_viewer.kept_diagnosis import kept
-from addb_viewer.review_store import finished_by_file, whole_logs
+from addb_viewer.jobs.kept_diagnosis import kept
+from addb_viewer.jobs.review_store import finished_by_file, whole_logs
+from addb_viewer.jobs.stored_solves import stored_solves, waiting_solves
+from addb_viewer.text.diagnosis_vocabulary import ranges_of, title
+from addb_viewer.trial_view.lanes import reviewed_ranges
+from addb_viewer.trial_view.proposals import Pending, State, pending
 from annotations.events import IMPORTED, Edit, SetStatus, Status
 from annotations.folding import folded
 from annotations.trial_review import TrialReview
 from annotations.work import TrialWork, work_of
 from solver.capture.capture import Subject, TrialFiles
-from solver.capture.small_files import json_content
+from solver.common.errors import ResultsError, SolverError
+from solver.common.small_files import json_content
 from solver.contact.proposals import Proposal as Detected
-from solver.errors import ResultsError, SolverError
-from solver.results.kept_proposals import kept_proposals
-from solver.results.store import default_folder
+from solver.fitting.results.kept_proposals import kept_proposals
+from solver.fitting.results.store import default_folder
 
 
 def subject_rows(name: str, subject: Subject, results: Path | None = None) -> list[Row]:

@@ -5,9 +5,9 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from addb_viewer.app.jobs.stored_solves import FOLDER, MADE
-from addb_viewer.kept_diagnosis import FILE as DIAGNOSIS
-from addb_viewer.review_store import FILE, open_log, store_url
+from addb_viewer.jobs.kept_diagnosis import FILE as DIAGNOSIS
+from addb_viewer.jobs.review_store import FILE, open_log, store_url
+from addb_viewer.jobs.stored_solves import FOLDER, MADE
 from annotations.errors import ReviewError
 
 LOOK_EVERY = 2.0  # [s] between two looks, at least

@@ -13,10 +13,10 @@ from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.record.panel import OPENED_WITH, SHOWN, build_record, log_html, written_html
 from addb_viewer.app.solve.controller import stop
-from addb_viewer.app.subjects.root_folder import leads_out
 from addb_viewer.app.subjects.shared_subject import RECORDING
-from addb_viewer.recordings.recording import ON_ONE_PAGE, file_of
-from solver.errors import SolverError
+from addb_viewer.jobs.root_folder import leads_out
+from addb_viewer.trial_view.recording import ON_ONE_PAGE, file_of
+from solver.common.errors import SolverError
 
 FOLDER, SESSIONS = "recordings", "sessions"  # in the results folder
 KINDS = (".html", ON_ONE_PAGE, ".rrd", ".mcap")  # of files that the buttons write, in their order

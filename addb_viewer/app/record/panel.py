@@ -9,7 +9,7 @@ from typing import Any
 
 import viser
 
-from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.trial_view.html_pieces import boxed
 
 ALL, SHOWN = "all", "the one on the screen"
 

@@ -19,18 +19,18 @@ from addb_viewer.app.review.panel import ReviewPanel, feet_words
 from addb_viewer.app.review.steps import Steps
 from addb_viewer.app.review.talks import Talks
 from addb_viewer.app.review.what_if import WhatIfQuestions
-from addb_viewer.app.timeline.lanes import Lane, lanes_of, reviewed_ranges
-from addb_viewer.app.trial.disagreements import news
-from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at, stale
-from addb_viewer.app.trial.frame_ranges import (
+from addb_viewer.jobs.force_reviews import left_undecided
+from addb_viewer.trial_view.disagreements import news
+from addb_viewer.trial_view.forces_in_use import contact_words, contacts_at, stale
+from addb_viewer.trial_view.frame_ranges import (
     Selection,
     Stop,
     moved_border,
     place_of,
     place_said,
 )
-from addb_viewer.app.trial.proposals import Pending, State, pending, still_open
-from addb_viewer.force_reviews import left_undecided
+from addb_viewer.trial_view.lanes import Lane, lanes_of, reviewed_ranges
+from addb_viewer.trial_view.proposals import Pending, State, pending, still_open
 from annotations.errors import ReviewError
 from annotations.events import (
     ClearRange,

@@ -4,13 +4,13 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.amounts import counted
-from addb_viewer.app.style.html_pieces import boxed, clickable, range_words, swatch
-from addb_viewer.app.style.palette import Rgb, reason_color
-from addb_viewer.app.trial.disagreements import conflict_words
-from addb_viewer.app.trial.missing_force import LargestMissing
-from addb_viewer.app.trial.proposals import Pending, State
-from addb_viewer.evidence_words import evidence_words
+from addb_viewer.text.amounts import counted
+from addb_viewer.text.evidence_words import evidence_words
+from addb_viewer.trial_view.disagreements import conflict_words
+from addb_viewer.trial_view.html_pieces import boxed, clickable, range_words, swatch
+from addb_viewer.trial_view.missing_force import LargestMissing
+from addb_viewer.trial_view.palette import Rgb, reason_color
+from addb_viewer.trial_view.proposals import Pending, State
 from annotations.events import Edit
 from annotations.foot_names import foot_words
 from annotations.reasons import REASON_KEYS, key_of, reason_words

@@ -4,8 +4,8 @@ from typing import Protocol
 
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.trial.frame_ranges import Selection, Stop, next_stop, place_of, stops_of
-from addb_viewer.app.trial.proposals import Pending, State
+from addb_viewer.trial_view.frame_ranges import Selection, Stop, next_stop, place_of, stops_of
+from addb_viewer.trial_view.proposals import Pending, State
 from annotations.errors import ReviewError
 from annotations.events import AcceptProposal, Event, RejectProposal
 from annotations.trial_review import TrialReview

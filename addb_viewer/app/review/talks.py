@@ -8,7 +8,7 @@ import viser
 
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.trial_view.html_pieces import boxed
 from annotations.errors import ReviewError
 from annotations.work import Comment, Settle, Talk, WorkItem
 

@@ -12,16 +12,16 @@ import viser
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.review.html import what_if_html, what_if_words
-from addb_viewer.app.style.html_pieces import boxed
-from addb_viewer.app.trial.forces_in_use import mask_now
-from addb_viewer.force_reviews import force_review
+from addb_viewer.jobs.force_reviews import force_review
+from addb_viewer.trial_view.forces_in_use import mask_now
+from addb_viewer.trial_view.html_pieces import boxed
 from annotations.errors import ReviewError
 from annotations.foot_names import foot_words
 from annotations.reasons import MANUAL_REVIEW
 from annotations.trial_review import TrialReview
+from solver.common.errors import SolverError
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import FrameMask
-from solver.errors import SolverError
 
 RESTS_S = 1.5  # who stays at a range that long may ask about it; who decides and goes on does not
 

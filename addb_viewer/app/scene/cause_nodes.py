@@ -7,10 +7,10 @@ import numpy as np
 import viser
 from jaxtyping import Bool, Float
 
-from addb_viewer.app.scene.cause_pictures import Picture
 from addb_viewer.app.scene.labels import Label, add_label
-from addb_viewer.app.style.palette import CAUSE, CAUSE_SURFACE
-from addb_viewer.app.trial.replay import MarkerReplay
+from addb_viewer.trial_view.cause_pictures import Picture
+from addb_viewer.trial_view.palette import CAUSE, CAUSE_SURFACE
+from addb_viewer.trial_view.replay import MarkerReplay
 
 
 @dataclass(frozen=True)

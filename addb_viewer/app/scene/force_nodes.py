@@ -7,8 +7,8 @@ import viser
 from jaxtyping import Float
 
 from addb_viewer.app.scene.labels import Label, add_label
-from addb_viewer.app.style.palette import GREY, RESIDUAL, TOTAL, UNASSIGNED, Rgb, foot_color
-from addb_viewer.app.trial.replay import PlateReplay, Replay, ResidualReplay
+from addb_viewer.trial_view.palette import GREY, RESIDUAL, TOTAL, UNASSIGNED, Rgb, foot_color
+from addb_viewer.trial_view.replay import PlateReplay, Replay, ResidualReplay
 
 
 @dataclass(frozen=True)

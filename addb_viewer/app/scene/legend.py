@@ -5,11 +5,11 @@ import html
 import numpy as np
 from jaxtyping import UInt8
 
-from addb_viewer.app.scene.cause_pictures import CAUSE_METRES_PER_NEWTON, LARGE_METRES_PER_NEWTON, LARGE_N
 from addb_viewer.app.scene.force_nodes import ForceSizes
 from addb_viewer.app.scene.tints import NONE, tint_words
-from addb_viewer.app.style.html_pieces import boxed
-from addb_viewer.app.style.palette import (
+from addb_viewer.trial_view.cause_pictures import CAUSE_METRES_PER_NEWTON, LARGE_METRES_PER_NEWTON, LARGE_N
+from addb_viewer.trial_view.html_pieces import boxed
+from addb_viewer.trial_view.palette import (
     CAUSE,
     CAUSE_SURFACE,
     ERROR_FULL_SCALE,
@@ -23,7 +23,7 @@ from addb_viewer.app.style.palette import (
     foot_color,
     load_colors,
 )
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.replay import Replay
 from annotations.foot_names import foot_words
 
 

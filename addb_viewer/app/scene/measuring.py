@@ -12,9 +12,9 @@ from jaxtyping import Float
 from addb_viewer.app.scene.camera import UP, Eye
 from addb_viewer.app.scene.labels import Label, add_label
 from addb_viewer.app.scene.spots import Spot, joints_and_corners, markers_of, spot_near, spot_on_bone
-from addb_viewer.app.style.html_pieces import boxed, table
-from addb_viewer.app.style.palette import BLUE, SKY
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.html_pieces import boxed, table
+from addb_viewer.trial_view.palette import BLUE, SKY
+from addb_viewer.trial_view.replay import Replay
 
 MOST = 3  # clicks; the next one begins anew
 THICKNESS, DOT = 0.006, 0.018  # [m]

@@ -9,8 +9,8 @@ import viser
 from jaxtyping import Float, Int, UInt8
 from viser._messages import SetOrientationMessage, SetPositionMessage
 
-from addb_viewer.app.style.palette import BONE, CAUSE_SURFACE, GREY, NO_MODEL, Rgb
-from addb_viewer.app.trial.replay import BodyReplay, MarkerReplay
+from addb_viewer.trial_view.palette import BONE, CAUSE_SURFACE, GREY, NO_MODEL, Rgb
+from addb_viewer.trial_view.replay import BodyReplay, MarkerReplay
 
 
 def move(node: viser.SceneNodeHandle, position: Sequence[float], wxyz: Sequence[float]) -> None:

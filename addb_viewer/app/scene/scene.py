@@ -9,15 +9,15 @@ from jaxtyping import Float, UInt8
 
 from addb_viewer.app.scene.camera import Eye
 from addb_viewer.app.scene.cause_nodes import CauseNodes
-from addb_viewer.app.scene.cause_pictures import Figures, pictures
 from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.scene.labels import settle
 from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.scene.measuring import Measuring
 from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
 from addb_viewer.app.scene.tints import NONE, tints
-from addb_viewer.app.style.palette import OTHER_SOLVE
-from addb_viewer.app.trial.replay import BodyReplay, Replay
+from addb_viewer.trial_view.cause_pictures import Figures, pictures
+from addb_viewer.trial_view.palette import OTHER_SOLVE
+from addb_viewer.trial_view.replay import BodyReplay, Replay
 
 LAB, TRIAL = "/lab", "/lab/trial"
 HULL = 0.003  # [m] by which the other solve's bones lie around those of this one: equal surfaces flicker

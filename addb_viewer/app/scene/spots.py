@@ -9,8 +9,8 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.scene.camera import Eye
-from addb_viewer.app.trial.replay import BodyReplay, PlateReplay, Replay
-from addb_viewer.plain_words import in_plain_words
+from addb_viewer.text.plain_words import in_plain_words
+from addb_viewer.trial_view.replay import BodyReplay, PlateReplay, Replay
 
 NEAR_PX = 12.0  # from a click: a marker of 15 mm fills about 6 where the person fills the picture
 SIDES = {"_r": "right", "_l": "left"}

@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from addb_viewer.app.style.palette import LOAD_STEPS, load_colors
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.palette import LOAD_STEPS, load_colors
+from addb_viewer.trial_view.replay import Replay
 
 NONE, TORQUE, RESIDUAL = "one colour", "joint torque", "residual"
 TINTS = (NONE, TORQUE, RESIDUAL)

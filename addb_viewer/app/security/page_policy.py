@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 import viser
 import zstandard
 
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 _PACKED = re.compile(
     r'<script data-p="(?P<packed>[^"]*)" data-ss="(?P<style>\d+)" data-cs="(?P<script>\d+)">'

@@ -21,7 +21,7 @@ from addb_viewer.app.security import page_policy
 from addb_viewer.app.security.access import WILDCARDS, Access
 from addb_viewer.app.security.file_parts import ServedFile, answer_part
 from addb_viewer.app.security.own_pages import Handler, OwnPages
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
 LONGEST = 100  # characters of what Python says about it: it may hold the whole message

@@ -20,8 +20,8 @@ from addb_viewer.app.shell.controls import MOVES, SAVE, SPEED_NAMES
 from addb_viewer.app.shell.key_file import key_file
 from addb_viewer.app.shell.keys import Action
 from addb_viewer.app.shell.session import Session
-from addb_viewer.app.trial.worst_frame import worst_frame
-from addb_viewer.recordings.recording import ON_ONE_PAGE
+from addb_viewer.trial_view.recording import ON_ONE_PAGE
+from addb_viewer.trial_view.worst_frame import worst_frame
 from annotations.errors import ReviewError
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named

@@ -15,10 +15,10 @@ from addb_viewer.app.solve.comparison import changed_frames, torque_changes
 from addb_viewer.app.solve.controller import SolveController
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from addb_viewer.app.trial.forces_in_use import contact_words
-from addb_viewer.app.trial.proposals import still_open
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.coordinate_words import torque_in_words
+from addb_viewer.text.coordinate_words import torque_in_words
+from addb_viewer.trial_view.forces_in_use import contact_words
+from addb_viewer.trial_view.proposals import still_open
+from addb_viewer.trial_view.replay import Replay
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words

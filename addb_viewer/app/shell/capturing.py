@@ -16,7 +16,7 @@ from addb_viewer.app.scene.camera import eye_of
 from addb_viewer.app.scene.clips import LONGEST_S, Clip, clip_of, film_of, gif, jpeg, png
 from addb_viewer.app.scene.mp4 import Coded, Coding, mp4
 from addb_viewer.app.shell.session import Session
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.replay import Replay
 from annotations.errors import ReviewError
 
 PATIENCE_S = 60.0  # for the browser to draw one picture

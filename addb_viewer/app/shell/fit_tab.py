@@ -6,20 +6,20 @@ from typing import Any
 
 import viser
 
-from addb_viewer.app.style.html_pieces import boxed, table
 from addb_viewer.app.subjects.library import Library
-from addb_viewer.app.trial.replay import Replay
-from addb_viewer.change_words import (
+from addb_viewer.text.change_words import (
     READING,
     band_in_words,
     change_sentence,
     largest_first,
     signed,
 )
-from addb_viewer.coordinate_words import coordinate_in_words
-from addb_viewer.note_kinds import NotesOfKind, by_kind
-from addb_viewer.plain_words import in_plain_words
-from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
+from addb_viewer.text.coordinate_words import coordinate_in_words
+from addb_viewer.text.note_kinds import NotesOfKind, by_kind
+from addb_viewer.text.plain_words import in_plain_words
+from addb_viewer.text.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
+from addb_viewer.trial_view.html_pieces import boxed, table
+from addb_viewer.trial_view.replay import Replay
 
 TITLE = "font-weight:700;margin-top:.4em"
 UNFOLDED = 3  # notes of a kind that are shown without a click

@@ -6,7 +6,7 @@ from typing import Any
 
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.shell.session import Session
-from addb_viewer.app.trial.frame_ranges import Stop
+from addb_viewer.trial_view.frame_ranges import Stop
 
 LARGEST_PX = 1e5  # of a picture that a page tells
 

@@ -8,8 +8,8 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from addb_viewer.app.shell.commands import COMMANDS, Command, KeyNameError, key_name, key_words, with_keys
-from solver.capture.small_files import BrokenFileError, lies_there, toml_tables
-from solver.errors import SolverError
+from solver.common.errors import SolverError
+from solver.common.small_files import BrokenFileError, lies_there, toml_tables
 
 
 class KeyFileError(SolverError):

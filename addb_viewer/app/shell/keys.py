@@ -15,7 +15,7 @@ from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.shell.commands import Command, key_words
-from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.trial_view.html_pieces import boxed
 
 Action = Callable[[], None]
 ANSWERS = ("yes", "no", "help")  # actions that a question does not keep away

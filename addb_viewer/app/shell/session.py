@@ -32,8 +32,8 @@ from addb_viewer.app.solve.controller import SolveController
 from addb_viewer.app.solve.panel import build_solve
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.timeline.controller import TimelineController
-from addb_viewer.app.trial.replay import Replay
 from addb_viewer.app.video.controller import VideoController
+from addb_viewer.trial_view.replay import Replay
 from annotations.events import Edit
 
 READOUT_EVERY = 0.1  # [s] while playing: slider and time

@@ -4,7 +4,6 @@ import numpy as np
 
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.progress_html import show_progress
-from addb_viewer.app.jobs.stored_solves import Solve, stored_solves
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
@@ -18,14 +17,15 @@ from addb_viewer.app.solve.html import (
     verdict_html,
 )
 from addb_viewer.app.solve.panel import BEFORE, SolvePanel
-from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.subjects.shared_subject import SOLVING, WITHHOLDING, SharedSubject
-from addb_viewer.app.trial.forces_in_use import mask_now
-from addb_viewer.app.trial.replay import Replay
 from addb_viewer.jobs.solving import job_for
-from solver.errors import SolverError
-from solver.pipeline import can_resolve
-from solver.settings import Settings, as_dict, from_dict
+from addb_viewer.jobs.stored_solves import Solve, stored_solves
+from addb_viewer.trial_view.forces_in_use import mask_now
+from addb_viewer.trial_view.html_pieces import boxed
+from addb_viewer.trial_view.replay import Replay
+from solver.common.errors import SolverError
+from solver.fitting.pipeline import can_resolve
+from solver.fitting.settings import Settings, as_dict, from_dict
 
 
 class SolveController:

@@ -4,11 +4,11 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.app.jobs.stored_solves import DISCARDED, KEPT, NEW, REPLACED, Solve
 from addb_viewer.app.solve.comparison import Comparison
-from addb_viewer.app.style.html_pieces import boxed, clickable, table
-from addb_viewer.coordinate_words import torque_in_words
-from solver.settings import by_name
+from addb_viewer.jobs.stored_solves import DISCARDED, KEPT, NEW, REPLACED, Solve
+from addb_viewer.text.coordinate_words import torque_in_words
+from addb_viewer.trial_view.html_pieces import boxed, clickable, table
+from solver.fitting.settings import by_name
 
 TEN = 10.0  # from which on a number has its two digits before the point
 _STATES = {

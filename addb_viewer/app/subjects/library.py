@@ -10,22 +10,22 @@ from typing import Any
 
 import trimesh
 
-from addb_viewer.app.subjects.root_folder import check_recorded, reading_of
-from addb_viewer.app.trial.joint_loads import large_joint_load
-from addb_viewer.app.trial.replay import BodySize, Replay
-from addb_viewer.app.trial.replay_of_fit import fitted_replay, unfitted_replay
-from addb_viewer.app.trial.trial_curves import TrialCurves, trial_curves
+from addb_viewer.jobs.root_folder import check_recorded, reading_of
+from addb_viewer.trial_view.joint_loads import large_joint_load
+from addb_viewer.trial_view.replay import BodySize, Replay
+from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
+from addb_viewer.trial_view.trial_curves import TrialCurves, trial_curves
 from solver.capture.capture import Capture, Subject, UnusedFile
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.export.gait_tables import trial_gait
 from solver.export.places import file_stem, trial_stems
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.results.store import default_folder, has_fit, load_fit
+from solver.fitting.settings import settings_for
+from solver.fitting.summary import summary
 from solver.gait.gait import Gait
-from solver.results.store import default_folder, has_fit, load_fit
-from solver.settings import settings_for
 from solver.skeleton.bones import body_meshes
-from solver.summary import summary
 
 KEPT = 4  # replays in memory: the one on the screen and those one goes back to
 

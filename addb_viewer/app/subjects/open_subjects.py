@@ -9,13 +9,13 @@ from pathlib import Path
 
 from addb_viewer.app.subjects.library import Library, library_of
 from addb_viewer.app.subjects.people import People
-from addb_viewer.app.subjects.root_folder import RootFolder
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from addb_viewer.recordings.recording import file_of
+from addb_viewer.jobs.root_folder import RootFolder
+from addb_viewer.trial_view.recording import file_of
 from solver.capture.capture import Subject
-from solver.errors import ResultsError
-from solver.freed_memory import give_back
-from solver.results.store import default_folder
+from solver.common.errors import ResultsError
+from solver.common.freed_memory import give_back
+from solver.fitting.results.store import default_folder
 
 AHEAD_AFTER_S = 1.0  # the page that has just been shown comes first
 MOST_AHEAD = 4  # subjects that are read and nobody has come to yet

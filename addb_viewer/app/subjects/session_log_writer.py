@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.subjects.library import Library
-from addb_viewer.kept_diagnosis import kept
+from addb_viewer.jobs.kept_diagnosis import kept
 from annotations.events import Edit
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 if TYPE_CHECKING:
     from addb_viewer.recordings.session_log import SessionLog

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Protocol
 
 from addb_viewer.app.jobs.job_queue import PROGRAM, JobQueue, Task, TaskProgress
-from addb_viewer.app.jobs.stored_solves import Solve
 from addb_viewer.app.jobs.what_if import WhatIf
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.subjects.library import Library
@@ -15,12 +14,13 @@ from addb_viewer.app.subjects.people import People
 from addb_viewer.app.subjects.session_log_writer import SessionLogWriter
 from addb_viewer.app.subjects.shown_fits import ShownFits
 from addb_viewer.app.subjects.subject_review import SubjectReview
-from addb_viewer.app.trial.disagreements import disagreements
+from addb_viewer.jobs.stored_solves import Solve
+from addb_viewer.trial_view.disagreements import disagreements
 from annotations.errors import ReviewError
 from annotations.events import Edit
 from annotations.work import Comment, Talk
 from solver.capture.capture import Capture
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 DIAGNOSING, SOLVING, RECORDING = "Diagnosing", "Solving", "Recording"
 WITHHOLDING = "Judging withheld forces"

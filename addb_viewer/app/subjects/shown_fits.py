@@ -6,7 +6,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from addb_viewer.app.jobs.stored_solves import (
+from addb_viewer.app.subjects.library import Library, library_of
+from addb_viewer.jobs.stored_solves import (
     NEW,
     Solve,
     discard,
@@ -15,11 +16,10 @@ from addb_viewer.app.jobs.stored_solves import (
     stored_solves,
     waiting_solves,
 )
-from addb_viewer.app.subjects.library import Library, library_of
-from solver.errors import SolverError
-from solver.results.store import has_fit, present_solve
-from solver.results.withheld_file import read_withheld
-from solver.withheld_stage import layouts_due
+from solver.common.errors import SolverError
+from solver.fitting.results.store import has_fit, present_solve
+from solver.fitting.results.withheld_file import read_withheld
+from solver.fitting.withheld_stage import layouts_due
 
 LOOK_EVERY = 2.0  # [s]
 

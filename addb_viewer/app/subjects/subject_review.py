@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from addb_viewer.review_store import has_log, open_log, record, unreadable_notes, with_own_file
+from addb_viewer.jobs.review_store import has_log, open_log, record, unreadable_notes, with_own_file
 from annotations.errors import ReviewError
 from annotations.events import Edit, Event, Redo, Undo
 from annotations.folding import folded

@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.app.subjects.root_folder import leads_out
 from addb_viewer.app.subjects.video_header import OTHERS, PACKINGS, VideoError
+from addb_viewer.jobs.root_folder import leads_out
 from solver.capture.atomic import write_whole
-from solver.capture.small_files import json_of
+from solver.common.small_files import json_of
 
 KEPT = "videos.json"  # in the subject's folder
 MS_A_MINUTE = 60_000.0

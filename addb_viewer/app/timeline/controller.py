@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.timeline.charts import charts_of
-from addb_viewer.app.timeline.lanes import Lane
-from addb_viewer.app.timeline.strip import ON_STRIP, curves_json, rows_json, trial_json
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.trial_view.charts import charts_of
+from addb_viewer.trial_view.lanes import Lane
+from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.strip import ON_STRIP, curves_json, rows_json, trial_json
 
 
 class TimelineController:

@@ -9,7 +9,6 @@ from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.security.file_parts import ServedFile
-from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.subjects.video_header import Video, VideoError, read_header
 from addb_viewer.app.subjects.videos import (
     FASTEST,
@@ -22,6 +21,7 @@ from addb_viewer.app.subjects.videos import (
     place_of,
     videos_in,
 )
+from addb_viewer.trial_view.html_pieces import boxed
 
 NONE = "none"
 

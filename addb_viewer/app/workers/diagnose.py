@@ -7,8 +7,8 @@ import typer
 
 from addb_viewer.app.jobs.turns import wait_for_turn
 from addb_viewer.app.jobs.worker_process import print_progress
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.jobs.diagnosing import diagnosed
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.solving import job_for
 
 

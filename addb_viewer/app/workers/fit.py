@@ -10,7 +10,7 @@ from pathlib import Path
 import typer
 
 from addb_viewer.app.jobs.worker_process import LOWEST, end_in_order, give_way, print_progress
-from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.solving import job_for, kept_fit
 
 

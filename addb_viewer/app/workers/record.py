@@ -11,14 +11,14 @@ from pathlib import Path
 import typer
 
 from addb_viewer.app.jobs.worker_process import end_in_order, print_progress
-from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.jobs.reporting import page_of
-from addb_viewer.kept_diagnosis import kept
-from addb_viewer.recordings.recording import ON_ONE_PAGE, Recording, recording_of
-from addb_viewer.review_store import whole_log
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.kept_diagnosis import kept
+from addb_viewer.jobs.review_store import whole_log
+from addb_viewer.report.reporting import page_of
+from addb_viewer.trial_view.recording import ON_ONE_PAGE, Recording, recording_of
 from solver.capture.atomic import made_folder
-from solver.fit import Fit
-from solver.results.store import load_fit
+from solver.fitting.fit import Fit
+from solver.fitting.results.store import load_fit
 
 FIT_READ = 0.2  # share of the work before the first file is begun
 

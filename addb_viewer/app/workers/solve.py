@@ -10,12 +10,12 @@ from pathlib import Path
 
 import typer
 
-from addb_viewer.app.jobs.stored_solves import add
 from addb_viewer.app.jobs.turns import wait_for_turn
 from addb_viewer.app.jobs.worker_process import end_in_order, print_progress
-from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.solving import computed, job_for, last_fit
-from solver.results.store import check_place
+from addb_viewer.jobs.stored_solves import add
+from solver.fitting.results.store import check_place
 
 
 def main() -> int:

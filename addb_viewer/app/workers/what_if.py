@@ -18,10 +18,10 @@ import numpy as np
 
 from addb_viewer.jobs.solving import Job, job_for, resolved
 from annotations.errors import ReviewError
+from solver.common.errors import FitError, SolverError
 from solver.contact.force_review import ForceReview, as_plain, from_plain
-from solver.errors import FitError, SolverError
-from solver.fit import Fit, TrialFit
-from solver.results.store import load_fit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.results.store import load_fit
 
 Figures = dict[str, float | None]
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import typer
 
 from addb_viewer.app.jobs.worker_process import LOWEST, give_way, print_progress
-from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.withholding import FitReplacedError, Withholding
-from solver.errors import ResultsError
-from solver.pipeline import can_resolve
-from solver.results.store import load_fit, present_solve
+from solver.common.errors import ResultsError
+from solver.fitting.pipeline import can_resolve
+from solver.fitting.results.store import load_fit, present_solve
 
 
 def main() -> int:

@@ -13,9 +13,9 @@ from addb_viewer.commands.benchmark.options import (
     results_folder,
 )
 from addb_viewer.commands.dataset.options import Release
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
-from solver.errors import SolverError
+from addb_viewer.jobs.errors import errors_as_lines
+from solver.common.errors import SolverError
 
 
 def sweep(

@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.jobs.errors import errors_as_lines
 
 Folder = Annotated[
     Path, typer.Argument(metavar="DIR", help="That evaluate wrote to.", exists=True, file_okay=False)

@@ -17,8 +17,8 @@ from addb_viewer.commands.benchmark.options import (
     results_folder,
 )
 from addb_viewer.commands.dataset.options import Release
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.jobs.errors import errors_as_lines
 
 
 def train(

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from addb_viewer.amounts import counted, lasting
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
 from addb_viewer.dataset.release_subject import NO_SPDX, is_spdx
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.text.amounts import counted, lasting
 
 if TYPE_CHECKING:
     from addb_viewer.dataset.build import Plan

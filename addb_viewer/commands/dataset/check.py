@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.amounts import counted
-from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile
+from addb_viewer.jobs.errors import FAILED, errors_as_lines
+from addb_viewer.text.amounts import counted
 
 What = Annotated[
     Path, typer.Argument(metavar="RELEASE", help="Folder of a release, or a .b3d file.", exists=True)
@@ -47,7 +47,7 @@ def check(
         from addb_viewer.dataset.check.b3d_file import b3d_findings  # noqa: PLC0415 (slow to load)
         from addb_viewer.dataset.check.checking import checked  # noqa: PLC0415
         from addb_viewer.dataset.check.finding import Level  # noqa: PLC0415
-        from solver.results.store import write_json  # noqa: PLC0415
+        from solver.fitting.results.store import write_json  # noqa: PLC0415
 
         place = release.resolve()
         found = b3d_findings(place) if place.is_file() else checked(place)
@@ -67,7 +67,7 @@ def check(
 
 def _refit(file: Path) -> None:
     from addb_viewer.dataset.check.refit import in_words, refitted  # noqa: PLC0415 (slow to load)
-    from addb_viewer.terminal_progress import terminal_progress  # noqa: PLC0415
+    from addb_viewer.jobs.terminal_progress import terminal_progress  # noqa: PLC0415
 
     with terminal_progress() as progress:
         rows, causes = refitted(file, progress)

@@ -5,8 +5,8 @@ from typing import Annotated
 import typer
 
 from addb_viewer.commands.dataset.options import Release
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.jobs.errors import errors_as_lines
 
 Trial = Annotated[
     str | None, typer.Argument(metavar="[TRIAL]", help="A trial's id, or the end of it if only one ends so.")

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.amounts import counted
 from addb_viewer.commands.dataset.options import Release
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.text.amounts import counted
 
 Name = Annotated[str, typer.Option("--name", metavar="NAME", help="Of the split: splits/NAME.parquet.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Of the order among alike persons.")]

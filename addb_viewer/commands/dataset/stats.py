@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from addb_viewer.amounts import counted, lasting
 from addb_viewer.commands.dataset.options import Release
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
-from solver.errors import SolverError
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.text.amounts import counted, lasting
+from solver.common.errors import SolverError
 
 StatsOut = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="RELEASE.stats by default.", file_okay=False)

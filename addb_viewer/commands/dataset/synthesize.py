@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.jobs.errors import errors_as_lines
 
 Subjects = Annotated[
     int, typer.Option("--subjects", metavar="N", help="Good subjects; traps come on top.", min=1, max=10_000)

@@ -19,12 +19,12 @@ from addb_viewer.dataset.check.plausible import (
     STILL_M,
 )
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
-from solver.capture.b3d.reader import read_b3d
-from solver.capture.b3d.reasons import REASONS
-from solver.capture.b3d.schema import B3dFile, B3dTrial, Header, PassFrames, PassType
-from solver.capture.b3d.stored import stored_passes
-from solver.errors import CaptureError
-from solver.runs import runs
+from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.reasons import REASONS
+from solver.capture.formats.b3d.schema import B3dFile, B3dTrial, Header, PassFrames, PassType
+from solver.capture.formats.b3d.stored import stored_passes
+from solver.common.errors import CaptureError
+from solver.common.runs import runs
 
 GRAVITY_M_S2 = 9.80665
 FALSE_ZERO = 0.5  # of body weight that the motion demands, on a frame that counts and bears nothing

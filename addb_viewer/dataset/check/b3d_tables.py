@@ -10,9 +10,9 @@ from jaxtyping import Float
 
 from addb_viewer.dataset.check.finding import Finding, error
 from addb_viewer.dataset.check.physics import GRAVITY, column, vector
-from solver.capture.b3d.reader import read_b3d
-from solver.capture.b3d.schema import B3dTrial
-from solver.errors import CaptureError
+from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.schema import B3dTrial
+from solver.common.errors import CaptureError
 
 LENGTH_M, ACCELERATION_M_S2, FORCE_N = 1e-5, 1e-3, 0.01  # single precision in one of the two
 

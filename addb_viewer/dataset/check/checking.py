@@ -8,7 +8,6 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from addb_viewer.amounts import counted
 from addb_viewer.dataset.check import files, physics, plausible
 from addb_viewer.dataset.check.b3d_tables import b3d_table_findings
 from addb_viewer.dataset.check.duplicates import Pair, duplicate_findings, recording_in
@@ -17,6 +16,7 @@ from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.manifest_file import read_manifest
 from addb_viewer.dataset.same_recording import Recording, same_recordings
 from addb_viewer.dataset.split_files import FOLDER, read_split
+from addb_viewer.text.amounts import counted
 
 Told = Callable[[str], None]
 

@@ -73,7 +73,7 @@ def torque_findings(
         model: its OpenSim file in the release.
         coordinates: rows of the table, of the subject.
     """
-    from solver.errors import ModelError  # noqa: PLC0415
+    from solver.common.errors import ModelError  # noqa: PLC0415
     from solver.simulate.ground_demand import GroundDemand  # noqa: PLC0415
     from solver.skeleton.osim import load_skeleton  # noqa: PLC0415
     from solver.skeleton.pinocchio_model import RigidBodyModel  # noqa: PLC0415

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from addb_viewer.dataset.check.finding import Finding, warning
 from addb_viewer.dataset.check.physics import column, vector
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
-from solver.runs import runs
+from solver.common.runs import runs
 
 RANGES = {
     "age_years": (2.0, 110.0),

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from annotations.agreement import agreement
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
+from solver.common.progress import Progress, part, silent
 from solver.diagnosis.diagnose import diagnose
 from solver.diagnosis.report import as_json
-from solver.fit import TrialFit
-from solver.pipeline import solve
-from solver.progress import Progress, part, silent
-from solver.settings import settings_for
-from solver.summary import summary
+from solver.fitting.fit import TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import settings_for
+from solver.fitting.summary import summary
 
 FITTED = 0.3  # share of the work
 

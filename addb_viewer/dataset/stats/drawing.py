@@ -12,7 +12,6 @@ from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from addb_viewer.amounts import lasting
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
 from addb_viewer.dataset.stats.gathering import UNLABELLED, Sample
 from addb_viewer.dataset.stats.numbers import (
@@ -22,6 +21,7 @@ from addb_viewer.dataset.stats.numbers import (
     LINEAR_BW,
     Rows,
 )
+from addb_viewer.text.amounts import lasting
 
 mpl.rcParams.update(
     {

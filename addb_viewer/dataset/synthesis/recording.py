@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from addb_viewer.dataset.synthesis.laboratories import Laboratory
 from solver.capture.capture import Capture, ForcePlate
-from solver.capture.trc import write_trc
+from solver.capture.formats.trc import write_trc
 from solver.simulate.laboratory import (
     MeasurementSettings,
     Plate,

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from addb_viewer.dataset.synthesis.recording import FEET, RecordedTrial
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.events import Edit, Event, FlagRange, SetActivity, SetStatus, Status
 from annotations.runs import true_runs
 

@@ -8,11 +8,11 @@ from jaxtyping import Bool, Float
 from scipy.interpolate import make_interp_spline
 
 from solver.capture.capture import Capture, ForcePlate
-from solver.capture.subject import open_subject
-from solver.filters import low_pass
-from solver.fit import TrialFit
-from solver.pipeline import solve
-from solver.settings import settings_for
+from solver.capture.subject.subject import open_subject
+from solver.common.filters import low_pass
+from solver.fitting.fit import TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import settings_for
 from solver.simulate.ground_demand import GroundDemand
 from solver.skeleton.forward import ForwardKinematics, cross
 from solver.skeleton.pinocchio_model import RigidBodyModel

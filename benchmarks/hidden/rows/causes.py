@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from benchmarks.hidden.rows.balance import GRAVITY, LOADED_N, MarkerBalance, derivative
-from solver.filters import low_pass
+from solver.common.filters import low_pass
 from solver.skeleton.forward import cross
 
 FORWARD, UP, SIDEWAYS = np.eye(3)

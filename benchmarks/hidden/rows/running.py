@@ -17,7 +17,7 @@ from benchmarks.hidden.rows.ours import answer_of
 from benchmarks.hidden.rows.torso_shift import with_torso_shifted
 from benchmarks.hidden.rows.versions import note_version
 from solver.capture.atomic import write_whole
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 
 OURS, LEAST_SQUARES, TORSO, MOTION = "ours", "least-squares", "torso-shift", "motion-alone"
 

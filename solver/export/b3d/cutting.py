@@ -5,7 +5,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from solver.capture.b3d.schema import B3dTrial, PassFrames, SensorFrames
+from solver.capture.formats.b3d.schema import B3dTrial, PassFrames, SensorFrames
 
 _ALL = ("missing_GRF_reason", "has_manual_GRF_annotation")  # a value a frame, in a trial's header
 _OF_PASS = ("marker_rms", "marker_max", "linear_residual", "angular_residual", "joints_max_velocity")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.capture.b3d.schema import (
+from solver.capture.formats.b3d.schema import (
     VERSION,
     B3dFile,
     B3dTrial,
@@ -28,11 +28,11 @@ from solver.export.b3d.sensor_frames import corners, marker_names, sensor_frames
 from solver.export.b3d.series_on_disk import SeriesOnDisk, on_disk
 from solver.export.b3d.writer import write_b3d
 from solver.export.places import file_stem, made
-from solver.fit import Fit, TrialFit
-from solver.settings import from_dict
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import from_dict
+from solver.fitting.summary import all_notes
 from solver.skeleton.osim_writer import skeleton_text
 from solver.skeleton.skeleton import Skeleton
-from solver.summary import all_notes
 
 
 def fit_to_b3d(

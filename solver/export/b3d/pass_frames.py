@@ -9,12 +9,12 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
-from solver.capture.b3d.frames import present
-from solver.capture.b3d.schema import PassFrames
+from solver.capture.formats.b3d.frames import present
+from solver.capture.formats.b3d.schema import PassFrames
+from solver.common.frames_at_once import spans
 from solver.dynamics.root_wrench import centre_of_mass, root_wrench
 from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked, unlocked_motion
 from solver.export.b3d.series_on_disk import SeriesOnDisk
-from solver.frames_at_once import spans
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.skeleton.forward import ForwardKinematics, Poses, cross

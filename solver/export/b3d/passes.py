@@ -5,15 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.capture.b3d.schema import PassFrames, PassHeader, PassType
-from solver.capture.conditioning import shared_cutoff
-from solver.capture.force_settings import ConditioningSettings
+from solver.capture.formats.b3d.schema import PassFrames, PassHeader, PassType
+from solver.capture.plates.conditioning import shared_cutoff
+from solver.capture.plates.force_settings import ConditioningSettings
 from solver.export.b3d.model import dofs_in_order, unlocked
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import from_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
-from solver.settings import from_dict
 from solver.skeleton.forward import ForwardKinematics, marker_positions
 from solver.skeleton.skeleton import Skeleton
 

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Int
 
-from solver.capture.b3d.reasons import REASONS
+from solver.capture.formats.b3d.reasons import REASONS
 from solver.contact.mask import (
     ERRONEOUS,
     NOT_RECORDED,

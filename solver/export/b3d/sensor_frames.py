@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.b3d.schema import SensorFrames
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.conditioning import gaps_filled, resampled
-from solver.capture.force_settings import ConditioningSettings
+from solver.capture.formats.b3d.schema import SensorFrames
+from solver.capture.plates.conditioning import gaps_filled, resampled
+from solver.capture.plates.force_settings import ConditioningSettings
 from solver.skeleton.forward import cross
 
 

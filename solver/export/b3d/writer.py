@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from solver.capture.atomic import whole_file
-from solver.capture.b3d.checks import faults
-from solver.capture.b3d.frames import Layout, layout_to_write, packed
-from solver.capture.b3d.reader import LENGTH
-from solver.capture.b3d.schema import B3dFile, B3dTrial
-from solver.capture.b3d.wire import encoded
-from solver.errors import CaptureError
+from solver.capture.formats.b3d.checks import faults
+from solver.capture.formats.b3d.frames import Layout, layout_to_write, packed
+from solver.capture.formats.b3d.reader import LENGTH
+from solver.capture.formats.b3d.schema import B3dFile, B3dTrial
+from solver.capture.formats.b3d.wire import encoded
+from solver.common.errors import CaptureError
 
 FRAMES_AT_ONCE = 4096  # a few megabytes
 

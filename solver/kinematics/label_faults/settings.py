@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from solver.capture.trajectory_joining import JoiningSettings
-from solver.settings_field import setting
+from solver.common.settings_field import setting
 
 
 @dataclass(frozen=True)

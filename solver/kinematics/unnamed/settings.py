@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from solver.common.settings_field import setting
 from solver.kinematics.settings import KinematicsSettings
-from solver.settings_field import setting
 
 
 @dataclass(frozen=True)

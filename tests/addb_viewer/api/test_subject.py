@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer import Cancelled, ReviewError, SolverError, Subject
+from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.diagnosis import Diagnosis, NamedEffect, Remaining
-from solver.effects.effect import Estimate, Range
-from solver.provenance import provenance_of
-from solver.settings import as_dict
+from solver.fitting.provenance import provenance_of
+from solver.fitting.settings import as_dict
 
 CLOCK = NamedEffect(
     id="clock_offset",

@@ -12,7 +12,8 @@ from addb_viewer.app.app import start as start_app
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import Library
-from addb_viewer.app.trial.replay import (
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.trial_view.replay import (
     BodyReplay,
     ForceUse,
     JointReplay,
@@ -21,8 +22,7 @@ from addb_viewer.app.trial.replay import (
     Replay,
     ResidualReplay,
 )
-from addb_viewer.app.trial.trial_curves import TrialCurves
-from addb_viewer.review_store import open_log
+from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.proposals import Proposal

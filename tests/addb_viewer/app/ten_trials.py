@@ -5,10 +5,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
-from solver.results.store import save_fit
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import save_fit
+from solver.fitting.settings import Settings
 
 BESIDE_S = 0.02  # forces of so long before and after the markers
 

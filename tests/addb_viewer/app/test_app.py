@@ -9,11 +9,11 @@ from addb_viewer.app import app as app_module
 from addb_viewer.app.app import serve, start
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import library_of
-from addb_viewer.app.subjects.root_folder import open_root
+from addb_viewer.jobs.root_folder import open_root
 from solver.capture.capture import Markers
-from solver.capture.trc import write_trc
-from solver.errors import CaptureError, SolverError
-from solver.results.store import save_fit
+from solver.capture.formats.trc import write_trc
+from solver.common.errors import CaptureError, SolverError
+from solver.fitting.results.store import save_fit
 
 
 def write_subject(folder):

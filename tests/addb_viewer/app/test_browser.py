@@ -11,7 +11,7 @@ from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.access import Access
 from addb_viewer.app.security.server import address, open_server
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.subjects import shared_subject
-from solver.dynamics.extension import Cause, Extension
-from solver.results import extension_log
+from solver.dynamics.trajectory.extension import Cause, Extension
+from solver.fitting.results import extension_log
 from tests.patience import FOR_EVER_S
 
 pytestmark = pytest.mark.browser

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from addb_viewer.app.app import start
-from solver.results.store import has_fit
+from solver.fitting.results.store import has_fit
 
 pytestmark = [pytest.mark.browser, pytest.mark.real, pytest.mark.timeout(900)]
 

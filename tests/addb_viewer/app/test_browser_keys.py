@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.shell.commands import COMMANDS, with_keys
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.events import Status
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, Status
 
 pytestmark = pytest.mark.browser

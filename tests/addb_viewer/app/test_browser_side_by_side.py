@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.trial.proposals import State
+from addb_viewer.jobs.review_store import open_log
 from addb_viewer.jobs.solving import job_for, solved
-from addb_viewer.review_store import open_log
+from addb_viewer.trial_view.proposals import State
 from annotations.events import (
     AcceptProposal,
     ClearRange,
@@ -22,8 +22,8 @@ from annotations.events import (
 )
 from annotations.reasons import REASON_KEYS
 from solver.contact.wrenches import RECORDING
-from solver.results.store import load_fit
-from solver.settings import Settings
+from solver.fitting.results.store import load_fit
+from solver.fitting.settings import Settings
 from tests.patience import PATIENCE_S
 
 pytestmark = [pytest.mark.browser, pytest.mark.real, pytest.mark.timeout(900)]

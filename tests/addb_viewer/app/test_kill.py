@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from addb_viewer.review_store import FILE, open_log
+from addb_viewer.jobs.review_store import FILE, open_log
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.test_app import write_subject
 

@@ -10,12 +10,12 @@ import time
 import numpy as np
 import pytest
 
-from addb_viewer.app.jobs.stored_solves import KEPT, NEW, stored_solves
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.jobs.solving import job_for, solved
-from solver.capture.subject import open_subject
-from solver.results.store import load_fit, save_fit
+from addb_viewer.jobs.stored_solves import KEPT, NEW, stored_solves
+from solver.capture.subject.subject import open_subject
+from solver.fitting.results.store import load_fit, save_fit
 from solver.simulate.demo import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 
@@ -26,8 +26,8 @@ WRITER = """
 import sys
 from dataclasses import replace
 from pathlib import Path
-from addb_viewer.app.jobs.stored_solves import add, keep, stored_solves
-from solver.results.store import load_fit
+from addb_viewer.jobs.stored_solves import add, keep, stored_solves
+from solver.fitting.results.store import load_fit
 
 folder, results, keeping = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3] == "keep"
 fit = load_fit(results, folder)

@@ -6,12 +6,12 @@ import shutil
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.jobs.stored_solves import stored_solves
+from addb_viewer.jobs.stored_solves import stored_solves
 from annotations.events import Status
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
-from solver.results.store import has_fit, save_fit
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import has_fit, save_fit
+from solver.fitting.settings import Settings
 
 pytestmark = [pytest.mark.real, pytest.mark.timeout(900)]
 

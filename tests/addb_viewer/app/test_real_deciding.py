@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.jobs.stored_solves import stored_solves
 from addb_viewer.jobs.solving import job_for, solved
+from addb_viewer.jobs.stored_solves import stored_solves
 from annotations.events import Status
-from solver.results.store import load_fit
+from solver.fitting.results.store import load_fit
 
 pytestmark = [pytest.mark.real, pytest.mark.timeout(900)]
 

@@ -5,12 +5,12 @@ import shutil
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.events import Status
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
-from solver.results.store import save_fit
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import save_fit
+from solver.fitting.settings import Settings
 from tests.patience import PATIENCE_S
 
 FEET = ("calcn_r", "calcn_l")

@@ -4,7 +4,7 @@ import sqlite3
 
 import pytest
 
-from addb_viewer.review_store import FILE, open_log
+from addb_viewer.jobs.review_store import FILE, open_log
 from annotations.events import Status
 
 FEET = ("calcn_r", "calcn_l")

@@ -11,9 +11,9 @@ from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import open_library
 from addb_viewer.app.subjects.shared_subject import WITHHOLDING
 from addb_viewer.jobs.solving import job_for, solved
-from solver.dynamics.heldout import WithheldLayout
-from solver.dynamics.withheld_layouts import LAYOUTS
-from solver.results.store import add_withheld, load_fit, present_solve
+from solver.dynamics.cross_validation.heldout import WithheldLayout
+from solver.dynamics.cross_validation.withheld_layouts import LAYOUTS
+from solver.fitting.results.store import add_withheld, load_fit, present_solve
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.shell.go_to import Select, entry
-from addb_viewer.evidence_words import plain
-from addb_viewer.plain_words import in_plain_words
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.text.evidence_words import plain
+from addb_viewer.text.plain_words import in_plain_words
 from annotations.activities import ACTIVITIES, activity_words
 from annotations.events import AcceptProposal, FlagRange, ImportLabels, Proposal, SetActivity
 from annotations.reasons import REASONS

@@ -21,7 +21,7 @@ from addb_viewer.benchmark.predictors import predictor
 from addb_viewer.benchmark.release_trials import open_for_benchmark, shown_skeleton
 from addb_viewer.benchmark.results import read_results, write_result
 from addb_viewer.benchmark.task import Foretold
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from tests.addb_viewer.benchmark.simulated_release import GRAVITY, NOISE_RAD, truth
 
 TESTED = ("lab/p3", "lab/p4", "lab/p5")

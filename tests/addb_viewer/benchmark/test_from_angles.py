@@ -12,7 +12,7 @@ from addb_viewer.benchmark.from_angles import CUTOFFS_HZ, REACHES, FromAngles
 from addb_viewer.benchmark.metrics import centre_of_pressure
 from addb_viewer.benchmark.release_trials import open_for_benchmark
 from solver.contact.sole import soles
-from solver.dynamics.divided_wrench import going_with_the_ground
+from solver.dynamics.force_prediction.divided_wrench import going_with_the_ground
 from solver.skeleton.forward import body_poses
 from tests.addb_viewer.benchmark.simulated_release import NAMES, RATE, example
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from solver.capture.capture import Subject
-from solver.dynamics.extension import Extension
-from solver.fit import Fit
-from solver.provenance import provenance_of
-from solver.settings import as_dict
+from solver.dynamics.trajectory.extension import Extension
+from solver.fitting.fit import Fit
+from solver.fitting.provenance import provenance_of
+from solver.fitting.settings import as_dict
 
 
 @dataclass

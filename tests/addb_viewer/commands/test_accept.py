@@ -7,14 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from addb_viewer.accepted_extension import kept_gain
 from addb_viewer.jobs import accepting
-from addb_viewer.kept_diagnosis import keep
-from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
+from addb_viewer.jobs.accepted_extension import kept_gain
+from addb_viewer.jobs.kept_diagnosis import keep
+from solver.dynamics.trajectory.extension import BodyWrench, Cause, Extension, TrialExtension
+from solver.fitting.provenance import provenance_of
+from solver.fitting.results.extension_log import decisions, standings
+from solver.fitting.settings import as_dict, settings_for
 from solver.kinematics.label_faults.fault import Exchange
-from solver.provenance import provenance_of
-from solver.results.extension_log import decisions, standings
-from solver.settings import as_dict, settings_for
 
 CLOCK = {
     "id": "clock_offset",

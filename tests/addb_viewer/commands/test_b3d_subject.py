@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.app.subjects.root_folder import OutsideError, open_root
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
+from addb_viewer.jobs.root_folder import OutsideError, open_root
 from annotations.log import ReviewLog
 
 pytestmark = pytest.mark.real

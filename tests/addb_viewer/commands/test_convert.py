@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from solver.capture.capture import Markers
-from solver.capture.trc import read_trc
+from solver.capture.formats.trc import read_trc
 from solver.export.c3d_file import C3dRecording, FootEvent, write_c3d
 
 

@@ -12,19 +12,19 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
+from addb_viewer.jobs.review_store import open_log
 from addb_viewer.recordings.mcap_recording import write_mcap
-from addb_viewer.recordings.recording import recording_of
-from addb_viewer.review_store import open_log
+from addb_viewer.trial_view.recording import recording_of
 from annotations.events import FlagRange, SetActivity, Undo
 from annotations.work import Comment
 from solver.capture.capture import Markers
-from solver.capture.storage import write_storage
-from solver.capture.trc import write_trc
+from solver.capture.formats.storage import write_storage
+from solver.capture.formats.trc import write_trc
 from solver.capture.trial import read_trial
-from solver.provenance import provenance_of
-from solver.results.store import load_fit
-from solver.settings import as_dict
+from solver.fitting.provenance import provenance_of
+from solver.fitting.results.store import load_fit
+from solver.fitting.settings import as_dict
 
 TOML = """mass_kg = 72.6
 height_m = 1.8

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from addb_viewer.commands.diagnose import in_short
 from addb_viewer.jobs.diagnosing import kept_of
+from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import job_for
-from addb_viewer.kept_diagnosis import kept
+from solver.common.errors import FitError, ResultsError
+from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.checks import Decision
 from solver.diagnosis.diagnosis import (
     Alternative,
@@ -23,9 +25,7 @@ from solver.diagnosis.diagnosis import (
     Remaining,
 )
 from solver.diagnosis.trail import CauseDecisions
-from solver.effects.effect import Estimate, Range
-from solver.errors import FitError, ResultsError
-from solver.settings import Settings
+from solver.fitting.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.flagged import flagged
 

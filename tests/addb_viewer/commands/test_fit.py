@@ -8,11 +8,11 @@ import shutil
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
-from addb_viewer.summary_table import print_summary, print_withheld
-from solver.errors import FitError
-from solver.results.store import load_fit
-from solver.summary import summary
+from addb_viewer.commands.cli import app
+from addb_viewer.text.summary_table import print_summary, print_withheld
+from solver.common.errors import FitError
+from solver.fitting.results.store import load_fit
+from solver.fitting.summary import summary
 
 
 def test_fit_keeps_the_results_and_prints_the_summary(command_line):

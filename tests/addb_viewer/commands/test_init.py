@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.app.subjects.root_folder import open_root
-from addb_viewer.cli import app
-from solver.capture.subject import open_subject
+from addb_viewer.commands.cli import app
+from addb_viewer.jobs.root_folder import open_root
+from solver.capture.subject.subject import open_subject
 
 
 def run(*arguments):

@@ -10,7 +10,7 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from addb_viewer.commands.many import Work, done_to_all, options, several
 from addb_viewer.commands.many_table import Status
 from tests.patience import PATIENCE_S

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from solver.capture.capture import Markers
-from solver.capture.trc import write_trc
+from solver.capture.formats.trc import write_trc
 from solver.markers.mapping_file import read_map
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.app.subjects.root_folder import open_root
-from addb_viewer.cli import app
-from solver.capture.subject import SharedFolderError, open_subject, subjects_in
-from solver.capture.trc import read_trc, write_trc
+from addb_viewer.commands.cli import app
+from addb_viewer.jobs.root_folder import open_root
+from solver.capture.formats.trc import read_trc, write_trc
+from solver.capture.subject.subject import SharedFolderError, open_subject, subjects_in
 from solver.capture.trial import read_trial
 
 FOUR, SIX = "opencap_subject4", "opencap_subject6"

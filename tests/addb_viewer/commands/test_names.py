@@ -7,12 +7,12 @@ from html import unescape
 
 import pytest
 
-from addb_viewer.cli import main
-from solver.capture.file_names import readable
-from solver.capture.subject import open_subject
-from solver.capture.trc import write_trc
-from solver.provenance import provenance_of
-from solver.settings import as_dict
+from addb_viewer.commands.cli import main
+from solver.capture.formats.trc import write_trc
+from solver.capture.subject.subject import open_subject
+from solver.common.file_names import readable
+from solver.fitting.provenance import provenance_of
+from solver.fitting.settings import as_dict
 
 BY_PROGRAM = {
     "Latin-1": b"Gangl\xe4hmung \xdf",

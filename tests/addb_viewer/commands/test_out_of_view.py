@@ -12,11 +12,11 @@ from mcap_protobuf.decoder import DecoderFactory
 from typer.testing import CliRunner
 
 from addb_viewer import Subject
-from addb_viewer.app.trial.replay import BodySize
-from addb_viewer.app.trial.replay_of_fit import fitted_replay
-from addb_viewer.cli import app
-from solver.review_stage import without_impossible
-from solver.seen_part import without_guesses
+from addb_viewer.commands.cli import app
+from addb_viewer.trial_view.replay import BodySize
+from addb_viewer.trial_view.replay_of_fit import fitted_replay
+from solver.fitting.review_stage import without_impossible
+from solver.fitting.seen_part import without_guesses
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of

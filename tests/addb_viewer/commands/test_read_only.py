@@ -5,7 +5,7 @@ import shutil
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 
 WITHOUT_FORCES = "[trajectory]\nenabled = false\n"
 

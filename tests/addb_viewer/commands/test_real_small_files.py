@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
-from solver.errors import ResultsError
-from solver.results.store import load_fit
+from addb_viewer.commands.cli import app
+from solver.common.errors import ResultsError
+from solver.fitting.results.store import load_fit
 from tests.addb_viewer.app.ten_trials import write_trials
 
 pytestmark = pytest.mark.real

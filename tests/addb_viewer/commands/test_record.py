@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from addb_viewer.review_store import has_log, open_log
+from addb_viewer.jobs.review_store import has_log, open_log
 from annotations.events import FlagRange
 from solver.capture.capture import Capture, Markers
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.jobs import solving
+from addb_viewer.jobs.review_store import FILE, open_log
 from addb_viewer.jobs.solving import job_for
-from addb_viewer.review_store import FILE, open_log
 from annotations.events import ClearRange, FlagRange, SetStatus, Status
 from solver.contact.force_review import ForceReview
-from solver.fit import Groundwork
+from solver.fitting.fit import Groundwork
+from solver.fitting.provenance import provenance_of
 from solver.kinematics.marker_matching import MarkerMatch
-from solver.provenance import provenance_of
 from tests.flagged import flagged
 
 FLAG = FlagRange(1, 3, "notOverForcePlate", "thigh")

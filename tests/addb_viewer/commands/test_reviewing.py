@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from addb_viewer.commands.reviewing import foot_named
 from annotations.events import AcceptProposal, ImportLabels, Proposal, RejectProposal, SetActivity
 from annotations.log import ReviewLog
@@ -330,7 +330,7 @@ def detected(monkeypatch):
         Found((36, 39), None, "forceDiscrepancy", 0.1),
     )
     monkeypatch.setattr(
-        "solver.results.kept_proposals.kept_proposals", lambda _: {"run": found, "walk": found}
+        "solver.fitting.results.kept_proposals.kept_proposals", lambda _: {"run": found, "walk": found}
     )
 
 

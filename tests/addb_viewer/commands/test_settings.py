@@ -2,7 +2,7 @@
 
 import tomllib
 
-from solver.settings import Settings, as_toml
+from solver.fitting.settings import Settings, as_toml
 
 
 def test_the_defaults(command_line):

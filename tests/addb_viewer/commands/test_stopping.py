@@ -39,7 +39,7 @@ LOADED_SLOWLY = """
 """
 
 
-@pytest.mark.parametrize("module", ["addb_viewer.cli", "addb_viewer.commands.fit"])
+@pytest.mark.parametrize("module", ["addb_viewer.commands.cli", "addb_viewer.commands.fit"])
 def test_ctrl_c_while_the_libraries_are_loaded_is_no_traceback(module):
     program = textwrap.dedent(LOADED_SLOWLY).replace("MODULE", repr(module))
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.app.subjects.library import open_library
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 
 FILES = {
     "walk.trc": "opencap_subject4/MarkerData/walking1.trc",

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.jobs import withholding
-from solver.dynamics.withheld_layouts import LAYOUTS
-from solver.results.store import default_folder, load_fit, save_fit
-from tests.solver.results.test_withheld_file import layout
+from solver.dynamics.cross_validation.withheld_layouts import LAYOUTS
+from solver.fitting.results.store import default_folder, load_fit, save_fit
+from tests.solver.fitting.results.test_withheld_file import layout
 
 
 @pytest.fixture

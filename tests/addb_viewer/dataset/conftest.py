@@ -8,9 +8,9 @@ import pytest
 
 from addb_viewer.dataset import subject_files
 from addb_viewer.dataset.build import build
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of

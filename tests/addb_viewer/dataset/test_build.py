@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from addb_viewer.dataset import build as building
 from addb_viewer.dataset import subject_files
 from addb_viewer.dataset.build import build, continuing, planned
@@ -20,11 +20,11 @@ from addb_viewer.dataset.left_out import REASONS
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import Terms
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
-from solver.capture.b3d.reader import read_b3d
-from solver.capture.subject import open_subject
-from solver.capture.trc import read_trc, write_trc
+from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.trc import read_trc, write_trc
+from solver.capture.subject.subject import open_subject
 from tests.addb_viewer.dataset.builds import ALL, TERMS, Here, planned_apart
 
 GRAVITY = np.array([0.0, -9.80665, 0.0])

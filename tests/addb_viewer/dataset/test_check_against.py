@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from addb_viewer.dataset.build import build, planned
 from addb_viewer.dataset.check.against import TOLERANCES, differences
 from addb_viewer.dataset.options import BuildOptions

@@ -7,9 +7,9 @@ import pytest
 
 from addb_viewer.dataset.check import refit
 from addb_viewer.dataset.check.b3d_file import b3d_findings
-from solver.capture.b3d.reader import read_b3d
-from solver.capture.b3d.schema import B3dFile
-from solver.capture.b3d.stored import StoredPass
+from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.schema import B3dFile
+from solver.capture.formats.b3d.stored import StoredPass
 from solver.export.b3d.writer import write_b3d
 
 

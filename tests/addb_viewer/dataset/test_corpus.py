@@ -13,9 +13,9 @@ from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize, trut
 from addb_viewer.dataset.synthesis.movements import Actors
 from addb_viewer.dataset.synthesis.people import MadeUpPerson
 from addb_viewer.dataset.synthesis.traps import REASON_OF
-from addb_viewer.review_store import whole_log
+from addb_viewer.jobs.review_store import whole_log
 from annotations.events import FlagRange
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.skeleton.pinocchio_model import RigidBodyModel
 

@@ -12,9 +12,9 @@ from addb_viewer.dataset.ground_forces import (
     mask_on_grid,
     with_pressure_points,
 )
+from solver.common.filters import low_pass
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.spline_basis import spline_at, spline_basis
-from solver.filters import low_pass
+from solver.dynamics.trajectory.spline_basis import spline_at, spline_basis
 from solver.kinematics.motion import Motion
 from solver.kinematics.resampled_motion import resampled
 

@@ -7,9 +7,9 @@ import pytest
 
 from addb_viewer.dataset.gridded_trial import on_grid
 from addb_viewer.dataset.segments import Segment, cuts_of
-from solver.dynamics.extension import BodyWrench, TrialExtension, with_extra_wrench
-from solver.seen_part import in_whole
-from solver.settings import Settings
+from solver.dynamics.trajectory.extension import BodyWrench, TrialExtension, with_extra_wrench
+from solver.fitting.seen_part import in_whole
+from solver.fitting.settings import Settings
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 SETTINGS = Settings()

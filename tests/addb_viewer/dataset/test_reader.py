@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import addb_viewer.dataset
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from addb_viewer.dataset.errors import ReleaseError
 
 
@@ -62,7 +62,7 @@ def test_polars_reads_the_same_rows(release, opened):
 def test_loading_takes_neither_the_solver_nor_scipy():
     code = "import sys, addb_viewer.dataset.reader; print(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not {"scipy", "pinocchio", "solver.pipeline", "dask"} & set(run.stdout.split())
+    assert not {"scipy", "pinocchio", "solver.fitting.pipeline", "dask"} & set(run.stdout.split())
 
 
 def test_show_says_what_there_is_and_where_a_trial_comes_from(release):

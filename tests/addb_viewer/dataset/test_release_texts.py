@@ -10,7 +10,7 @@ from addb_viewer.dataset.release_subject import Terms
 from addb_viewer.dataset.release_texts import citations, licences
 from addb_viewer.dataset.scanning import scan
 from solver.capture.capture import Markers
-from solver.capture.trc import write_trc
+from solver.capture.formats.trc import write_trc
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,7 @@ import statistics
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.amounts import counted, lasting
-from addb_viewer.cli import app
+from addb_viewer.commands.cli import app
 from addb_viewer.dataset.schema import TRIALS
 from addb_viewer.dataset.stats.drawing import (
     activity_figure,
@@ -22,6 +21,7 @@ from addb_viewer.dataset.stats.drawing import (
 from addb_viewer.dataset.stats.gathering import Frames, gathered
 from addb_viewer.dataset.stats.page import PAPER_SOURCES, PAPER_SUM, clinical_percent, page
 from addb_viewer.dataset.stats.writing import as_csv, stats_of
+from addb_viewer.text.amounts import counted, lasting
 from tests.addb_viewer.dataset.made_up_release import JOINTS, write, write_release
 
 G = 9.80665

@@ -6,17 +6,17 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from addb_viewer.recordings.recording import recording_of
-from addb_viewer.recordings.solver_steps import SolverStep
+from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.solver_steps import SolverStep
 from annotations.events import ClearRange, Edit, FlagRange, Undo
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
-from solver.settings import Settings, as_dict
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.functions import Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton

@@ -12,15 +12,15 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.recordings.drawing import METRES_PER_NEWTON
 from addb_viewer.recordings.mcap_recording import write_mcap
 from addb_viewer.recordings.mcap_schemas import SCHEMAS
-from addb_viewer.recordings.recording import recording_of
 from addb_viewer.recordings.restoring import edits_in
-from solver.settings import Settings, as_toml, read_settings
+from addb_viewer.trial_view.drawing import METRES_PER_NEWTON
+from addb_viewer.trial_view.recording import recording_of
+from solver.fitting.settings import Settings, as_toml, read_settings
+from solver.fitting.summary import summary
 from solver.skeleton.forward import body_poses
 from solver.skeleton.osim import load_skeleton
-from solver.summary import summary
 
 FRAMES, RATE, START = 40, 50.0, 0.35
 TIMES_NS = [round((START + i / RATE) * 1e9) for i in range(FRAMES)]

@@ -10,8 +10,8 @@ from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_recording import write_mcap
 from addb_viewer.recordings.mcap_recovery import Found, readable, recover
 from addb_viewer.recordings.mcap_schemas import PROGRESS
-from addb_viewer.recordings.recording import recording_of
-from solver.errors import ResultsError
+from addb_viewer.trial_view.recording import recording_of
+from solver.common.errors import ResultsError
 
 
 @pytest.fixture

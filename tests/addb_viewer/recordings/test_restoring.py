@@ -11,7 +11,7 @@ from addb_viewer.recordings.restoring import edits_in, restore
 from annotations.errors import ReviewError
 from annotations.events import FlagRange, Redo, SetStatus, Status, Undo
 from annotations.log import ReviewLog
-from solver.errors import ResultsError
+from solver.common.errors import ResultsError
 
 
 @pytest.fixture

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.recordings.drawing import METRES_PER_NEWTON
-from addb_viewer.recordings.happenings import lanes_of
-from addb_viewer.recordings.recording import recording_of
 from addb_viewer.recordings.rerun_program import rerun_command, rerun_environment
 from addb_viewer.recordings.rrd_recording import write_rrd
+from addb_viewer.trial_view.drawing import METRES_PER_NEWTON
+from addb_viewer.trial_view.happenings import lanes_of
+from addb_viewer.trial_view.recording import recording_of
 from solver.capture.atomic import DRAFT
+from solver.common.errors import CaptureError
+from solver.common.gravity import GRAVITY
 from solver.dynamics.thresholds import Thresholds
-from solver.errors import CaptureError
-from solver.gravity import GRAVITY
 from solver.skeleton.forward import body_poses
 
 chunk = pytest.importorskip("rerun.chunk")

@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 from addb_viewer.recordings.mcap_recovery import Found, readable, recover
 from addb_viewer.recordings.restoring import edits_in
 from addb_viewer.recordings.session_log import SessionLog
-from solver.errors import Cancelled, ResultsError
+from solver.common.errors import Cancelled, ResultsError
 
 
 def topics(file):

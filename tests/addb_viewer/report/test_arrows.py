@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.style.palette import CAUSE, GREEN, RESIDUAL
-from addb_viewer.app.trial.replay import DemandedForce
 from addb_viewer.report.arrows import arrows_of
+from addb_viewer.trial_view.palette import CAUSE, GREEN, RESIDUAL
+from addb_viewer.trial_view.replay import DemandedForce
 
 
 @pytest.fixture

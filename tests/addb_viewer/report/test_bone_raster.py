@@ -7,9 +7,9 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from addb_viewer.app.trial.replay import BodyReplay
 from addb_viewer.report.bone_raster import KEPT, bones_image, raster
 from addb_viewer.report.camera import camera_on
+from addb_viewer.trial_view.replay import BodyReplay
 
 
 def drawn(*triangles, size=(40, 50)):

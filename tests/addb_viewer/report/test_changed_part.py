@@ -1,7 +1,7 @@
 """What the fit to forces changed, on the report's page."""
 
-from addb_viewer.change_words import change_sentence
 from addb_viewer.report.subject_page import subject_page
+from addb_viewer.text.change_words import change_sentence
 
 
 def test_a_report_has_the_sentence_at_the_top_and_the_table_below(report):

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.jobs.reporting import diagnosis_shown
-from addb_viewer.kept_diagnosis import keep
+from addb_viewer.jobs.kept_diagnosis import keep
+from addb_viewer.report.reporting import diagnosis_shown
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.in_short import bounds_of, frames_sentence, in_short, reasons
+from addb_viewer.trial_view.recording import recording_of
 
 
 def test_usable_frames_and_why_the_others_are_not(report):

@@ -4,9 +4,9 @@ import html
 import json
 import re
 
-from addb_viewer.app.style.palette import GREEN
 from addb_viewer.report.markup import Safe, bar, data_script, element, pairs, swatch, table, text, told
-from addb_viewer.sections import Section
+from addb_viewer.text.sections import Section
+from addb_viewer.trial_view.palette import GREEN
 
 HOSTILE = "</script><img src=x onerror='alert(1)'>&\"`rm`"
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.trial.replay import DemandedForce
 from addb_viewer.report.frames_kept import kept_frames
 from addb_viewer.report.moments import moments_of
+from addb_viewer.trial_view.replay import DemandedForce
 
 
 @pytest.fixture

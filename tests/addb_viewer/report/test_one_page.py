@@ -7,12 +7,12 @@ from functools import partial
 
 import pytest
 
-from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
 from addb_viewer.report.one_page import MOST_CAUSES, MOST_TRIALS, one_page
 from addb_viewer.report.subject_page import write_report
+from addb_viewer.trial_view.recording import recording_of
 from annotations.events import Edit, FlagRange, SetStatus, Status
-from solver.results.extension_log import Standing
+from solver.fitting.results.extension_log import Standing
 from tests.patience import PATIENCE_MS
 
 NOW = datetime(2026, 2, 3, 4, 5, tzinfo=UTC)

@@ -9,7 +9,7 @@ from addb_viewer.report.quality import (
     withheld_table,
     worse_than_markers,
 )
-from solver.summary import summary
+from solver.fitting.summary import summary
 
 
 @pytest.fixture

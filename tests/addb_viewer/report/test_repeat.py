@@ -5,7 +5,7 @@ from dataclasses import replace
 from html import unescape
 
 from addb_viewer.report.made_of import differing, repeat_part
-from solver.settings import Settings, as_dict
+from solver.fitting.settings import Settings, as_dict
 
 
 def test_versions_files_and_all_settings(recording):

@@ -6,9 +6,9 @@ from html.parser import HTMLParser
 
 import pytest
 
-from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.subject_page import PARTS, subject_page, write_report
+from addb_viewer.trial_view.recording import recording_of
 
 VOID = {"meta", "input", "br"}
 HOSTILE = "</script><img src=x onerror=alert(1)>"

@@ -10,8 +10,8 @@ import textwrap
 import pytest
 
 from solver.capture.atomic import DRAFT, clear_drafts, draft_folder, whole_file, write_whole
-from solver.capture.disk_errors import check_room
-from solver.errors import CaptureError
+from solver.common.disk_errors import check_room
+from solver.common.errors import CaptureError
 
 
 def test_writes_and_replaces(tmp_path):

@@ -13,7 +13,7 @@ from solver.capture.axes import (
     vertical_axis_named,
 )
 from solver.capture.capture import ForcePlate, Markers
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 
 SIGNED = [f"{sign}{axis}" for axis in "xyz" for sign in "+-"]
 NAMES = ("RHEE", "RTOE", "LHEE", "RKNE", "LKNE", "RASI", "LASI", "C7", "RSHO", "RFHD")

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.capture.clock import find_clock
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 
 
 def clock_of(times, header_rate=None):

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.capture.c3d import read_c3d
 from solver.capture.capture import Markers
-from solver.capture.file_names import LONGEST_BYTES, decoded, distinct, encoded, lying, readable
-from solver.capture.storage import read_storage, write_storage
-from solver.capture.subject import open_subject
-from solver.capture.subject_toml_writing import described_as_toml
-from solver.capture.trc import read_trc, write_trc
+from solver.capture.formats.c3d import read_c3d
+from solver.capture.formats.storage import read_storage, write_storage
+from solver.capture.formats.trc import read_trc, write_trc
+from solver.capture.subject.subject import open_subject
+from solver.capture.subject.subject_toml_writing import described_as_toml
+from solver.common.file_names import LONGEST_BYTES, decoded, distinct, encoded, lying, readable
 from solver.export.places import file_stem
 
 

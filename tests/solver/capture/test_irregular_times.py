@@ -7,8 +7,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from solver.capture.capture import TrialFiles
-from solver.capture.storage import read_storage, write_storage
-from solver.capture.trc import read_trc, write_trc
+from solver.capture.formats.storage import read_storage, write_storage
+from solver.capture.formats.trc import read_trc, write_trc
 from solver.capture.trial import read_trial
 
 FOLDER = "walk_treadmill_stepwidth/example1"

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.capture.recording_files import read_markers
-from solver.capture.same_motion import markers_of
-from solver.capture.storage import read_storage, write_storage
-from solver.capture.subject import open_subject, subjects_in
-from solver.capture.trc import read_trc, write_trc
+from solver.capture.formats.recording_files import read_markers
+from solver.capture.formats.storage import read_storage, write_storage
+from solver.capture.formats.trc import read_trc, write_trc
+from solver.capture.subject.same_motion import markers_of
+from solver.capture.subject.subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 
 WALK, WALK_FORCES = "opencap_subject4/MarkerData/walking1.trc", "opencap_subject4/ForceData/walking1_grf.mot"
 LIKE_WALK = "opencap_subject4/MarkerData/walkingTO1.trc"  # cut at the same steps of a like walk
@@ -442,7 +442,7 @@ def test_names_that_are_clear_are_not_looked_into(lay_out, monkeypatch):
         return read_markers(path)  # whether somebody walks in it
 
     for place in ("force_pairing.read_forces", "force_pairing.read_markers", "same_motion.read_markers"):
-        monkeypatch.setattr(f"solver.capture.{place}", refuse)
+        monkeypatch.setattr(f"solver.capture.subject.{place}", refuse)
     (trial,) = open_subject(folder).trials
     assert trial.forces == folder / "walk_grf.mot"
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import ForcePlate
-from solver.capture.centre_of_pressure import Surface
-from solver.capture.plate_levels import POINT_LOST_N, moments_lost, with_moments_bridged
+from solver.capture.plates.centre_of_pressure import Surface
+from solver.capture.plates.plate_levels import POINT_LOST_N, moments_lost, with_moments_bridged
 
 RATE = 1000.0
 FLOOR = Surface(np.zeros(3), np.array([0.0, 1.0, 0.0]))

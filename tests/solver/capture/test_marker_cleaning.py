@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from solver.capture.c3d import read_c3d_markers
 from solver.capture.capture import Markers
+from solver.capture.formats.c3d import read_c3d_markers
+from solver.capture.formats.trc import read_trc
 from solver.capture.marker_cleaning import clean_markers
-from solver.capture.trc import read_trc
 
 
 def swinging(rate=100.0, frames=200, count=4):

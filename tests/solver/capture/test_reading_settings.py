@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers, TrialFiles
+from solver.capture.formats.storage import write_storage
+from solver.capture.formats.trc import write_trc
 from solver.capture.reading_settings import READING, ReadingSettings
-from solver.capture.storage import write_storage
-from solver.capture.trc import write_trc
 from solver.capture.trial import read_static, read_trial
-from solver.errors import CaptureError
-from solver.settings import Settings, read_settings
+from solver.common.errors import CaptureError
+from solver.fitting.settings import Settings, read_settings
 
 NAMES = ("C7", "CLAV", "LASI", "RASI", "LHEE", "RHEE", "LTOE", "RTOE")
 HEIGHTS = np.array([1.5, 1.4, 1.0, 1.0, 0.05, 0.05, 0.02, 0.02])

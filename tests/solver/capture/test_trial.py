@@ -5,11 +5,11 @@ import pytest
 
 from solver.capture.axes import vertical_axis_named
 from solver.capture.capture import Markers, TrialFiles
-from solver.capture.storage import read_storage, write_storage
-from solver.capture.subject import open_subject
-from solver.capture.trc import read_trc, write_trc
+from solver.capture.formats.storage import read_storage, write_storage
+from solver.capture.formats.trc import read_trc, write_trc
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_static, read_trial
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 
 WALK = "walk_rajagopal2015"
 SPRINT = "sprint_overground_dorn2012_JA1_9ms"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from solver.capture.conditioning import ConditionedPlate
+from solver.capture.plates.conditioning import ConditionedPlate
 from solver.contact.assignment import assign
 from solver.contact.settings import ContactSettings
 from solver.contact.wrenches import ContactWrenches

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.contact.detection import detect
 from solver.contact.detection_settings import DetectionSettings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.kinematics.motion import Motion
-from solver.pipeline import solve
-from solver.settings import Settings
 
 pytestmark = pytest.mark.real
 

@@ -5,10 +5,10 @@ import pytest
 
 from annotations import activities
 from solver.capture.capture import Capture, Markers
+from solver.common.errors import FitError
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import ERRONEOUS, NOT_RECORDED, OUTSIDE_RANGES, frame_mask, mask_of, with_own_file
 from solver.contact.wrenches import DETECTION, FILE, NOBODY, PERSON, RECORDING, TWO_FEET, ContactWrenches
-from solver.errors import FitError
 
 FRAMES, FEET = 10, ("calcn_r", "calcn_l")
 FLAGGED, COUNTS = "notOverForcePlate", None

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.capture.conditioning import ConditionedPlate, condition
-from solver.capture.coordinates import coordinates_from_storage
-from solver.capture.moment_convention import plates_from_storage
-from solver.capture.storage import read_storage
+from solver.capture.formats.coordinates import coordinates_from_storage
+from solver.capture.formats.storage import read_storage
+from solver.capture.plates.conditioning import ConditionedPlate, condition
+from solver.capture.plates.moment_convention import plates_from_storage
 from solver.contact.assignment import assign
 from solver.contact.settings import ContactSettings
 from solver.contact.wrenches import TWO_FEET, ContactWrenches

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.common.errors import ModelError
 from solver.contact.sole import HEIGHT_SLACK_M, independent_feet, soles
-from solver.errors import ModelError
 
 
 def test_the_sole_reaches_from_heel_to_toes_below_the_ankle(standing):

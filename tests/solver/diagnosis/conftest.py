@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import Balance
+from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.extension import extension_of
-from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
-from solver.diagnosis.rows import TrialRows
-from solver.diagnosis.terms import Solved
-from solver.diagnosis_settings import DiagnosisSettings
+from solver.diagnosis.noise.model_errors import mass_change, model_error, nuisances, soft_tissue
+from solver.diagnosis.noise.rows import TrialRows
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.terms import Solved
 from solver.dynamics.windows import windows_over
-from solver.effects.clock_offset import ClockOffset
-from solver.effects.scene import Scene
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.simulate.demo import MARKERS
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.laboratory import measure, plates_under
@@ -22,8 +22,8 @@ from solver.simulate.person import Person, body_of
 from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
+from tests.solver.diagnosis.causes.conftest import NOISELESS, RATE, scene_of_trial
 from tests.solver.diagnosis.late_walk import LATE_S, Case, case_of
-from tests.solver.effects.conftest import NOISELESS, RATE, scene_of_trial
 
 HOP_S = 0.06
 SETTINGS = DiagnosisSettings()

@@ -4,15 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.capture.subject import open_subject
-from solver.diagnosis.balance import Balance
+from solver.capture.subject.subject import open_subject
 from solver.diagnosis.diagnose import balance_of
-from solver.diagnosis.refinement import refined
 from solver.diagnosis.scenes import scenes_of
-from solver.diagnosis.terms import Solved
-from solver.fit import Fit
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.refinement import refined
+from solver.diagnosis.search.terms import Solved
+from solver.fitting.fit import Fit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import pytest
 
+from solver.common.errors import FitError
 from solver.diagnosis import accepting
-from solver.diagnosis.contenders import Contender
+from solver.diagnosis.causes.effect import Range
+from solver.diagnosis.causes.plate_gain import PlateGain
 from solver.diagnosis.marker_causes import NOTHING_SEEN
 from solver.diagnosis.put_right import PutRight
-from solver.diagnosis.selection import Selection
-from solver.effects.effect import Range
-from solver.effects.plate_gain import PlateGain
-from solver.errors import FitError
-from solver.settings import Settings
+from solver.diagnosis.search.contenders import Contender
+from solver.diagnosis.search.selection import Selection
+from solver.fitting.settings import Settings
 
 FLAGGED = slice(20, 40)  # frames
 ONE, OTHER = ("plate_gain", "plate_1"), ("plate_gain", "plate_2")

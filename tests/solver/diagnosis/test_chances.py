@@ -5,7 +5,7 @@ import pytest
 from solver.diagnosis.chances import chances
 from solver.diagnosis.checks import DECIDED, PAYS, POSSIBLE, Decision
 from solver.diagnosis.trail import CauseDecisions
-from solver.diagnosis_settings import DiagnosisSettings
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()
 NONE = float("-inf")

@@ -5,18 +5,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import Balance
+from solver.diagnosis.causes.effect import Estimate, Range
+from solver.diagnosis.causes.marker_effect import MarkerFinding
+from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.plate_position import candidates as positions
+from solver.diagnosis.causes.scene import force_at
 from solver.diagnosis.conclusion import conclude, likeness
 from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED
 from solver.diagnosis.heldout import block_scores, blocks
 from solver.diagnosis.marker_causes import SeenInMarkers
-from solver.diagnosis.selection import Selection, select
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.effect import Estimate, Range
-from solver.effects.marker_effect import MarkerFinding
-from solver.effects.plate_gain import PlateGain
-from solver.effects.plate_position import candidates as positions
-from solver.effects.scene import force_at
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.selection import Selection, select
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()
 EQUAL_ODDS = (("plate_gain", 0.0), ("twin_gain", 0.0), *((f"gain_{k}", 0.0) for k in range(5)))

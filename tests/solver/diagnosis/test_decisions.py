@@ -5,25 +5,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.contenders import Contender, Found
+from solver.diagnosis.causes.about import About
+from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.external_contact import ExternalContact
+from solver.diagnosis.causes.off_plate_step import OffPlateStep
+from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.subject_mass import candidates as masses
 from solver.diagnosis.decisions import CHECKS, tenable
+from solver.diagnosis.direct_checks.weighings import Weighing, Weighings
 from solver.diagnosis.gain_asked import least_first_gain, loose_ends
 from solver.diagnosis.heldout import blocks, heldout_gain
-from solver.diagnosis.proposals import Kept
-from solver.diagnosis.selection import select
-from solver.diagnosis.terms import Term
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import Contender, Found
+from solver.diagnosis.search.proposals import Kept
+from solver.diagnosis.search.selection import select
+from solver.diagnosis.search.terms import Term
 from solver.diagnosis.trail import Trail
-from solver.diagnosis.witnesses.weighings import Weighing, Weighings
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.about import About
-from solver.effects.clock_offset import ClockOffset
-from solver.effects.external_contact import ExternalContact
-from solver.effects.off_plate_step import OffPlateStep
-from solver.effects.plate_gain import PlateGain
-from solver.effects.subject_mass import candidates as masses
-from tests.solver.diagnosis.causes import Course, Helper, Shake, named
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of
+from tests.solver.diagnosis.named_causes import Course, Helper, Shake, named
 
 SETTINGS = DiagnosisSettings()
 

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.plate_position import PlatePosition
 from solver.diagnosis.detectable import detectable
-from solver.diagnosis.selection import select
-from solver.effects.clock_offset import ClockOffset
-from solver.effects.plate_gain import PlateGain
-from solver.effects.plate_position import PlatePosition
+from solver.diagnosis.search.selection import select
 
 DRAWS = 12
 

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.common.runs import runs
+from solver.diagnosis.causes.clock_offset import ClockOffset
 from solver.diagnosis.extended_fit import (
     SUB_BLOCK_S,
     _Fitted,
@@ -15,10 +17,8 @@ from solver.diagnosis.extended_fit import (
 )
 from solver.diagnosis.extension import extension_of
 from solver.diagnosis.report import extended_gain_json
-from solver.dynamics.extension import BodyWrench, Extension, TrialExtension
-from solver.dynamics.trial_data import TrialData
-from solver.effects.clock_offset import ClockOffset
-from solver.runs import runs
+from solver.dynamics.trajectory.extension import BodyWrench, Extension, TrialExtension
+from solver.dynamics.trajectory.trial_data import TrialData
 from tests.solver.diagnosis.late_walk import LATE_S, SETTINGS, rms
 
 

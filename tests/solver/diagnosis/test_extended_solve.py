@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
+from solver.common.errors import FitError
+from solver.common.progress import silent
 from solver.diagnosis.accepting import extension_for
-from solver.errors import FitError
-from solver.pipeline import can_resolve, resolve, solve
-from solver.progress import silent
-from solver.provenance import other_recordings, provenance_of
-from solver.review_stage import predicting_withheld
-from solver.settings import Settings
+from solver.fitting.pipeline import can_resolve, resolve, solve
+from solver.fitting.provenance import other_recordings, provenance_of
+from solver.fitting.review_stage import predicting_withheld
+from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from solver.diagnosis.causes.carried_mass import CarriedMass
+from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.plate_gain import PlateGain
 from solver.diagnosis.extension import causes_of, extension_of
-from solver.effects.carried_mass import CarriedMass
-from solver.effects.clock_offset import ClockOffset
-from solver.effects.plate_gain import PlateGain
 from tests.solver.diagnosis.late_walk import LATE_S, rms
 
 FEW = 0.02  # of the trial's frames

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.causes.body_weight_support import BodyWeightSupport
+from solver.diagnosis.causes.effect import Range, in_view
+from solver.diagnosis.causes.external_contact import ExternalContact
+from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.time_course import stretch_of
 from solver.diagnosis.force_courses import STEP_S, force_courses
-from solver.effects.body_weight_support import BodyWeightSupport
-from solver.effects.effect import Range, in_view
-from solver.effects.external_contact import ExternalContact
-from solver.effects.plate_gain import PlateGain
-from solver.effects.time_course import stretch_of
 
 
 @pytest.fixture

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.causes.clock_offset import ClockOffset
 from solver.diagnosis.diagnose import causes_of, without_the_unheard
-from solver.diagnosis.selection import select
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.clock_offset import ClockOffset
+from solver.diagnosis.search.selection import select
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import measure, plates_under
-from tests.solver.effects.conftest import NOISELESS, scene_of_trial
+from tests.solver.diagnosis.causes.conftest import NOISELESS, scene_of_trial
 
 LATE_FRAMES = 12
 HALF_A_SAMPLE_S = 0.0005

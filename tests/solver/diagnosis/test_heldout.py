@@ -5,11 +5,11 @@ import pytest
 from scipy.stats import multivariate_normal
 
 import solver.diagnosis.heldout
-from solver.diagnosis.balance import Balance
+from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.plate_gain import PlateGain
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, heldout_gain, short_blocks
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.clock_offset import ClockOffset
-from solver.effects.plate_gain import PlateGain
+from solver.diagnosis.search.balance import Balance
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 
 @pytest.fixture(scope="module")

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import laboratory_errors, usual_std
-from solver.diagnosis.selection import select
-from solver.diagnosis.terms import with_the_usual
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects import plate_bias
-from solver.effects.carried_mass import CarriedMass
-from solver.effects.catalogue import MODULES, catalogue
-from solver.effects.plate_bias import PlateBias
-from solver.effects.plate_gain import PlateGain
+from solver.diagnosis.causes import plate_bias
+from solver.diagnosis.causes.carried_mass import CarriedMass
+from solver.diagnosis.causes.catalogue import MODULES, catalogue
+from solver.diagnosis.causes.plate_bias import PlateBias
+from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.search.balance import laboratory_errors, usual_std
+from solver.diagnosis.search.selection import select
+from solver.diagnosis.search.terms import with_the_usual
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of, with_demand
 
 SETTINGS = DiagnosisSettings()

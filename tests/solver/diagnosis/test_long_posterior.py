@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.dynamics.long_marker_posterior import LongMarkerPosterior, trial_posterior
-from solver.dynamics.marker_posterior import marker_posterior
+from solver.dynamics.force_prediction.long_marker_posterior import LongMarkerPosterior, trial_posterior
+from solver.dynamics.force_prediction.marker_posterior import marker_posterior
 from solver.dynamics.momentum_terms import momentum_terms
-from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.windows import windows_over
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 NOISE = replace(DiagnosisSettings().markers, memory_s=0.4)

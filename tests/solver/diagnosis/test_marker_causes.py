@@ -9,14 +9,14 @@ import pytest
 
 from solver.capture.capture import Capture, Markers, Subject
 from solver.diagnosis import marker_causes
+from solver.diagnosis.causes.scene import MarkerScene, Scene
 from solver.diagnosis.marker_causes import ROUNDS, with_markers_repaired
 from solver.diagnosis.scenes import observed_markers
-from solver.effects.scene import MarkerScene, Scene
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.settings import Settings
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
-from solver.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, recorded_markers
 from solver.simulate.person import Person, body_of

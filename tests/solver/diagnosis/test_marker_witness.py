@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from solver.diagnosis.causes.effect import Estimate, Range
+from solver.diagnosis.causes.marker_slip import MarkerSlip
+from solver.diagnosis.causes.segment_displaced import SegmentDisplaced
+from solver.diagnosis.direct_checks.statement import About, Statement
 from solver.diagnosis.marker_causes import SeenInMarkers, as_distances_tell
-from solver.diagnosis.witnesses.statement import About, Statement
-from solver.effects.effect import Estimate, Range
-from solver.effects.marker_slip import MarkerSlip
-from solver.effects.segment_displaced import SegmentDisplaced
 
 FRAME = 40
 

@@ -7,9 +7,9 @@ import pytest
 from scipy.stats import norm
 
 from solver.capture.capture import Subject
+from solver.diagnosis.causes.capture_scale import OWN_MODEL_STD, PRIOR_STD, CaptureScale
 from solver.diagnosis.scenes import size_against_own_model
-from solver.effects.capture_scale import OWN_MODEL_STD, PRIOR_STD, CaptureScale
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.scaling import scaled

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.rows import plate_noise, plates_noise
+from solver.diagnosis.noise.rows import plate_noise, plates_noise
 from solver.dynamics.windows import windows_over
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import measure, plates_under
 from solver.skeleton.forward import cross
-from tests.solver.effects.conftest import NOISELESS, scene_of_trial
+from tests.solver.diagnosis.causes.conftest import NOISELESS, scene_of_trial
 
 FORCE_N, MOMENT_NM = (3.0, 6.0, 4.0), (1.0, 0.5, 0.8)
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.selection import select
-from solver.effects.plate_swap import PlateSwap
-from tests.solver.diagnosis.causes import (
+from solver.diagnosis.causes.plate_swap import PlateSwap
+from solver.diagnosis.search.selection import select
+from tests.solver.diagnosis.named_causes import (
     Shaken,
     named,
 )

@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.diagnosis import Alternative, Diagnosis, Gain, Location, NamedEffect, Remaining
+from solver.diagnosis.direct_checks.statement import About, Statement
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.report import as_json
 from solver.diagnosis.residual_description import (
@@ -17,8 +19,6 @@ from solver.diagnosis.residual_description import (
     ResidualDescription,
     ResidualSize,
 )
-from solver.diagnosis.witnesses.statement import About, Statement
-from solver.effects.effect import Estimate, Range
 
 
 @pytest.fixture

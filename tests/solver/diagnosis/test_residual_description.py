@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from solver.contact.wrenches import TWO_FEET
-from solver.diagnosis.balance import Balance, laboratory_errors
+from solver.diagnosis.causes.plate_gain import PlateGain
 from solver.diagnosis.residual_description import WORST_S, described
-from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.plate_gain import PlateGain
+from solver.diagnosis.search.balance import Balance, laboratory_errors
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of, with_demand
 
 PULL_N = 200.0

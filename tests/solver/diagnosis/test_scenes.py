@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import ForcePlate, Subject
-from solver.capture.conditioning import condition
+from solver.capture.plates.conditioning import condition
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import FrameMask
+from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.scenes import flagged_by_people, observed_markers, scene_of, scenes_of
-from solver.effects.scene import Scene
-from solver.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.settings import Settings
 from solver.kinematics.marker_errors import MarkerErrors
-from solver.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import measure, plates_under
 from tests.flagged import flagged
-from tests.solver.effects.conftest import NOISELESS
+from tests.solver.diagnosis.causes.conftest import NOISELESS
 
 SETTINGS = Settings()
 REVIEWED = (60, 70, None, "manualReview")

@@ -18,22 +18,22 @@ import numpy as np
 import pytest
 from jaxtyping import Float
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.cross_validation.hidden_steps import Step, frames_of, steps_of
 from solver.dynamics.dynamics import Dynamics
-from solver.dynamics.foretelling.sister_columns import SisterTrial
-from solver.dynamics.foretelling.sister_fit import foretold
-from solver.dynamics.hidden_steps import Step, frames_of, steps_of
+from solver.dynamics.force_prediction.missing_wrench import with_inferred_torques
+from solver.dynamics.force_prediction.sister_columns import SisterTrial
+from solver.dynamics.force_prediction.sister_fit import foretold
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.missing_wrench import with_inferred_torques
-from solver.dynamics.trajectory_fit import fit_trajectories
-from solver.dynamics.trial_data import TrialData
-from solver.dynamics_stage import trial_data
-from solver.foretelling_stage import with_foretold
+from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
+from solver.dynamics.trajectory.trial_data import TrialData
+from solver.fitting.dynamics_stage import trial_data
+from solver.fitting.foretelling_stage import with_foretold
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint
-from solver.pipeline import solve
-from solver.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of

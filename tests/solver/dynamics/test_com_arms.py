@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
-from solver.dynamics.ablation import ARMS, oracle, ours, piecewise
+from solver.capture.subject.subject import open_subject
+from solver.common.runs import runs
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_settings import ComSettings
-from solver.pipeline import solve
-from solver.runs import runs
-from solver.settings import Settings
+from solver.dynamics.cross_validation.ablation import ARMS, oracle, ours, piecewise
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 SETTINGS = ComSettings()

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.common.errors import FitError
 from solver.dynamics.momentum_terms import momentum_terms
-from solver.dynamics.spline_band import from_blocks, in_blocks
-from solver.dynamics.terms.root_residual import RootResidual
-from solver.dynamics.trajectory_fit import fit_trajectories
-from solver.dynamics.trajectory_search import extra_covariance
-from solver.dynamics.trajectory_settings import TrajectorySettings
-from solver.dynamics.trajectory_solver import State, TrajectorySolver
-from solver.dynamics.trial_data import ExtraParameters, TrialData
-from solver.errors import FitError
+from solver.dynamics.trajectory.spline_band import from_blocks, in_blocks
+from solver.dynamics.trajectory.terms.root_residual import RootResidual
+from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
+from solver.dynamics.trajectory.trajectory_search import extra_covariance
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory.trajectory_solver import State, TrajectorySolver
+from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.pinocchio_model import RigidBodyModel

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 
 
 @pytest.mark.real

@@ -12,7 +12,7 @@ from solver.dynamics.inertia_parameters import (
 )
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.momentum_terms import momentum_terms
-from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.pinocchio_model import RigidBodyModel
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.common.errors import FitError, ModelError
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
-from solver.errors import FitError, ModelError
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import body_poses
 from solver.skeleton.functions import Constant, Linear

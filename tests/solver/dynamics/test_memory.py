@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
+from solver.common.errors import FitError
 from solver.dynamics import memory
 from solver.dynamics.memory import TrialSize, needed_bytes, refuse_what_does_not_fit
-from solver.dynamics.trajectory_settings import TrajectorySettings
-from solver.errors import FitError
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.skeleton.osim import load_skeleton
 
 FOLDER = "walk_treadmill_stepwidth"
@@ -23,10 +23,10 @@ import json, resource, sys
 from dataclasses import replace
 from pathlib import Path
 import psutil
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.dynamics.memory import needed_bytes, sizes_of
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 
 plain = Settings()  # a round is enough, all rounds hold the same
 once = replace(plain, trajectory=replace(plain.trajectory, iterations=1, heldout=False))

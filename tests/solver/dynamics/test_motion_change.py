@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.signal import butter, csd, freqz
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
+from solver.common.filters import low_pass
 from solver.dynamics.band_gain import AT_ONCE, spectra_of
 from solver.dynamics.motion_change import BANDS_HZ, band_rms, motion_change
-from solver.filters import low_pass
-from solver.fit import KinematicsOnly
+from solver.fitting.fit import KinematicsOnly
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import settings_for
+from solver.fitting.summary import summary
 from solver.kinematics.motion import Motion
-from solver.pipeline import solve
-from solver.settings import settings_for
-from solver.summary import summary
 from tests.addb_viewer.recordings.conftest import skeleton
 
 __all__ = ["skeleton"]  # a pelvis that moves freely and a leg with a knee

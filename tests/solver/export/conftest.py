@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, Markers, Subject
-from solver.capture.storage import read_storage
+from solver.capture.formats.storage import read_storage
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
-from solver.fit import Fit, TrialFit
+from solver.fitting.fit import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim import load_skeleton

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from solver.capture.axes import markers_y_up, plate_y_up
-from solver.capture.c3d import read_c3d
 from solver.capture.capture import ForcePlate, Markers
+from solver.capture.formats.c3d import read_c3d
 from solver.export.c3d_file import C3dRecording, FootEvent, ModelOutput, write_c3d
 
 RATE, PER_FRAME, FRAMES = 100.0, 10, 60

@@ -7,10 +7,10 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.export.tables import export_csv, export_parquet
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 
 
 @pytest.mark.real

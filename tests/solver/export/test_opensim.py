@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks.referee import referee
-from solver.capture.storage import read_storage
+from solver.capture.formats.storage import read_storage
+from solver.common.errors import FitError
 from solver.contact.wrenches import FrameMask
-from solver.errors import FitError
 from solver.export.opensim import export_opensim
-from solver.fit import Fit
+from solver.fitting.fit import Fit
 
 LOADED = slice(20, 60)  # frames on which the fixture's foot stands
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from benchmarks.referee import referee
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
+from solver.common.gravity import GRAVITY
 from solver.export.opensim import export_opensim
-from solver.gravity import GRAVITY
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 
 pytestmark = [pytest.mark.opensim, pytest.mark.real]
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
+from solver.common.errors import FitError
 from solver.contact.wrenches import FrameMask
-from solver.errors import FitError
 from solver.export.places import renamed
 from solver.export.tables import export_csv, export_parquet
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import FootEvent, ForcePlate
-from solver.capture.force_settings import CONDITIONING
+from solver.capture.plates.force_settings import CONDITIONING
 from solver.gait import foot_motion as of_feet
 from solver.gait.cycles import cycles_of
 from solver.gait.events import (

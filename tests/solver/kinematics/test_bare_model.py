@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.errors import FitError
+from solver.common.errors import FitError
 from solver.kinematics.bare_model import is_bare, placed_on_model
 from solver.kinematics.marker_naming import name_markers
 from solver.markers.atlas import atlas, landmark_marker

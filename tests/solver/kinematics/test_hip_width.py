@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_static, read_trial
+from solver.fitting.settings import Settings
 from solver.kinematics.calibration import Calibration, calibrate, choose_frames
 from solver.kinematics.hip_width import expected_hip_width
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.settings import KinematicsSettings
 from solver.markers.atlas import atlas
-from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses
 from solver.skeleton.osim import load_skeleton

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.errors import FitError
+from solver.common.errors import FitError
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.default_body import default_skeleton

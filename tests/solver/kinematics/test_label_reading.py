@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.errors import FitError
+from solver.common.errors import FitError
 from solver.kinematics.label_reading import LEG, read_labels
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.unnamed.settings import NamingSettings

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.errors import FitError
+from solver.common.errors import FitError
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.own_model_naming import own_names

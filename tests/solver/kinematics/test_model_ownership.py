@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.storage import read_storage
-from solver.capture.subject import open_subject
-from solver.capture.trc import read_trc
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.capture.formats.storage import read_storage
+from solver.capture.formats.trc import read_trc
+from solver.capture.subject.subject import open_subject
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.osim import load_skeleton
 

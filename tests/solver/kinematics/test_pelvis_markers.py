@@ -7,8 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_static, read_trial
+from solver.fitting.settings import Settings
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.hip_width import expected_hip_width
 from solver.kinematics.inverse_kinematics import inverse_kinematics
@@ -16,7 +17,6 @@ from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.upright_pelvis import pitch_of_spines
 from solver.markers.understanding import understand
-from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.osim import load_skeleton
 

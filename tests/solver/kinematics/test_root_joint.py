@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import body_poses
 

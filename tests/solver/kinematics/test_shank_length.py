@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_static, read_trial
+from solver.fitting.settings import Settings
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.pelvis_markers import landmarks_by_name
 from solver.kinematics.settings import KinematicsSettings
 from solver.markers.understanding import understand
-from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.osim import load_skeleton

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.capture.storage import read_storage
-from solver.capture.subject import open_subject
+from solver.capture.formats.storage import read_storage
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_static, read_trial
+from solver.fitting.settings import Settings
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_matching import match_markers
@@ -20,7 +21,6 @@ from solver.kinematics.upright_pelvis import (
     pitch_of_spines,
     upright_inclination,
 )
-from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_offsets

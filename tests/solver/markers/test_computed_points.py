@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver.capture.c3d import read_c3d_markers
 from solver.capture.capture import Markers
+from solver.capture.formats.c3d import read_c3d_markers
 from solver.kinematics.marker_naming import name_markers
 from solver.markers.computed_points import computed_points
 from solver.markers.mapping_file import map_text

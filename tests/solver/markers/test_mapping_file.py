@@ -1,6 +1,6 @@
 import pytest
 
-from solver.errors import CaptureError
+from solver.common.errors import CaptureError
 from solver.markers.mapping_file import read_map, write_map
 from solver.markers.understanding import understand
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.same_motion import markers_of
-from solver.capture.subject import open_subject
+from solver.capture.subject.same_motion import markers_of
+from solver.capture.subject.subject import open_subject
 from solver.markers.people import Recorded, people_among, subjects_among
 
 FOUR, SIX = "opencap_subject4/MarkerData/", "opencap_subject6/"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.capture.trc import read_trc
+from solver.capture.formats.trc import read_trc
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.understanding import understand
 from solver.skeleton.default_body import default_skeleton

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.chain import Moving, chain_of
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.osim import load_skeleton

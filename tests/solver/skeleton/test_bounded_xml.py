@@ -9,7 +9,7 @@ import zlib
 import numpy as np
 import pytest
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.vtp import read_vtp
 

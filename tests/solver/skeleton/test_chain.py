@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.chain import Fixed, chain_of
 from solver.skeleton.functions import Linear
 from solver.skeleton.skeleton import Coordinate

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.default_frames import body_frames
 from solver.skeleton.forward import body_poses, marker_positions

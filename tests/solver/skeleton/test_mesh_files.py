@@ -6,7 +6,7 @@ import pytest
 import trimesh
 
 from solver.capture.atomic import DRAFT
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.mesh_files import MeshSettings, cache_folder, load_mesh
 
 

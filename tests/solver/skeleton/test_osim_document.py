@@ -2,7 +2,7 @@
 
 import pytest
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.osim_document import read_document
 
 ENTITIES = '<!DOCTYPE m [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;">]>'

@@ -5,7 +5,7 @@ from dataclasses import fields, is_dataclass, replace
 import numpy as np
 import pytest
 
-from solver.errors import CaptureError, ModelError
+from solver.common.errors import CaptureError, ModelError
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.functions import Composed, CubicSpline, Linear, PiecewiseLinear, Scaled
 from solver.skeleton.osim import load_skeleton

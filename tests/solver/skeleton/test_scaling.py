@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.pinocchio_model import RigidBodyModel

@@ -7,7 +7,7 @@ import zlib
 import numpy as np
 import pytest
 
-from solver.errors import ModelError
+from solver.common.errors import ModelError
 from solver.skeleton.vtp import read_vtp
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 2]], dtype=float)

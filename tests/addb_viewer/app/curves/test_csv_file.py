@@ -4,9 +4,9 @@ import numpy as np
 import pyarrow.csv
 import pytest
 
-from addb_viewer.app.curves.by_cycle import CycledTrial
 from addb_viewer.app.curves.csv_file import write_by_cycle, write_over_time
-from addb_viewer.app.trial.trial_curves import TrialCurves
+from addb_viewer.trial_view.by_cycle import CycledTrial
+from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.gait.cycles import Cycle
 from solver.gait.gait import Gait
 

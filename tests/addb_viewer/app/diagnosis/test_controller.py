@@ -6,10 +6,10 @@ import json
 import numpy as np
 import pytest
 
-from addb_viewer.accepted_extension import keep_gain
 from addb_viewer.app.subjects import shared_subject
-from solver.dynamics.extension import Cause, Extension
-from solver.results import extension_log
+from addb_viewer.jobs.accepted_extension import keep_gain
+from solver.dynamics.trajectory.extension import Cause, Extension
+from solver.fitting.results import extension_log
 from tests.addb_viewer.commands.test_accept import GAIN
 from tests.patience import FOR_EVER_S
 

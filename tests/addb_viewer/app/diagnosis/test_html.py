@@ -6,9 +6,9 @@ from addb_viewer.app.diagnosis.html import gain_html, section_html, verdict_html
 from addb_viewer.app.diagnosis.panel import by_key
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.progress_html import progress_html
-from addb_viewer.cause_words import cause
-from addb_viewer.holding_up_words import what_it_gains
-from addb_viewer.sections import NO_BREAK, Section
+from addb_viewer.text.cause_words import cause
+from addb_viewer.text.holding_up_words import what_it_gains
+from addb_viewer.text.sections import NO_BREAK, Section
 
 SPITEFUL = "<img src=x onerror='window.hacked=1'>"
 

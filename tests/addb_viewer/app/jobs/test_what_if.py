@@ -7,17 +7,17 @@ import pytest
 
 from addb_viewer.app.jobs.what_if import WhatIf
 from addb_viewer.app.workers import what_if as what_if_worker
+from addb_viewer.jobs.review_store import open_log, record
 from addb_viewer.jobs.solving import computed, job_for, last_fit, resolved
-from addb_viewer.review_store import open_log, record
 from annotations.events import FlagRange
-from solver.capture.subject import open_subject
+from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
+from solver.common.errors import SolverError
+from solver.common.progress import silent
 from solver.contact.force_review import ForceReview, as_plain
-from solver.errors import SolverError
-from solver.pipeline import solve
-from solver.progress import silent
-from solver.results.store import load_fit, save_fit
-from solver.settings import settings_for
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import load_fit, save_fit
+from solver.fitting.settings import settings_for
 from solver.simulate.demo import write_demo_subject
 from tests.flagged import flagged
 

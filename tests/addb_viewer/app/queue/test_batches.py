@@ -7,8 +7,8 @@ import pytest
 from addb_viewer.app.queue.batches import DIAGNOSE, EXPORT, FIT, Batches
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
-from addb_viewer.app.subjects.root_folder import RootFolder
-from solver.errors import SolverError
+from addb_viewer.jobs.root_folder import RootFolder
+from solver.common.errors import SolverError
 
 NAMES = ("S1", "S2", "S3")
 

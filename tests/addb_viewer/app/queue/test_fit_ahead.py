@@ -5,8 +5,8 @@ import pytest
 from addb_viewer.app.jobs import fit_all
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
-from addb_viewer.app.subjects.root_folder import open_root
-from solver.results.store import has_fit
+from addb_viewer.jobs.root_folder import open_root
+from solver.fitting.results.store import has_fit
 from tests.addb_viewer.app.test_app import write_subject
 from tests.patience import PATIENCE_S
 

@@ -6,7 +6,7 @@ import pytest
 
 from addb_viewer.app.queue.pace import Share, hours_left, pairs, shares
 from addb_viewer.app.queue.rows import Mark, Row
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.events import ClearRange, FlagRange, Status
 from solver.capture.capture import Subject, TrialFiles
 

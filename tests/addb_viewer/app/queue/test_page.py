@@ -16,8 +16,8 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.access import Access
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
-from addb_viewer.app.subjects.root_folder import RootFolder
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.jobs.root_folder import RootFolder
 from annotations.errors import ReviewError
 from annotations.events import FlagRange
 from tests.patience import PATIENCE_S

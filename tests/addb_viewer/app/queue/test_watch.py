@@ -2,13 +2,13 @@
 
 import pytest
 
-from addb_viewer import review_store
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.queue.watch import signature
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
-from addb_viewer.app.subjects.root_folder import RootFolder
-from addb_viewer.environment import ROOT, STORE
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs import review_store
+from addb_viewer.jobs.environment import ROOT, STORE
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.jobs.root_folder import RootFolder
 from annotations.events import FlagRange, Status
 from tests.annotations.postgresql_server import postgresql  # noqa: F401 (a fixture)
 

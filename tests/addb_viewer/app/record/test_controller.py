@@ -14,14 +14,14 @@ from addb_viewer.app.app import ReviewApp, start
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import library_of
+from addb_viewer.jobs.review_store import open_log
 from addb_viewer.recordings.mcap_recovery import recover
 from addb_viewer.recordings.restoring import edits_in
-from addb_viewer.review_store import open_log
-from solver.capture.subject import open_subject
-from solver.errors import ResultsError, SolverError
-from solver.pipeline import solve
-from solver.results.store import save_fit
-from solver.settings import Settings
+from solver.capture.subject.subject import open_subject
+from solver.common.errors import ResultsError, SolverError
+from solver.fitting.pipeline import solve
+from solver.fitting.results.store import save_fit
+from solver.fitting.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.test_app import write_subject

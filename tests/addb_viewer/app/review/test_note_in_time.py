@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from addb_viewer.app.review import panel as review_panel
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 
 
 @pytest.fixture

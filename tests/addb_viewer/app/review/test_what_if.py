@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from solver.errors import SolverError
+from solver.common.errors import SolverError
 from tests.patience import PATIENCE_S
 
 FIGURES = {"frames": 100.0, "marker_rms_m": 0.01, "moment_Nm": 5.0}

@@ -6,7 +6,7 @@ import trimesh
 
 from addb_viewer.app.scene.scene import TrialScene
 from addb_viewer.app.security.server import open_server
-from addb_viewer.app.style.palette import BONE, CAUSE_SURFACE
+from addb_viewer.trial_view.palette import BONE, CAUSE_SURFACE
 
 MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
 

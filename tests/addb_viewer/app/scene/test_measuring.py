@@ -11,7 +11,7 @@ from addb_viewer.app.scene.measuring import angle, from_vertical
 from addb_viewer.app.scene.scene import TrialScene
 from addb_viewer.app.scene.spots import Spot, first_hit, joint_words
 from addb_viewer.app.security.server import open_server
-from addb_viewer.app.trial.replay import JointCentre
+from addb_viewer.trial_view.replay import JointCentre
 
 MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
 SIDEWAYS = Eye(np.array([0.0, 1.0, 3.0]), np.diag([1.0, -1.0, -1.0]), 900.0, np.array([1200.0, 800.0]))

@@ -12,7 +12,9 @@ from addb_viewer.app.scene.person_nodes import TRAIL_SEGMENTS, trail_rows
 from addb_viewer.app.scene.scene import TrialScene, followed_path, heading
 from addb_viewer.app.scene.tints import RESIDUAL, TORQUE
 from addb_viewer.app.security.server import open_server
-from addb_viewer.app.style.palette import (
+from addb_viewer.trial_view.forces_in_use import contact_words
+from addb_viewer.trial_view.joint_loads import JointLoads
+from addb_viewer.trial_view.palette import (
     BONE,
     CAUSE_SURFACE,
     GREEN,
@@ -23,9 +25,7 @@ from addb_viewer.app.style.palette import (
     foot_color,
     load_colors,
 )
-from addb_viewer.app.trial.forces_in_use import contact_words
-from addb_viewer.app.trial.joint_loads import JointLoads
-from addb_viewer.app.trial.replay import held
+from addb_viewer.trial_view.replay import held
 
 MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
 

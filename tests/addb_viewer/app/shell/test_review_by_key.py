@@ -5,8 +5,8 @@ import pytest
 
 from addb_viewer.app.queue import finishing
 from addb_viewer.app.scene.camera import distance_to_see
-from addb_viewer.app.trial.worst_frame import worst_frame
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.trial_view.worst_frame import worst_frame
 from annotations.events import Status
 from annotations.suggested_activity import SuggestedActivity
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.trial.missing_force import MissingForce
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
+from addb_viewer.trial_view.missing_force import MissingForce
 from annotations.errors import ReviewError
 from annotations.events import FlagRange, SetStatus, Status
 from annotations.suggested_activity import SuggestedActivity

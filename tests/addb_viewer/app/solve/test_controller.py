@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.jobs.stored_solves import add, stored_solves
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import library_of
+from addb_viewer.jobs.stored_solves import add, stored_solves
 from annotations.events import Status
-from solver.results.store import load_fit, save_fit
+from solver.fitting.results.store import load_fit, save_fit
 
 
 @pytest.fixture

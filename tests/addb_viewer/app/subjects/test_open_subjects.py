@@ -10,10 +10,10 @@ from addb_viewer.app.jobs.job_queue import Task
 from addb_viewer.app.subjects import open_subjects
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
-from addb_viewer.app.subjects.root_folder import RootFolder
+from addb_viewer.jobs.root_folder import RootFolder
 from solver.capture.capture import TrialFiles
-from solver.errors import CaptureError
-from solver.results.store import save_fit
+from solver.common.errors import CaptureError
+from solver.fitting.results.store import save_fit
 from tests.patience import PATIENCE_S
 
 NAMES = ("Anna", "Ben", "Chen")

@@ -10,12 +10,12 @@ from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.session_log_writer import SessionLogWriter
-from addb_viewer.kept_diagnosis import keep
+from addb_viewer.jobs.kept_diagnosis import keep
+from addb_viewer.jobs.review_store import open_log
 from addb_viewer.recordings.restoring import edits_in
 from addb_viewer.recordings.session_log import SessionLog
-from addb_viewer.review_store import open_log
 from annotations.events import FlagRange, Undo
-from solver.results.store import save_fit
+from solver.fitting.results.store import save_fit
 
 TASK = Task("Solving", "starting", "some.module", (), "Zoë")
 

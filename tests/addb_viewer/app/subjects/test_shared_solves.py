@@ -7,19 +7,19 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.jobs.stored_solves import DISCARDED, KEPT, NEW, stored_solves, waiting_solves
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects import shared_subject
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
-from addb_viewer.app.subjects.root_folder import RootFolder
-from solver.results.store import has_fit, save_fit
+from addb_viewer.jobs.root_folder import RootFolder
+from addb_viewer.jobs.stored_solves import DISCARDED, KEPT, NEW, stored_solves, waiting_solves
+from solver.fitting.results.store import has_fit, save_fit
 
 SOLVER = """
 import pathlib, sys, time
-from addb_viewer.app.jobs.stored_solves import add
-from solver.results.store import load_fit
+from addb_viewer.jobs.stored_solves import add
+from solver.fitting.results.store import load_fit
 folder, results, author = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3]
 while not (folder.parent / "go").exists():
     time.sleep(0.02)

@@ -6,12 +6,12 @@ from functools import partial
 
 import pytest
 
-from addb_viewer.app.jobs.stored_solves import add
 from addb_viewer.app.subjects import shown_fits
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.subjects.shown_fits import FitWatch
-from solver.results.store import save_fit
+from addb_viewer.jobs.stored_solves import add
+from solver.fitting.results.store import save_fit
 from tests.patience import PATIENCE_S
 
 SOON = 0.02  # [s]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.scene.force_nodes import hollow_arrow
-from addb_viewer.app.trial.replay_of_fit import acting_point
+from addb_viewer.trial_view.replay_of_fit import acting_point
 
 
 def test_the_point_is_where_the_force_has_that_moment():

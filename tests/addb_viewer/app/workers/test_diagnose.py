@@ -9,7 +9,7 @@ import pytest
 
 from addb_viewer.app.jobs.worker_process import WorkerProcess
 from addb_viewer.app.workers import diagnose as diagnose_worker
-from addb_viewer.kept_diagnosis import kept
+from addb_viewer.jobs.kept_diagnosis import kept
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from solver.simulate.demo import write_demo_subject
 

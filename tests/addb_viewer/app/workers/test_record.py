@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 from mcap.reader import make_reader
 
-from addb_viewer.review_store import open_log
+from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange
-from solver.results.store import save_fit
+from solver.fitting.results.store import save_fit
 from tests.patience import PATIENCE_S
 
 WORKER = "addb_viewer.app.workers.record"

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver.capture.b3d.frames import present
+from solver.capture.formats.b3d.frames import present
+from solver.common.frames_at_once import spans
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.export.b3d import pass_frames
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.model import dofs_in_order, unlocked, unlocked_motion
 from solver.export.b3d.pass_frames import ContactForces, central_axis
 from solver.export.b3d.series_on_disk import SeriesOnDisk
-from solver.frames_at_once import spans
 from solver.skeleton.forward import ForwardKinematics
 
 STEP = 1e-5

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from annotations import reasons as spoken
-from solver.capture.b3d.reasons import REASONS
+from solver.capture.formats.b3d.reasons import REASONS
 from solver.contact import mask as contact_mask
 from solver.contact.wrenches import DETECTION, PERSON, RECORDING, SOURCES, FrameMask
 from solver.export.b3d.reasons import NEAREST, reason_number, reasons_per_frame

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.b3d.reader import read_b3d
-from solver.capture.subject import open_subject
+from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.subject.subject import open_subject
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.model import dofs_in_order, unlocked
 from solver.export.b3d.writer import write_b3d
-from solver.pipeline import solve
-from solver.settings import Settings
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.pinocchio_model import RigidBodyModel

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.force_settings import CONDITIONING
+from solver.capture.plates.force_settings import CONDITIONING
 from solver.export.b3d.sensor_frames import corners, marker_names, sensor_frames
 
 RATE, TIMES = 100.0, np.arange(10) / 100

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.b3d.reader import read_b3d
-from solver.capture.b3d.schema import B3dFile, Header, PassFrames, SensorFrames
-from solver.errors import CaptureError
+from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.schema import B3dFile, Header, PassFrames, SensorFrames
+from solver.common.errors import CaptureError
 from solver.export.b3d import writer
 from solver.export.b3d.writer import write_b3d
 

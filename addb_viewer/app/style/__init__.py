@@ -1,1 +1,0 @@
-"""Colours, and pieces of HTML that several panels share."""

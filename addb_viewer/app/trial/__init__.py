@@ -1,1 +1,0 @@
-"""One trial without a page: its arrays, what detection proposes, what people said about it."""

@@ -1,0 +1,82 @@
+"""The causes that a person accepted as part of a subject's model, as long as its recordings are the same.
+
+What the trajectory fit gains by the second decision is in `extension-2.json`, beside `extension-2.npz`.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from solver.capture.capture import Subject, TrialFiles
+from solver.common.errors import ResultsError
+from solver.common.small_files import json_content
+from solver.dynamics.trajectory.extension import Extension
+from solver.fitting.provenance import other_recordings, provenance_of
+from solver.fitting.results.extension_log import Decision, accepted
+from solver.fitting.results.store import write_json
+
+
+def extension_for_solve(
+    subject: Subject, trials: Sequence[TrialFiles], results: Path
+) -> tuple[Extension | None, tuple[str, ...]]:
+    """What a solve takes as acting beside the recorded forces, and what people should know about it.
+
+    Args:
+        subject: whose.
+        trials: those to be solved.
+        results: the results folder, where decisions are kept.
+
+    Raises:
+        ResultsError: the log or the wrenches cannot be read.
+    """
+    kept = accepted(results)
+    if kept is None:
+        return None, ()
+    decision, extension = kept
+    changed = other_recordings(decision.made_of, provenance_of(subject, trials))
+    if changed:
+        note = (
+            f"the accepted extension ({extension.sentence}) is not used, because these have changed since: "
+            f"{', '.join(changed)}; diagnose the subject anew"
+        )
+        return None, (note,)
+    return extension, ()
+
+
+def keep_gain(figures: Mapping[str, Any], decision: Decision, results: Path) -> Path:
+    """Write what an accepted extension gains beside its wrenches; all of it or nothing.
+
+    Args:
+        figures: in the shape of `accept --json`.
+        decision: that accepted it.
+        results: the results folder.
+
+    Returns:
+        The file.
+    """
+    path = _gain_file(decision, results)
+    assert path is not None
+    write_json(path, figures)
+    return path
+
+
+def kept_gain(decision: Decision, results: Path) -> dict[str, Any] | None:
+    """What an accepted extension gains; None of a rejection, and where nobody looked.
+
+    Raises:
+        ResultsError: the file cannot be read.
+    """
+    path = _gain_file(decision, results)
+    if path is None or not path.is_file():
+        return None
+    try:
+        figures: dict[str, Any] = json_content(path)
+    except (ValueError, OSError) as error:
+        raise ResultsError(
+            f"{path}: not what an extension gains ({error}). Make it anew: addb-viewer accept"
+        ) from error
+    return figures
+
+
+def _gain_file(decision: Decision, results: Path) -> Path | None:
+    return None if decision.wrenches is None else results / Path(decision.wrenches).with_suffix(".json")

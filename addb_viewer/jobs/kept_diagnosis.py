@@ -1,0 +1,47 @@
+"""The last diagnosis of a subject, kept beside its fit: what it says, and what it was made of."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from solver.capture.atomic import made_folder
+from solver.common.errors import ResultsError
+from solver.common.small_files import json_content
+from solver.fitting.results.store import write_json
+
+FILE = "diagnosis.json"
+MADE_OF = "made_of"  # provenance and settings; the rest is what `diagnose --json` writes
+
+
+def keep(figures: Mapping[str, Any], made_of: Mapping[str, Any], results: Path) -> Path:
+    """Write a diagnosis in place of the last one; all of it or nothing.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+        made_of: `provenance` and `settings`, as a fit keeps them.
+        results: the results folder, made where it's missing.
+
+    Returns:
+        The file.
+    """
+    write_json(made_folder(results) / FILE, {**figures, MADE_OF: dict(made_of)})
+    return results / FILE
+
+
+def kept(results: Path) -> tuple[dict[str, Any], dict[str, Any]] | None:
+    """The last diagnosis and what it was made of; None where nobody has asked for one.
+
+    Raises:
+        ResultsError: the file cannot be read.
+    """
+    path = results / FILE
+    if not path.is_file():
+        return None
+    try:
+        content = json_content(path)
+        made_of = content.pop(MADE_OF)
+    except (ValueError, KeyError, AttributeError, TypeError, OSError) as error:
+        raise ResultsError(
+            f"{path}: not a diagnosis ({error}). Make it anew: addb-viewer diagnose"
+        ) from error
+    return content, made_of

@@ -1,0 +1,97 @@
+"""One cause of a diagnosis in words: what it is, how large, when, how sure, what to do, what looks alike."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from addb_viewer.text.diagnosis_vocabulary import (
+    about,
+    amounts,
+    certainty,
+    leads_of,
+    listed,
+    ranges_of,
+    rivals_of,
+    seconds_of,
+    sentence,
+    share,
+    target_in_words,
+    title,
+)
+from addb_viewer.text.sections import Section
+from solver.diagnosis.causes.about import Mend
+
+LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
+TO_FLAG = " To flag: "  # before each command that somebody may copy
+
+Figures = Mapping[str, Any]
+ToFlag = Callable[[str, int, int, str], str]  # trial, first frame, end, foot → how to flag them
+
+
+def by_command(trial: str, start: int, end: int, foot: str) -> str:
+    """How to flag frames in a terminal."""
+    return f"addb-viewer flag SUBJECT {trial} {start}:{end} --foot {foot} --reason notOverForcePlate"
+
+
+def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
+    """The k-th cause: meaning, size, time, certainty, remedy, and what looks alike.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+        k: from 0.
+        to_flag: how frames are flagged where this is read.
+    """
+    effect = figures["effects"][k]
+    rivals = rivals_of(figures, effect)
+    rows = [
+        ("what it is", sentence(effect)),
+        ("how large", "; ".join(amounts(effect))),
+        ("when", when(figures, effect)),
+        ("how sure", certainty(effect["confidence"], len(rivals))),
+        ("what to do", " ".join([effect.get("remedy", ""), *_flag_hint(figures, effect, to_flag)]).strip()),
+    ]
+    if rivals:
+        rows.append(("could also be", _could_also_be(effect, rivals)))
+        told_apart = dict.fromkeys(r["separate_by"] for r in rivals if r["separate_by"])
+        rows.append(("to tell, record", "; or ".join(told_apart)))
+    kind = "Lead" if effect in leads_of(figures) else "Cause"
+    heading = f"{kind} {k + 1} of {len(figures['effects'])}: {title(effect)}"
+    return Section(heading, rows=tuple(row for row in rows if row[1]))
+
+
+def when(figures: Figures, effect: Figures) -> str:
+    """The frames on which a cause acts, as people count them: the last one included."""
+    ranges = sorted(ranges_of(figures, effect))
+    trials = list(dict.fromkeys(trial for trial, _, _ in ranges))
+    if not about(effect).at_certain_frames:
+        return f"all the time, in {listed(trials)}" if trials else ""
+    said = []
+    for trial, start, end in ranges:
+        seconds = seconds_of(figures, trial, start, end)
+        said.append(f"{trial}, frames {start} to {end - 1}{f' ({seconds})' if seconds else ''}")
+    return "; ".join(said)
+
+
+def _could_also_be(effect: Figures, rivals: Sequence[Figures]) -> str:
+    """The rivals, and what is left for causes that are not listed, where that is known and worth telling."""
+    shares = [rival.get("confidence") for rival in rivals]
+    said = [f"{instead_of(effect, r)}{share(of_r)}" for r, of_r in zip(rivals, shares, strict=True)]
+    left = 1.0 - effect["confidence"] - sum(filter(None, shares))
+    if all(shares) and left >= LEAST_ELSE:
+        said.append(f"anything else{share(left)}")
+    return "; ".join(said)
+
+
+def instead_of(effect: Figures, rival: Figures) -> str:
+    """A rival's title; of the same cause elsewhere only where."""
+    return target_in_words(rival["target"]) if rival["id"] == effect["id"] else title(rival)
+
+
+def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:
+    if about(effect).mend is not Mend.FLAGGED:
+        return []
+    several = effect["target"].startswith("plate_") or "+" in effect["target"]
+    foot = "both" if several else effect["target"]
+    return [
+        f"{TO_FLAG.lstrip()}{to_flag(trial, start, end, foot)}."
+        for trial, start, end in sorted(ranges_of(figures, effect))
+    ]

@@ -1,0 +1,259 @@
+"""The summary of a fit in the terminal: units in the heads, ✓ and ✗ where Hicks et al. 2015 set a bound."""
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from io import StringIO
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from addb_viewer.text.change_words import change_sentence
+from addb_viewer.text.note_kinds import by_kind
+from addb_viewer.text.stored_words import stored_words
+from addb_viewer.text.withheld_words import cutoff_words, withheld_words, worse_words
+from solver.dynamics.thresholds import Thresholds
+
+_WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
+_MOST_DECISIONS = 5  # lines: with what is withheld, noted, written and not used, a screen's end has ten
+_MOST_WITHHELD = 10  # lines
+_MASKS = {
+    "review": "the review",
+    "review.json": "the imported review.json",
+    "proposals": "detection, not reviewed",
+}
+_COLUMNS = ("used of\nframes", "marker\nRMS cm", "\nmax cm", "force\nN", "\nBW", "moment\nN·m", "\nBW·h")
+
+
+def print_summary(figures: dict[str, Any], *, notes: bool = False, closing: Sequence[str] = ()) -> None:
+    """Print what `solver.fitting.summary.summary` found: the table, and what needs a decision.
+
+    Args:
+        figures: of a subject.
+        notes: all that was noted, by kind, and all figures of each trial, in place of what needs a decision.
+        closing: lines to end with.
+    """
+    _print(
+        Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE),
+        figures,
+        notes,
+        closing,
+    )
+
+
+def summary_text(figures: Mapping[str, Any]) -> str:
+    """The same as a text: the table, and what needs a decision."""
+    console = Console(highlight=False, width=_WIDTH_OF_A_PIPE, file=StringIO(), force_jupyter=False)
+    _print(console, dict(figures), notes=False, closing=())
+    text: str = console.file.getvalue()  # type: ignore[attr-defined]
+    return "\n".join(line.rstrip() for line in text.splitlines())
+
+
+def _print(console: Console, figures: dict[str, Any], notes: bool, closing: Sequence[str]) -> None:
+    console.print(_subject_line(figures))
+    console.print(_table(figures["trials"]))
+    console.print(_legend(), style="dim")
+    if notes:
+        _print_all(console, figures)
+    else:
+        for line in after_table(figures):
+            console.print(Text(line), soft_wrap=True)
+    if figures["files"]:
+        console.print(Text(f"written: {figures['files'][0]}"), soft_wrap=True)
+    for line in closing:
+        console.print(Text(line), soft_wrap=True)
+
+
+def _print_all(console: Console, figures: dict[str, Any]) -> None:
+    for line in _honesty(figures["trials"]):
+        console.print(line, soft_wrap=True)
+    for trial in figures["trials"]:
+        if changed := change_sentence(trial.get("change")):
+            console.print(Text(f"{trial['name']}: {changed[0].lower()}{changed[1:]}"), soft_wrap=True)
+    for found in by_kind(figures["notes"]):
+        console.print(Text(f"{found.heading}:"), style="bold" if found.kind.decide else "")
+        for note in found.notes:
+            console.print(Text(f"  note: {note}"), soft_wrap=True)
+
+
+def after_table(figures: dict[str, Any]) -> list[str]:
+    """How well withheld forces are foretold, what needs a decision, what else is noted: seven lines at most.
+
+    Args:
+        figures: as `solver.fitting.summary.summary` found them.
+    """
+    kinds = by_kind(figures["notes"])
+    decisions = [*_about_trials(figures["trials"]), *(found.in_short for found in kinds if found.kind.decide)]
+    shown, left = decisions[:_MOST_DECISIONS], len(decisions) - _MOST_DECISIONS
+    rest = [f"{left} more to decide"] if left > 0 else []
+    rest += _chosen_by_people(figures["trials"])
+    if any(trial.get("stored") for trial in figures["trials"]):
+        rest.append("figures stored in the file")
+    rest += [found.heading for found in kinds if not found.kind.decide]
+    return [
+        *_withheld_at_worst(figures["trials"]),
+        *(f"! {line}" for line in shown),
+        *([f"also noted (--notes): {'; '.join(rest)}"] if rest else []),
+    ]
+
+
+def _about_trials(trials: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """What the figures themselves ask somebody to decide, for all trials at once."""
+    worse = [f"{trial['name']}: {said}" for trial in trials for said in worse_words(trial)]
+    if worse:
+        yield worse[0] + (f" (and {len(worse) - 1} more)" if len(worse) > 1 else "")
+    proposed = [trial["name"] for trial in trials if "proposals" in trial["mask_source"].split(" + ")]
+    if proposed:
+        yield f"frames left out by detection that nobody has reviewed: {', '.join(proposed)}"
+
+
+def _chosen_by_people(trials: Sequence[dict[str, Any]]) -> list[str]:
+    """Whose review says which frames count, once for all trials."""
+    sources = dict.fromkeys(source for trial in trials for source in trial["mask_source"].split(" + "))
+    chose = [_MASKS[source] for source in sources if source not in ("none", "proposals")]
+    return [f"frames chosen by {' and '.join(chose)}"] if chose else []
+
+
+def _withheld_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:
+    """The trial whose withheld force is missed by most, against the markers alone."""
+    with_any = [trial for trial in trials if trial["heldout"] is not None]
+    if not with_any:
+        return []
+    worst = max(with_any, key=lambda trial: trial["heldout"]["linear_residual"]["rms_N"])
+    heldout = worst["heldout"]
+    of = f", worst of {len(with_any)}" if len(with_any) > 1 else ""
+    return [
+        f"withheld forces ({worst['name']}{of}): error on {heldout['frames']} frames "
+        f"{heldout['linear_residual']['rms_N']:.1f} N, {heldout['angular_residual']['rms_Nm']:.1f} N·m"
+        f"{_markers_alone(heldout, cutoffs=False)}"
+    ]
+
+
+def print_withheld(figures: dict[str, Any], *, notes: bool = False) -> None:
+    """Print how well forces were foretold on all layouts that have been judged.
+
+    Args:
+        figures: as `solver.fitting.summary.summary` found them.
+        notes: of every trial, however many there are; else where the fit is the worse of the two comes first.
+    """
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
+    lines = [line for trial in figures["trials"] for line in _withheld(trial)]
+    if not notes and len(lines) > _MOST_WITHHELD:
+        lines.sort(key=lambda line: not line.style)
+        left = len(lines) - _MOST_WITHHELD + 1
+        lines = [*lines[:-left], Text(f"and {left} more on withheld forces (--notes)")]
+    if lines:
+        console.print("withheld forces in every layout judged (an error above: of the first one alone):")
+    for line in lines:
+        console.print(line, soft_wrap=True)
+
+
+def _subject_line(figures: dict[str, Any]) -> Text:
+    subject, model = figures["subject"], figures["model"]
+    entered = subject["mass_entered_kg"]
+    of_scale = f" ({entered:.1f} kg entered)" if entered is not None else ""
+    mass = f"{subject['mass_kg']:.1f} kg" if subject["mass_kg"] is not None else "mass unknown"
+    height = f"{subject['height_m']:.2f} m" if subject["height_m"] is not None else "height unknown"
+    return Text(f"{mass}{of_scale}, {height}; {model['bodies']} bodies, {model['dofs']} degrees of freedom")
+
+
+def _table(trials: list[dict[str, Any]]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("trial", overflow="fold", min_width=8)
+    for head in _COLUMNS:
+        table.add_column(Text(head), justify="right", no_wrap=True)
+    for trial in trials:
+        table.add_row(*_row(trial))
+    return table
+
+
+def _row(trial: dict[str, Any]) -> list[Text]:
+    linear, angular, hicks = trial["linear_residual"] or {}, trial["angular_residual"] or {}, trial["hicks"]
+    moment = _judged(angular.get("rms_BWh"), ".4f", hicks["angular"])
+    if hicks["angular_paper"] is not None:
+        moment.append(f" ({_mark(hicks['angular_paper'])})")
+    return [
+        Text(trial["name"]),
+        Text(f"{trial['frames_with_force_used']} of {trial['frames']}"),
+        _judged(_in_cm(trial["marker_rms_m"]), ".2f", hicks["marker_rms"]),
+        _judged(_in_cm(trial["marker_max_m"]), ".1f", hicks["marker_max"]),
+        _judged(linear.get("rms_N"), ".1f", None),
+        _judged(linear.get("rms_BW"), ".4f", hicks["linear"]),
+        _judged(angular.get("rms_Nm"), ".1f", None),
+        moment,
+    ]
+
+
+def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
+    """What a low residual does not say: whose mask it is, and how well withheld forces are predicted."""
+    for trial in trials:
+        parts = []
+        if trial["mask_source"] != "none":
+            chose = [_MASKS[source] for source in trial["mask_source"].split(" + ")]
+            parts.append(f"frames chosen by {' and '.join(chose)}")
+        if trial.get("forces_foretold"):
+            parts.append("no measured force: forces and torques are predicted from the motion, no residual")
+        heldout = trial["heldout"]
+        if heldout is not None:
+            linear, angular = heldout["linear_residual"], heldout["angular_residual"]
+            parts.append(
+                f"error on {heldout['frames']} frames whose force was withheld {linear['rms_N']:.1f} N, "
+                f"{angular['rms_Nm']:.1f} N·m{_markers_alone(heldout)}"
+            )
+            if heldout.get("learnt"):
+                own = heldout["motion_only_linear_residual"], heldout["motion_only_angular_residual"]
+                parts.append(
+                    f"predicted with learnt {', '.join(heldout['learnt'])}; from the fit's own motion alone "
+                    f"{own[0]['rms_N']:.1f} N, {own[1]['rms_Nm']:.1f} N·m"
+                )
+        if parts:
+            yield Text(f"{trial['name']}: {'; '.join(parts)}")
+        yield from (Text(f"{trial['name']}: {words}") for words in stored_words(trial.get("stored", ())))
+        yield from _withheld(trial)
+
+
+def _withheld(trial: dict[str, Any]) -> Iterator[Text]:
+    """A trial's layouts of withheld forces so far, and where the fit is worse than the markers alone."""
+    for said in withheld_words(trial):
+        yield Text(f"{trial['name']}: {said}")
+    for said in worse_words(trial):
+        yield Text(f"{trial['name']}: {said}", style="red")
+
+
+def _markers_alone(heldout: dict[str, Any], *, cutoffs: bool = True) -> str:
+    """Of the first layout; an older version's markers are no fair comparison, and not shown."""
+    hz = heldout.get("markers_cutoff_hz")
+    if hz is None:
+        return ""
+    linear, angular = heldout["kinematics_only_linear_residual"], heldout["kinematics_only_angular_residual"]
+    at = f" at {cutoff_words(hz)}" if cutoffs else ""
+    return f" (markers alone{at} {linear['rms_N']:.1f} N, {angular['rms_Nm']:.1f} N·m)"
+
+
+def _in_cm(metres: float | None) -> float | None:
+    return None if metres is None else 100 * metres
+
+
+def _judged(value: float | None, form: str, passed: bool | None) -> Text:
+    if value is None:
+        return Text("–")
+    number = format(value, form)
+    if passed is None:
+        return Text(number)
+    return Text(f"{number} {_mark(passed)}", style="green" if passed else "red")
+
+
+def _mark(passed: bool) -> str:
+    return "✓" if passed else "✗"
+
+
+def _legend() -> Text:
+    limits = Thresholds()
+    return Text(
+        "used: frames whose forces count. force, moment: RMS residual over them, the moment about the root "
+        f"joint's centre. ✓ within, ✗ beyond Hicks et al. 2015: marker RMS {100 * limits.marker_rms_m:g} cm, "
+        f"max {100 * limits.marker_max_m:g} cm, force {limits.linear_BW} BW, moment {limits.angular_BWh} "
+        f"BW·h (in brackets: {limits.angular_paper_BWh} BW·h, the dataset paper's bound)."
+    )

@@ -1,0 +1,1 @@
+"""What every page and file shows of one trial."""

@@ -1,0 +1,139 @@
+"""What the plots show, as plain arrays."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from addb_viewer.trial_view.palette import BLUE, GREY, OTHER_CURVE, PLATES, RESIDUAL, Rgb
+from addb_viewer.trial_view.replay import Replay
+from solver.fitting.summary import Thresholds
+
+BEFORE = "before"  # legend of the solve that is compared with
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve; NaN where unknown."""
+
+    label: str
+    values: Float[np.ndarray, " frames"]
+    color: Rgb
+    dashed: bool = False  # a bound
+    dotted: bool = False  # of the solve that is compared with
+
+    @property
+    def is_own(self) -> bool:
+        """Of the fit that is shown."""
+        return not (self.dashed or self.dotted)
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Curves on one axis, over time."""
+
+    title: str
+    unit: str
+    lines: tuple[Line, ...]
+    shaded: Bool[np.ndarray, " frames"] | None = None  # frames that the figures do not count
+    runs_off: bool = False  # sizes: the axis holds what counts, and what is larger may leave it
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest size of a value on any curve that is no bound."""
+        curves = (line.values for line in self.lines if not line.dashed)
+        return max((float(np.nanmax(np.abs(values), initial=0.0)) for values in curves), default=0.0)
+
+    @property
+    def heading(self) -> str:
+        """Title with unit."""
+        return f"{self.title} [{self.unit}]"
+
+
+def charts_of(replay: Replay, other: Replay | None = None) -> tuple[Chart, ...]:
+    """The charts of markers, plates and residuals that this trial has data for.
+
+    Args:
+        replay: the trial.
+        other: the same trial as another solve has it, drawn behind.
+    """
+    return (*_marker_chart(replay, other), *_force_chart(replay), *_residual_charts(replay, other))
+
+
+def marker_rms(replay: Replay) -> Float[np.ndarray, " frames"]:
+    """Root mean square of the marker errors of each frame [m]; NaN where there is none."""
+    errors = replay.markers.errors
+    known = np.isfinite(errors)
+    count = known.sum(axis=1)
+    squares = np.where(known, errors, 0.0) ** 2
+    return np.where(count > 0, np.sqrt(squares.sum(axis=1) / np.maximum(count, 1)), np.nan)
+
+
+def _marker_chart(replay: Replay, other: Replay | None) -> Iterator[Chart]:
+    errors = 100.0 * replay.markers.errors  # [cm]
+    known = np.isfinite(errors)
+    if not known.any():
+        return
+    largest = np.where(known.any(axis=1), np.where(known, errors, 0.0).max(axis=1), np.nan)
+    limits = Thresholds()
+    before = () if other is None else (before_line(100.0 * marker_rms(other)),)
+    yield Chart(
+        "Marker error",
+        "cm",
+        (
+            *before,
+            Line("largest", largest, GREY),
+            Line("RMS", 100.0 * marker_rms(replay), BLUE),
+            _limit(f"{100 * limits.marker_rms_m:g} cm", 100 * limits.marker_rms_m, replay.frames),
+        ),
+        shaded=np.asarray(~known.any(axis=1)),
+        runs_off=True,
+    )
+
+
+def _force_chart(replay: Replay) -> Iterator[Chart]:
+    if not replay.plates:
+        return
+    measured = np.stack([np.isfinite(plate.force[:, 1]) for plate in replay.plates])
+    lines = tuple(
+        Line(plate.name, plate.force[:, 1], PLATES[i % len(PLATES)]) for i, plate in enumerate(replay.plates)
+    )
+    yield Chart("Vertical force", "N", lines, shaded=np.asarray(~measured.any(axis=0)))
+
+
+def _residual_charts(replay: Replay, other: Replay | None) -> Iterator[Chart]:
+    residual = replay.residual
+    if residual is None or not np.isfinite(residual.force).any():
+        return
+    limits = Thresholds()
+    was = None if other is None else other.residual
+    for title, unit, now, then, bound in (
+        (
+            "Residual force",
+            "N",
+            residual.force,
+            None if was is None else was.force,
+            _limit(f"{100 * limits.linear_BW:g} % BW", residual.force_limit, replay.frames),
+        ),
+        (
+            "Residual moment",
+            "N·m",
+            residual.moment,
+            None if was is None else was.moment,
+            _limit(f"{100 * limits.angular_BWh:g} % BW·h", residual.moment_limit, replay.frames),
+        ),
+    ):
+        before = () if then is None else (before_line(np.linalg.norm(then, axis=1)),)
+        size = Line("size", np.linalg.norm(now, axis=1), RESIDUAL)
+        yield Chart(title, unit, (*before, size, bound), shaded=~residual.used, runs_off=True)
+
+
+def before_line(values: Float[np.ndarray, " frames"]) -> Line:
+    """Of the solve that is compared with."""
+    return Line(BEFORE, values, OTHER_CURVE, dotted=True)
+
+
+def _limit(label: str, value: float, frames: int) -> Line:
+    return Line(label, np.full(frames, value), GREY, dashed=True)

@@ -1,0 +1,147 @@
+"""What happens in a trial, as lanes of stretches and as lines of a log: the same for every kind of file."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool
+
+from addb_viewer.text.diagnosis_vocabulary import amounts, ranges_of, sentence, title
+from addb_viewer.trial_view.palette import CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
+from addb_viewer.trial_view.recording import Recording, TrialRecord
+from annotations.events import Edit, FrameRange
+from annotations.foot_names import foot_words
+from annotations.reasons import reason_words
+from annotations.wording import said
+from solver.common.runs import runs
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Frames start to end − 1 of a lane."""
+
+    start: int
+    end: int
+    state: str
+    color: Rgb
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One row; later stretches cover earlier ones."""
+
+    name: str
+    stretches: tuple[Stretch, ...]
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a log."""
+
+    frame: int
+    source: str  # "note", "flag", "cause" or "review"
+    text: str
+    is_warning: bool = False
+
+
+def lanes_of(record: TrialRecord, diagnosis: Mapping[str, Any] | None) -> tuple[Lane, ...]:
+    """Contacts, missing forces and who decided, frames used, proposals, named causes.
+
+    Args:
+        record: the trial.
+        diagnosis: in the shape of `diagnose --json`; None where nobody asked.
+    """
+    replay, forces = record.replay, record.replay.forces
+    lanes = []
+    for i, foot in enumerate(replay.feet):
+        phases = [phase for phase in forces.contacts if phase.foot == i]
+        contacts = tuple(
+            Stretch(p.start, p.end, "on a plate", foot_color(foot, i))
+            if p.is_measured
+            else Stretch(p.start, p.end, "no plate carries it", GREY)
+            for p in phases
+        )
+        lanes.append(Lane(f"contact {foot_words(foot)}", contacts))
+    for foot in replay.feet:
+        missing = tuple(
+            Stretch(start, end, reason_words(reason), reason_color(reason))
+            for start, end, of_foot, reason in forces.missing
+            if of_foot in (None, foot)
+        )
+        lanes.append(Lane(f"force missing {foot_words(foot)}", missing))
+    if replay.residual is not None:
+        lanes.append(Lane("forces used", _stretches(replay.residual.used, "used", GREEN)))
+    if forces.proposals:
+        proposed = tuple(
+            Stretch(*p.range, f"{reason_words(p.reason)}, {100 * p.confidence:.0f} % sure", ORANGE)
+            for p in sorted(forces.proposals, key=lambda p: p.confidence)
+        )
+        lanes.append(Lane("proposed by detection", proposed))
+    for k, (effect, frames) in enumerate(_causes(record, diagnosis), start=1):
+        acts = tuple(Stretch(start, end, title(effect), CAUSE) for start, end in frames)
+        lanes.append(Lane(f"cause {k}", acts))
+    return tuple(lanes)
+
+
+def lines_of(record: TrialRecord, recording: Recording) -> tuple[Line, ...]:
+    """Notes, flags, named causes and edits of a trial, by frame.
+
+    Args:
+        record: the trial.
+        recording: that it belongs to.
+    """
+    name, last = record.replay.name, record.replay.frames - 1
+    others = [other.replay.name for other in recording.trials if other is not record]
+    notes = [note for note in recording.notes if not note.startswith(tuple(f"{o}: " for o in others))]
+    lines = [Line(0, "note", note.removeprefix(f"{name}: ")) for note in notes]
+    for k, (start, end, foot, reason) in enumerate(record.replay.forces.missing):
+        feet = foot or "all feet"
+        words = reason_words(reason)
+        why = words if words == reason else f"{words} ({reason})"
+        text = f"frames {start} to {end - 1}, {feet}: {why}, left out by {record.replay.forces.source_of(k)}"
+        lines.append(Line(start, "flag", text, is_warning=True))
+    for effect, frames in _causes(record, recording.diagnosis):
+        told = [title(effect), *amounts(effect)]
+        text = f"{'; '.join(told)}. {sentence(effect)} {100 * effect['confidence']:.0f} % sure."
+        lines += [Line(start, "cause", f"frames {start} to {end - 1}: {text}", True) for start, end in frames]
+    lines += [Line(min(_frame_of(e), last), "review", said(e)) for e in recording.edits if e.trial == name]
+    return tuple(sorted(lines, key=lambda line: line.frame))
+
+
+def states_of(lane: Lane, frames: int) -> list[tuple[int, str]]:
+    """Where a lane's state changes, and to what; "" where there is none.
+
+    Args:
+        lane: any; where stretches overlap, the later one shows.
+        frames: of the trial.
+    """
+    texts = ["", *dict.fromkeys(stretch.state for stretch in lane.stretches)]
+    shown = np.zeros(frames, dtype=int)
+    for stretch in lane.stretches:
+        shown[stretch.start : stretch.end] = texts.index(stretch.state)
+    changes = np.flatnonzero(np.diff(shown, prepend=0))
+    return [(int(frame), texts[shown[frame]]) for frame in changes]
+
+
+def _stretches(frames: Bool[np.ndarray, " frames"], state: str, color: Rgb) -> tuple[Stretch, ...]:
+    return tuple(Stretch(start, end, state, color) for start, end in runs(frames))
+
+
+def _causes(
+    record: TrialRecord, diagnosis: Mapping[str, Any] | None
+) -> list[tuple[Mapping[str, Any], Sequence[tuple[int, int]]]]:
+    """The causes that act in a trial, and when."""
+    found: list[tuple[Mapping[str, Any], Sequence[tuple[int, int]]]] = []
+    for effect in diagnosis["effects"] if diagnosis else ():
+        ranges = ranges_of(diagnosis or {}, effect)
+        frames = [(start, end) for trial, start, end in ranges if trial == record.replay.name]
+        if frames:
+            found.append((effect, frames))
+    return found
+
+
+def _frame_of(edit: Edit) -> int:
+    """The first frame that an edit is about; the trial's first where it is about all."""
+    about = getattr(edit.event, "proposal", edit.event)
+    return about.start if isinstance(about, FrameRange) else 0

@@ -1,0 +1,163 @@
+"""Chosen quantities over time, as the page draws them."""
+
+import re
+from collections.abc import Sequence
+from itertools import takewhile
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from addb_viewer.trial_view.chart_range import peaks_beyond, value_range
+from addb_viewer.trial_view.charts import BEFORE, Chart, Line, charts_of
+from addb_viewer.trial_view.joint_quantities import ALSO, JointQuantity, quantities_of
+from addb_viewer.trial_view.palette import BLUE, GREEN, PURPLE, Rgb
+from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.strip import ON_STRIP
+from addb_viewer.trial_view.trial_curves import TrialCurves
+from solver.common.runs import runs
+
+SIDE_COLORS = {"right": GREEN, "left": PURPLE, "": BLUE}  # as forces on the feet have them
+DIGITS = {"°": 2, "°/s": 1, "N·m": 2, "N": 1, "W": 1, "cm": 3, "m": 4, "m/s": 4}  # after the point
+MANY_LINES = 4  # of a chart, whose names are shortened
+AT_FIRST = ("marker error", "vertical force", "knee_angle angle", "knee_angle torque")
+
+
+def choices_json(replay: Replay, *, per_kg: bool = False) -> list[dict[str, str]]:
+    """What can be chosen of a trial: its words, unit, and other words by which people look for it."""
+    found = [
+        {"id": chart.title.lower(), "words": chart.title, "unit": chart.unit, "also": ""}
+        for chart in _other_charts(replay, None)
+    ]
+    for quantity in () if replay.joints is None else quantities_of(replay.joints, per_kg=per_kg):
+        told = {"id": quantity.id, "words": quantity.words, "unit": quantity.unit}
+        found.append(told | {"also": ALSO[quantity.kind]})
+    return found
+
+
+def charts_json(
+    replay: Replay,
+    before: Replay | None,
+    others: Sequence[TrialCurves],
+    chosen: Sequence[str],
+    *,
+    per_kg: bool = False,
+) -> list[dict[str, Any]]:
+    """The chosen charts that this trial has data for, in the order of choice.
+
+    Args:
+        replay: the trial.
+        before: the same trial as the solve that is compared with has it.
+        others: trials that are drawn over it; all begin together.
+        chosen: ids from `choices_json`.
+        per_kg: torques and powers for each kilogram of the person.
+    """
+    plain = {chart.title.lower(): chart for chart in _other_charts(replay, before)}
+    own = () if replay.joints is None else quantities_of(replay.joints, per_kg=per_kg)
+    joints = {quantity.id: quantity for quantity in own}
+    drawn = []
+    for name in dict.fromkeys(chosen):
+        if name in plain:
+            drawn.append(_chart_json(name, plain[name], ()))
+        elif name in joints:
+            chart = _joint_chart(joints[name], replay, before)
+            drawn.append(_chart_json(name, chart, _overlaid(joints[name], others, replay.rate)))
+    return drawn
+
+
+def _other_charts(replay: Replay, before: Replay | None) -> list[Chart]:
+    return [chart for chart in charts_of(replay, before) if chart.title not in ON_STRIP]
+
+
+def _joint_chart(quantity: JointQuantity, replay: Replay, before: Replay | None) -> Chart:
+    assert replay.joints is not None
+    lines = []
+    was = None if before is None or before.joints is None else quantity.of(before.joints)
+    if before is not None and before.joints is not None and was is not None:
+        lines = [
+            Line(BEFORE, was.values(before.joints, column), SIDE_COLORS[side], dotted=True)
+            for side, column in was.columns
+        ]
+    foretold = quantity.kind.rests_on_forces and replay.joints.foretold
+    for side, column in quantity.columns:
+        label = " ".join(filter(None, (side, "predicted" if foretold else "")))
+        lines.append(Line(label, quantity.values(replay.joints, column), SIDE_COLORS[side]))
+    shaded = None
+    if quantity.kind.rests_on_forces and replay.residual is not None:
+        shaded = ~replay.residual.used
+    return Chart(quantity.words, quantity.unit, tuple(lines), shaded)
+
+
+def _overlaid(quantity: JointQuantity, others: Sequence[TrialCurves], rate: float) -> list[dict[str, Any]]:
+    """The same quantity of other trials; `step` says how many frames of this trial one of theirs lasts."""
+    drawn = []
+    for other in others:
+        same = quantity.of(other.joints)
+        if same is None:
+            continue
+        for side, column in same.columns:
+            values = same.values(other.joints, column)
+            line = _line_json(side, SIDE_COLORS[side], values, quantity.unit)
+            drawn.append(line | {"style": "trial", "trial": other.name, "step": rate / other.rate})
+    return drawn
+
+
+def _chart_json(name: str, chart: Chart, overlaid: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    low, high = value_range(chart, slice(None))
+    others = [value for line in overlaid for value in line["values"] if value is not None]
+    if others:
+        low, high = min(low, *others), max(high, *others)
+    peaks = peaks_beyond(chart, slice(None), high) if chart.runs_off else []
+    in_short = short_labels([line.label for line in chart.lines])
+    return {
+        "id": name,
+        "title": chart.title,
+        "unit": chart.unit,
+        "low": low,
+        "high": high,
+        "shaded": [] if chart.shaded is None else [[int(a), int(b)] for a, b in runs(chart.shaded)],
+        "peaks": [[peak.frame, peak.value, peak.line.color.as_text] for peak in peaks],
+        "lines": [
+            *overlaid,
+            *(
+                _line_json(line.label, line.color, line.values, chart.unit)
+                | {"style": _style(line), "short": short}
+                for line, short in zip(chart.lines, in_short, strict=True)
+            ),
+        ],
+    }
+
+
+def short_labels(labels: Sequence[str]) -> list[str]:
+    """Without the words that all begin with, where many lines share the room of a heading.
+
+    Returns:
+        By line: "1" for "ground_force_1"; the labels themselves where they are few, or share no words.
+    """
+    alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*labels, strict=False))
+    shared = re.sub(r"[^\W_]*$", "", "".join(letters[0] for letters in alike))  # whole words only
+    shorter = [label.removeprefix(shared) for label in labels]
+    return shorter if len(labels) >= MANY_LINES and all(shorter) else list(labels)
+
+
+def _style(line: Line) -> str:
+    return "bound" if line.dashed else "before" if line.dotted else ""
+
+
+def _line_json(label: str, color: Rgb, values: Float[np.ndarray, " frames"], unit: str) -> dict[str, Any]:
+    return {
+        "label": label,
+        "color": color.on_any_page,
+        "ink": color.as_text,
+        "values": plain_numbers(values, unit),
+        "step": 1.0,
+        "trial": "",
+    }
+
+
+def plain_numbers(values: Float[np.ndarray, " *rows"], unit: str) -> list[Any]:
+    """As JSON holds them: rounded to what can be seen, None for what is not known."""
+    rounded = np.round(values, DIGITS.get(unit, 3)).astype(object)
+    rounded[~np.isfinite(values)] = None
+    plain: list[Any] = rounded.tolist()
+    return plain

@@ -1,0 +1,31 @@
+"""Where a trial's residual is largest, of the frames that its figures count."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from addb_viewer.trial_view.replay import ResidualReplay
+
+
+@dataclass(frozen=True)
+class WorstFrame:
+    """One frame."""
+
+    frame: int
+    words: str
+
+
+def worst_frame(residual: ResidualReplay) -> WorstFrame:
+    """Force or moment, whichever is larger in units of its limit.
+
+    Args:
+        residual: with at least one frame that counts.
+    """
+    force, moment = np.linalg.norm(residual.force, axis=1), np.linalg.norm(residual.moment, axis=1)
+    over = np.fmax(force / residual.force_limit, moment / residual.moment_limit)
+    frame = int(np.where(residual.used & np.isfinite(over), over, -1.0).argmax())
+    return WorstFrame(
+        frame,
+        f"Frame {frame}: residual {force[frame]:.0f} N, {moment[frame]:.0f} N·m; the limits are "
+        f"{residual.force_limit:.0f} N, {residual.moment_limit:.0f} N·m.",
+    )

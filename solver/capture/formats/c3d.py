@@ -1,0 +1,152 @@
+"""Markers and force plates of a C3D file in the laboratory's own axes, and which of these points up."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.capture.axes import VerticalAxis, vertical_axis
+from solver.capture.capture import ForcePlate, Markers
+from solver.capture.formats.c3d_contents import C3dContents, open_c3d
+from solver.capture.formats.c3d_events import foot_events
+from solver.capture.formats.length_units import METRES_PER_UNIT, LengthUnitSettings, metres_per_unit, unit_of
+from solver.capture.formats.point_labels import marker_points
+from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure
+from solver.capture.plates.force_platform import Platform, force_platforms, plate_axes
+from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
+from solver.common.errors import CaptureError
+
+COMPUTED_GROUPS = frozenset(
+    ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS", "MODELLED_MARKERS")
+)
+
+
+@dataclass(frozen=True)
+class C3dFile:
+    """One C3D file: metres, newtons, NaN where not seen; axes as the laboratory has them.
+
+    Forces have the file's sign. The first stored frame is at 0 s, whatever number it has.
+    """
+
+    markers: Markers
+    plates: tuple[ForcePlate, ...]
+    up: VerticalAxis
+    notes: tuple[str, ...] = ()
+
+
+def read_c3d(path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING) -> C3dFile:
+    """Read markers and force plates.
+
+    Args:
+        path: the file.
+        up: the axis that points up, where a person said so.
+        settings: thresholds.
+
+    Raises:
+        CaptureError: the file cannot be read, holds no marker, or has force platforms of unknown type.
+    """
+    path = Path(path)
+    contents = open_c3d(path)
+    markers, metres, notes = _markers(contents, settings)
+    platforms, platform_notes = force_platforms(contents, metres, settings.platforms, settings.platform_units)
+    if up is None:
+        up = _upwards(contents, markers, platforms, settings)
+    rate = contents.rate * contents.samples_per_frame
+    plates = tuple(_force_plate(platform, up, rate, settings) for platform in platforms)
+    notes += (*_rate_notes(contents, rate if platforms else 0.0), *platform_notes)
+    return C3dFile(markers, plates, up, notes)
+
+
+def read_c3d_markers(
+    path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING
+) -> C3dFile:
+    """Read markers only, whatever the force platforms are.
+
+    Raises:
+        CaptureError: the file cannot be read or holds no marker.
+    """
+    contents = open_c3d(Path(path))
+    markers, _, notes = _markers(contents, settings)
+    return C3dFile(markers, (), up or _upwards(contents, markers, (), settings), notes)
+
+
+def _upwards(
+    contents: C3dContents, markers: Markers, platforms: tuple[Platform, ...], settings: ReadingSettings
+) -> VerticalAxis:
+    return vertical_axis(
+        markers,
+        [platform.force_lab for platform in platforms],
+        [platform.corners_lab for platform in platforms],
+        default="z",
+        screen_up=next(iter(contents.words("POINT", "Y_SCREEN")), ""),
+        settings=settings.axes,
+    )
+
+
+def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers, float, tuple[str, ...]]:
+    """The markers, metres per POINT:UNITS, and notes."""
+    source = contents.path.name
+    groups = COMPUTED_GROUPS | set(contents.words("POINT", "TYPE_GROUPS")) - {"MARKERS", "MARKER", "LABELS"}
+    computed = frozenset(label for group in groups for label in contents.words("POINT", group))
+    seen_frames = np.isfinite(contents.points).all(axis=2) & (contents.points != 0).any(axis=2)
+    chosen = marker_points(contents.words("POINT", "LABELS"), seen_frames.sum(axis=0), computed, source)
+    if not chosen.names:
+        listed = "; ".join(chosen.notes).replace(f"{source}: ", "")
+        raise CaptureError(
+            f"{contents.path}: the file holds no marker ({listed}). Export it with its trajectories."
+        )
+    seen, unseen_notes = unseen_as_nan(contents.points[:, list(chosen.columns)], chosen.names, source)
+    metres, unit_notes = _metres(contents, seen, settings.length_units)
+    positions, far_notes = far_as_nan(seen * metres, chosen.names, source, settings.cleaning.farthest_m)
+    notes = (*contents.notes, *chosen.notes, *unit_notes, *unseen_notes, *far_notes)
+    whose = {name for name in contents.words("EVENT", "SUBJECTS") if name}
+    events = foot_events(contents)[0] if len(whose) < 2 else ()  # names of others are no part of their labels
+    markers = Markers(chosen.names, positions, contents.rate, foot_events=events)
+    return markers, metres, notes
+
+
+def _metres(
+    contents: C3dContents,
+    positions: Float[np.ndarray, "frames markers 3"],
+    settings: LengthUnitSettings,
+) -> tuple[float, tuple[str, ...]]:
+    claimed = next((word for word in contents.words("POINT", "UNITS") if word), None)
+    where = "POINT:UNITS"
+    if claimed is not None and unit_of(claimed) is None:
+        metres, notes = metres_per_unit(None, positions, contents.path, where, settings)
+        return metres, (f"{contents.path.name}: unknown POINT:UNITS '{claimed}'", *notes)
+    if claimed is None and np.isnan(positions).all():
+        return METRES_PER_UNIT["mm"], (
+            f"{contents.path.name}: no POINT:UNITS and no marker seen; mm assumed",
+        )
+    return metres_per_unit(claimed, positions, contents.path, where, settings)
+
+
+def _rate_notes(contents: C3dContents, rate: float) -> tuple[str, ...]:
+    said = contents.number("ANALOG", "RATE", 0.0)
+    if rate and abs(said / rate - 1) > 1e-3:
+        return (
+            f"{contents.path.name}: ANALOG:RATE says {said:g} Hz, the file holds {rate:g} samples a second",
+        )
+    return ()
+
+
+def _force_plate(platform: Platform, up: VerticalAxis, rate: float, settings: ReadingSettings) -> ForcePlate:
+    """The plate with the file's sign, and centres of pressure, which are the same for either."""
+    force, moment = platform.force_lab, platform.moment_lab
+    normal = plate_axes(platform.corners_lab)[:, 2]
+    normal = normal * (np.sign(normal @ up.up_lab) or 1.0)
+    pressing = np.sign(force @ normal)[:, None]
+    surface = Surface(platform.corners_lab.mean(axis=0), normal)
+    centre = centre_of_pressure(pressing * force, pressing * moment, surface)
+    known = np.abs(force @ up.up_lab) >= settings.platforms.centre_known_N
+    return ForcePlate(
+        name=platform.name,
+        force_ground=force,
+        moment_ground=moment,
+        cop_ground=np.where(known[:, None], centre, np.nan),
+        rate=rate,
+        corners_ground=platform.corners_lab,
+    )

@@ -1,0 +1,70 @@
+"""Which points of a C3D file are markers, and what they are called."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int
+
+from solver.capture.formats.text_table import some_of, unique_names
+
+UNLABELLED = re.compile(r"|\*.*|(unlabel+ed|unnamed|unknown|uname)[ _:*-]*\d*", re.IGNORECASE)
+COMPUTED = re.compile(r"(.*[a-z0-9_. ])?(Angles?|Moments?|Forces?|Powers?|Scalars?|ProgressAngles?)")
+
+
+@dataclass(frozen=True)
+class MarkerPoints:
+    """The points that are markers: unique names, and the place of each among all points."""
+
+    names: tuple[str, ...]
+    columns: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+
+
+def marker_points(
+    labels: Sequence[str], seen_frames: Int[np.ndarray, " points"], computed: frozenset[str], source: str
+) -> MarkerPoints:
+    """Choose and name the markers; whatever is left out or renamed is said.
+
+    Args:
+        labels: of the points in order; fewer than points where the rest has none.
+        seen_frames: on how many frames each point was seen.
+        computed: labels that the file declares to be angles, forces, moments, powers or scalars.
+        source: the file, for the notes.
+    """
+    named = [labels[k].strip() if k < len(labels) else "" for k in range(len(seen_frames))]
+    columns = [k for k, label in enumerate(named) if not UNLABELLED.fullmatch(label)]
+    unlabelled = len(named) - len(columns)
+    notes: tuple[str, ...] = ()
+    if unlabelled:
+        notes += (f"{source}: {unlabelled} unlabelled trajectories are left out",)
+
+    def is_computed(label: str) -> bool:
+        return label in computed or bool(COMPUTED.fullmatch(label))
+
+    derived = [named[k] for k in columns if is_computed(named[k])]
+    if derived:
+        notes += (f"{source}: {len(derived)} computed quantities, not markers: {some_of(derived, 3)}",)
+    columns = [k for k in columns if not is_computed(named[k])]
+
+    columns, twin_notes = _seen_twins(columns, named, seen_frames, source)
+    names, repeated = unique_names([named[k] for k in columns])
+    if repeated:
+        twin_notes += (
+            f"{source}: more than one marker is called {', '.join(repeated)}; "
+            "the later ones are called name#2, name#3, …",
+        )
+    return MarkerPoints(names, tuple(columns), notes + twin_notes)
+
+
+def _seen_twins(
+    columns: Sequence[int], names: Sequence[str], seen_frames: Int[np.ndarray, " points"], source: str
+) -> tuple[list[int], tuple[str, ...]]:
+    """Without the points that were never seen while another one of the same name was."""
+    seen = {names[k] for k in columns if seen_frames[k]}
+    kept = [k for k in columns if seen_frames[k] or names[k] not in seen]
+    empty = [names[k] for k in columns if k not in kept]
+    if not empty:
+        return kept, ()
+    return kept, (f"{source}: never seen, beside another marker of the same name: {', '.join(empty)}",)

@@ -1,0 +1,1 @@
+"""Force plates: geometry, zero level, sign, moments."""

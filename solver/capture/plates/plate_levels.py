@@ -1,0 +1,350 @@
+"""Plates with the sign and the zero level that the whole recording tells, and a sentence on each.
+
+Moments that a file lost where its force passes through zero are put back between the samples around.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import ForcePlate, Markers, PlateWord
+from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure, surface_of
+from solver.capture.plates.force_settings import CONDITIONING, ConditioningSettings
+from solver.capture.plates.plate_sign import PlateWitness, weigh_signs
+from solver.capture.plates.plate_sign_settings import PLATE_SIGN, PlateSignSettings
+from solver.capture.plates.resting_level import resting_samples
+from solver.capture.plates.vertical_momentum import vertical_momentum
+from solver.capture.plates.zero_level import less, level_of
+from solver.common.errors import CaptureError
+from solver.common.plate_figures import CONTACT_N, LOAD_N
+from solver.common.runs import runs
+
+LEVEL_STDS = 2.0  # by which a level that was held may lie off what weight and motion ask for
+POINT_LOST_N = 50.0  # [N] with less, programs write no centre of pressure, or one that digits do not hold
+
+
+def plate_witnesses(
+    plates: Sequence[ForcePlate],
+    markers: Markers,
+    mass_kg: float | None = None,
+    settings: PlateSignSettings = PLATE_SIGN,
+    conditioning: ConditioningSettings = CONDITIONING,
+    *,
+    said: Sequence[PlateWord] = (),
+) -> tuple[PlateWitness, ...]:
+    """What a recording says of each plate's sign and zero level, without a model of the body.
+
+    Args:
+        plates: as read, y up, whichever way they count.
+        markers: of the same recording, y up.
+        mass_kg: as entered, if it was.
+        settings: what is known beforehand.
+        conditioning: how gaps and the plates' surface are judged.
+        said: what a person said of plates; the others are weighed in this light.
+    """
+    empty = [resting_samples(plate, markers, settings, conditioning) for plate in plates]
+    return _weighed(plates, markers, empty, mass_kg, (settings, conditioning), said=said)
+
+
+def _weighed(
+    plates: Sequence[ForcePlate],
+    markers: Markers,
+    empty: Sequence[Bool[np.ndarray, " samples"]],
+    mass_kg: float | None,
+    both: tuple[PlateSignSettings, ConditioningSettings],
+    *,
+    said: Sequence[PlateWord] = (),
+) -> tuple[PlateWitness, ...]:
+    settings, conditioning = both
+    words = {word.name: word for word in said}
+    given = [words.get(plate.name, PlateWord(plate.name)) for plate in plates]
+    samples = vertical_momentum(plates, markers, settings, conditioning)
+    held = [
+        word.zero_N
+        if word.zero_N is not None
+        else _known_level(plate, resting, settings, conditioning.zero_smallest_N)
+        for plate, resting, word in zip(plates, empty, given, strict=True)
+    ]
+
+    def weighed(levels: Sequence[float | None]) -> tuple[PlateWitness, ...]:
+        return weigh_signs(
+            samples.readings_N,
+            samples.acceleration,
+            samples.agitation,
+            held_N=levels,
+            said=[word.sign for word in given],
+            mass_kg=mass_kg,
+            settings=settings,
+        )
+
+    found = weighed(held)
+    rested = [
+        _held_once(plate, witness, settings) if level is None else level
+        for plate, witness, level in zip(plates, found, held, strict=True)
+    ]
+    return found if rested == held else weighed(rested)
+
+
+def levelled(
+    plates: Sequence[ForcePlate],
+    markers: Markers,
+    mass_kg: float | None = None,
+    settings: PlateSignSettings = PLATE_SIGN,
+    conditioning: ConditioningSettings = CONDITIONING,
+    *,
+    said: Sequence[PlateWord] = (),
+) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
+    """The plates as forces on the person; turned and relieved of a zero level where that is clear or said.
+
+    Returns:
+        The plates, and a note on each that was changed, that may have to be, or that a person spoke of.
+
+    Raises:
+        CaptureError: somebody spoke of a plate that is not there.
+    """
+    words = {word.name: word for word in said}
+    _refuse_strangers(words, [plate.name for plate in plates])
+    if not plates:
+        return (), ()
+    empty = [resting_samples(plate, markers, settings, conditioning) for plate in plates]
+    given = (plates, markers, empty, mass_kg, (settings, conditioning))
+    alone = _weighed(*given)
+    witnesses = _weighed(*given, said=said) if said else alone
+    settled, notes = [], []
+    for plate, witness, unasked, seen_empty in zip(plates, witnesses, alone, empty, strict=True):
+        word = words.get(plate.name, PlateWord(plate.name))
+        if word.sign is not None or word.zero_N is not None:
+            notes.append(_said_of(word, unasked, settings))
+        resting = seen_empty if seen_empty.any() else _resting(plate, witness, settings)
+        lowered = witness.is_untared(settings) and bool(
+            seen_empty.any()
+            or (
+                witness.has_known_level(settings)
+                and not witness.is_undecided(settings)
+                and resting.any()
+                and np.nanmax(np.abs(plate.force_ground[:, 1] - witness.zero_N)) > LOAD_N
+            )
+        )
+        changed = plate
+        if word.zero_N is not None:
+            changed = _lowered_by(changed, word.zero_N, resting, conditioning)
+        elif lowered:
+            changed = _lowered(changed, resting, conditioning)
+        if word.sign == -1 or (word.sign is None and witness.is_turned(settings)):
+            changed = replace(
+                changed,
+                force_ground=-changed.force_ground,
+                moment_ground=-changed.moment_ground,
+                zero_ground=None if changed.zero_ground is None else -changed.zero_ground,
+            )
+        if changed is not plate and changed.point_ground is None:
+            surface = surface_of(plate, conditioning)
+            changed = with_moments_bridged(changed, moments_lost(plate), surface, CONTACT_N)
+            wrench = (changed.force_ground, changed.moment_ground)
+            known = changed.force_ground[:, 1] >= CONTACT_N
+            centre = centre_of_pressure(*wrench, surface)
+            changed = replace(changed, cop_ground=np.where(known[:, None], centre, np.nan))
+        settled.append(changed)
+        if word.sign is None and word.zero_N is None:
+            notes += _sentences(plate, witness, lowered=lowered, settings=settings)
+    return tuple(settled), tuple(notes)
+
+
+def _refuse_strangers(words: Mapping[str, PlateWord], known: Sequence[str]) -> None:
+    for name in words:
+        if name not in known:
+            raise CaptureError(
+                f"subject.toml names a plate '{name}', but the recording's plates are "
+                f"{', '.join(known) or 'none'}. Correct the name below [trials.NAME.plates]."
+            )
+
+
+def _said_of(word: PlateWord, unasked: PlateWitness, settings: PlateSignSettings) -> str:
+    """What was done at a person's word, and what the recording alone tells."""
+    ways = {1: "its forces act on the person", -1: "its forces act on the plate, so their sign is turned"}
+    said = [ways[word.sign]] if word.sign is not None else []
+    if word.zero_N is not None:
+        said.append(
+            f"unloaded it reads {word.zero_N:.0f} N" + (", which is taken off" if word.zero_N else "")
+        )
+    is_against = (
+        word.sign is not None
+        and unasked.used
+        and not unasked.is_undecided(settings)
+        and unasked.is_turned(settings) != (word.sign == -1)
+    )
+    against = "; its readings contradict that" if is_against else ""
+    return (
+        f"{word.name}: as subject.toml says, {', and '.join(said)} (the recording alone: "
+        f"{unasked.sentence(settings)}{against})"
+    )
+
+
+def _sentences(
+    plate: ForcePlate, witness: PlateWitness, *, lowered: bool, settings: PlateSignSettings
+) -> list[str]:
+    said = []
+    if lowered and abs(witness.zero_N) <= settings.tare_N:
+        said.append(
+            f"{plate.name}: reads {witness.zero_N:.1f} N while nobody is on it; taken off as its zero level"
+        )
+    elif lowered:
+        said.append(
+            f"{plate.name}: its zero level is off: it reads {witness.zero_N:.0f} N while nobody is on it; "
+            "taken off. Was it tared under a load, or not at all?"
+        )
+    elif (
+        witness.used
+        and witness.is_untared(settings)
+        and not witness.has_known_level(settings)
+        and not witness.is_undecided(settings)
+    ):
+        known = f" (± {witness.zero_std_N:.0f} N)" if np.isfinite(witness.zero_std_N) else ""
+        said.append(
+            f"{plate.name}: its zero level is off: by the person's weight and motion it would read "
+            f"{witness.zero_N:.0f} N unloaded{known}. Was it tared while something stood on it? This "
+            "recording does not show it empty, so nothing is taken off, and its forces are wrong by that "
+            "much: tare it empty and record again, or leave its forces out"
+        )
+    if witness.is_undecided(settings):
+        said.append(
+            f"{plate.name}: the sign of its force cannot be determined from this recording (it reads "
+            f"{np.nanmin(plate.force_ground[:, 1]):.0f} to {np.nanmax(plate.force_ground[:, 1]):.0f} N "
+            "upwards); left unchanged. If that is not the force on the person, or if the plate was tared "
+            "under a load, export it again with the right sign and zero level"
+        )
+    elif witness.is_turned(settings):
+        said.append(
+            f"{plate.name}: forces point downwards, on the plate; their sign is turned: only then do the "
+            "plates carry the person's weight"
+        )
+    return said
+
+
+def _known_level(
+    plate: ForcePlate, resting: Bool[np.ndarray, " samples"], settings: PlateSignSettings, least_N: float
+) -> float | None:
+    """The vertical reading of the empty plate, where the recording shows it [N]; 0 for noise."""
+    if not resting.any():
+        return _held_level(plate, settings)
+    level = float(np.median(plate.force_ground[resting, 1]))
+    return level if abs(level) > least_N else 0.0
+
+
+def _held_level(plate: ForcePlate, settings: PlateSignSettings) -> float | None:
+    """The vertical reading that a program gave to unloaded samples: zero, or held alike in two places [N]."""
+    levels = _held_wrenches(plate, settings)
+    if any(not level.any() for level in levels):
+        return 0.0
+    for k, level in enumerate(levels):
+        if any((level == other).all() for other in levels[k + 1 :]):
+            return float(level[1])
+    return None
+
+
+def _held_once(plate: ForcePlate, witness: PlateWitness, settings: PlateSignSettings) -> float | None:
+    """A level that a program held in one place, where weight and motion ask for about that one [N]."""
+    if not witness.used or not witness.is_untared(settings) or witness.is_undecided(settings):
+        return None
+    within = LEVEL_STDS * witness.zero_std_N
+    near = [float(w[1]) for w in _held_wrenches(plate, settings) if abs(w[1] - witness.zero_N) <= within]
+    least = np.nanmin(witness.sign * plate.force_ground[:, 1])
+    lowest = [level for level in near if witness.sign * level <= least + settings.tare_N]
+    return lowest[0] if lowest else None
+
+
+def _held_wrenches(plate: ForcePlate, settings: PlateSignSettings) -> list[Float[np.ndarray, "6"]]:
+    """Force and moment of each stretch on which they stay the same to the last digit."""
+    wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+    alike = np.r_[False, (np.diff(wrench, axis=0) == 0).all(axis=1)]
+    fewest = max(4, round(settings.held_s * plate.rate))
+    return [wrench[start] for start, end in runs(alike) if end - start >= fewest]
+
+
+def _resting(
+    plate: ForcePlate, witness: PlateWitness, settings: PlateSignSettings
+) -> Bool[np.ndarray, " samples"]:
+    """Samples at the zero level, in stretches long enough to be no passage through it."""
+    with np.errstate(invalid="ignore"):
+        near = np.abs(plate.force_ground[:, 1] - witness.zero_N) <= settings.tare_N
+    near &= np.isfinite(plate.moment_ground).all(axis=1)
+    for start, end in runs(near):
+        if end - start < settings.rest_s * plate.rate:
+            near[start:end] = False
+    return near
+
+
+def _lowered_by(
+    plate: ForcePlate,
+    zero_N: float,
+    resting: Bool[np.ndarray, " samples"],
+    conditioning: ConditioningSettings,
+) -> ForcePlate:
+    """The plate less a zero level that somebody knows.
+
+    All six components where it rests there; else a vertical force in the middle of the plate.
+    """
+    if zero_N == 0.0:
+        return plate
+    if resting.any():
+        return _lowered(plate, resting, conditioning)
+    force = np.array([0.0, zero_N, 0.0])
+    level = np.concatenate([force, np.cross(surface_of(plate, conditioning).point_ground, force)])
+    return replace(less(plate, level[None]), point_ground=None, zero_ground=level)
+
+
+def _lowered(
+    plate: ForcePlate, resting: Bool[np.ndarray, " samples"], conditioning: ConditioningSettings
+) -> ForcePlate:
+    """The plate less what it reads at rest, all six components; centres of pressure follow from the rest."""
+    level = level_of(plate, resting, conditioning)
+    lowered = less(plate, level)
+    moment = lowered.moment_ground
+    if plate.point_ground is not None:
+        empty = np.isnan(plate.point_ground).any(axis=1) & (np.abs(lowered.force_ground[:, 1]) < CONTACT_N)
+        moment = np.where(empty[:, None], 0.0, moment)
+    return replace(lowered, moment_ground=moment, point_ground=None, zero_ground=np.median(level, axis=0))
+
+
+def moments_lost(plate: ForcePlate) -> Bool[np.ndarray, " samples"]:
+    """Samples whose moment hangs on a centre of pressure that a small force does not tell.
+
+    Args:
+        plate: as its file has it; one without columns for the point loses nothing.
+    """
+    if plate.point_ground is None:
+        return np.zeros(plate.samples, dtype=bool)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(plate.force_ground[:, 1]) < POINT_LOST_N)
+
+
+def with_moments_bridged(
+    plate: ForcePlate, lost: Bool[np.ndarray, " samples"], surface: Surface, least_N: float
+) -> ForcePlate:
+    """The plate with the moments of these samples made anew from points between their neighbours'.
+
+    Args:
+        plate: with its true forces.
+        lost: samples whose moment is not known.
+        surface: where feet press.
+        least_N: of the vertical force, from which on somebody is on the plate.
+    """
+    vertical = plate.force_ground[:, 1]
+    with np.errstate(invalid="ignore"):
+        loaded = vertical > least_N
+    wanted, known = loaded & lost, loaded & ~lost
+    if not wanted.any() or known.sum() < 2:
+        return plate
+    force, moment = plate.force_ground, plate.moment_ground
+    points = centre_of_pressure(force, moment, surface)
+    free = moment - np.cross(points, force)
+    order = np.arange(plate.samples)
+
+    def between(values: Float[np.ndarray, "samples 3"]) -> Float[np.ndarray, "wanted 3"]:
+        return np.stack([np.interp(order[wanted], order[known], v[known]) for v in values.T], axis=1)
+
+    bridged = moment.copy()
+    bridged[wanted] = np.cross(between(points), force[wanted]) + between(free)
+    return replace(plate, moment_ground=bridged)

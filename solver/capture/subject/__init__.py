@@ -1,0 +1,1 @@
+"""What a subject's folder holds, and what belongs together in it."""

@@ -1,0 +1,185 @@
+"""What a subject's own files say about a person: checked values, and paths that stay inside the folder."""
+
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
+
+from solver.capture.capture import ReleaseWords, TrialFiles
+from solver.common.errors import CaptureError
+from solver.common.file_names import lying
+from solver.common.small_files import BrokenFileError, json_content, toml_tables
+
+SEXES = {
+    **dict.fromkeys(("male", "m", "man", "männlich", "mann", "h", "homme", "masculin"), "male"),
+    **dict.fromkeys(("female", "f", "w", "woman", "weiblich", "frau", "femme", "féminin"), "female"),
+}
+LARGEST = {"mass": (500.0, "kg"), "height": (3.0, "m"), "age": (130.0, "years")}
+
+
+@dataclass(frozen=True)
+class Description:
+    """What one file says; None where it is silent."""
+
+    mass_kg: float | None = None
+    height_m: float | None = None
+    sex: str | None = None
+    age_years: float | None = None
+    foot_bodies: tuple[str, ...] | None = None
+    tags: tuple[str, ...] | None = None
+    model: Path | None = None
+    model_is: str | None = None  # "scaled", "generic" or None
+    static: Path | None = None
+    trials: tuple[TrialFiles, ...] | None = None
+    ranges: Mapping[str, tuple[tuple[float, float], ...]] | None = None  # [s] by trial, what counts of it
+    release: ReleaseWords | None = None
+    prefix: str | None = None  # before the person's labels, in files of several people
+    notes: tuple[str, ...] = ()
+
+    def or_else(self, other: "Description") -> "Description":
+        """The same, with the other one's word where this one is silent."""
+        silent = {
+            field.name: getattr(other, field.name)
+            for field in fields(self)
+            if getattr(self, field.name) is None
+        }
+        return replace(self, **silent, notes=self.notes + other.notes)
+
+
+@dataclass(frozen=True)
+class Entries:
+    """A table of keys and values in a file, which is named in every complaint."""
+
+    path: Path
+    values: Mapping[str, Any]
+    prefix: str = ""
+
+    def complaint(self, key: str, wrong: str) -> CaptureError:
+        """An error about one key."""
+        return CaptureError(
+            f"{self.path}: {self.prefix}{key} = {json.dumps(self.values.get(key), default=str)}: {wrong}"
+        )
+
+    def number(self, key: str, quantity: str) -> tuple[float | None, tuple[str, ...]]:
+        """A positive number, written as such or in quotes; None where absent or not above zero."""
+        value = self.values.get(key)
+        if value is None or value == "":
+            return None, ()
+        largest, unit = LARGEST[quantity]
+        try:
+            number = float(str(value).strip().replace(",", ".")) if not isinstance(value, bool) else math.nan
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise self.complaint(key, f"not a number. Write the {quantity} in {unit}.")
+        if number > largest:
+            raise self.complaint(key, f"not a possible {quantity} in {unit}. Write it in {unit}.")
+        if number <= 0:
+            return None, (
+                f"{self.path.name}: {key} = {number:g} is not a possible {quantity} and counts as unknown",
+            )
+        return number, ()
+
+    def sex(self, key: str) -> tuple[str | None, tuple[str, ...]]:
+        """The sex as "male" or "female", or None."""
+        word = str(self.values.get(key) or "").strip().lower()
+        if word in SEXES or word in ("", "unknown", "other"):
+            return SEXES.get(word), ()
+        return None, (f"{self.path.name}: {key} = '{word}' counts as unknown",)
+
+    def texts(self, key: str) -> tuple[str, ...] | None:
+        """A list of texts, or a single one; None where absent."""
+        value = self.values.get(key)
+        if value is None:
+            return None
+        listed = [value] if isinstance(value, str) else value
+        if not isinstance(listed, list) or not all(isinstance(item, str) and item.strip() for item in listed):
+            raise self.complaint(key, "a list of names is needed.")
+        return tuple(item.strip() for item in listed)
+
+    def text(self, key: str) -> str | None:
+        """One text; None where absent."""
+        value = self.values.get(key)
+        if value is not None and not isinstance(value, str):
+            raise self.complaint(key, "a text in quotes is needed.")
+        return value
+
+    def word(self, key: str, choices: tuple[str, ...]) -> str | None:
+        """One of several words; None where absent."""
+        value = self.values.get(key)
+        if value is not None and value not in choices:
+            raise self.complaint(key, f"choose one of {', '.join(choices)}.")
+        return value
+
+    def file(self, key: str) -> Path | None:
+        """A file inside the folder of this one; None where absent."""
+        value = self.values.get(key)
+        if value is None:
+            return None
+        if not isinstance(value, str) or not value.strip():
+            raise self.complaint(key, "the name of a file is needed.")
+        return self._inside(key, value)
+
+    def files(self, key: str) -> tuple[Path, ...]:
+        """Files inside the folder of this one."""
+        return tuple(self._inside(key, name) for name in self.texts(key) or ())
+
+    def unknown(self, known: tuple[str, ...]) -> tuple[str, ...]:
+        """A note about keys that mean nothing here, with the nearest that does."""
+        strange = []
+        for key in self.values:
+            if key not in known:
+                near = get_close_matches(key, known, n=1)
+                strange.append(f"{self.prefix}{key}" + (f" ({near[0]}?)" if near else ""))
+        return (f"{self.path.name}: unknown keys are ignored: {', '.join(strange)}",) if strange else ()
+
+    def _inside(self, key: str, name: str) -> Path:
+        folder, parts = self.path.parent, PurePosixPath(name.strip().replace("\\", "/")).parts
+        is_beside = parts[:1] == ("..",)  # files of several people lie beside the folders of each
+        if is_beside:
+            folder, name, parts = folder.parent, name.strip()[len("../") :], parts[1:]
+        if PureWindowsPath(name).anchor or PurePosixPath(name).is_absolute() or ".." in parts:
+            raise self.complaint(
+                key, "leads out of the subject's folder and the one above it. Copy the file into it."
+            )
+        for path in (lying(folder, name.strip()), lying(folder, "/".join(parts))):
+            if os.path.isfile(path):
+                return path
+        near_by = sorted(folder.glob("*") if is_beside else folder.rglob("*"))
+        files = [str(p.relative_to(folder)) for p in near_by if p.is_file()]
+        near = get_close_matches("/".join(parts), files, n=1)
+        raise self.complaint(key, "there is no such file." + (f" Is it '{near[0]}'?" if near else ""))
+
+
+def read_toml(path: Path) -> Entries:
+    """The table of a TOML file.
+
+    Raises:
+        CaptureError: it cannot be read or parsed.
+    """
+    return Entries(path, _read(path, toml_tables))
+
+
+def read_json(path: Path) -> Entries:
+    """The object of a JSON file.
+
+    Raises:
+        CaptureError: it cannot be read or parsed, or is no object.
+    """
+    values = _read(path, json_content)
+    if not isinstance(values, dict):
+        raise CaptureError(f"{path}: an object in braces is needed, found {type(values).__name__}.")
+    return Entries(path, values)
+
+
+def _read(path: Path, content: Callable[[Path], Any]) -> Any:
+    try:
+        return content(path)
+    except OSError as error:
+        raise CaptureError(f"{path}: cannot be read ({error.strerror}).") from error
+    except BrokenFileError as error:
+        raise CaptureError(f"{path}: {error}") from error

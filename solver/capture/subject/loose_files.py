@@ -1,0 +1,310 @@
+"""Marker files and force tables in folders: which are trials, which belong together, which are left."""
+
+import hashlib
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from solver.capture.capture import TrialFiles
+from solver.capture.formats.c3d_header import BLOCK as HEADER_BYTES
+from solver.capture.formats.c3d_header import SIGNATURE
+from solver.capture.formats.qtm_tsv import force_files, plates_beside
+from solver.capture.formats.recording_files import TABLES, is_force_table, is_recording
+from solver.capture.formats.storage import read_columns
+from solver.capture.formats.text_exports import ENDINGS as TEXT_ENDINGS
+from solver.capture.plates.force_columns import find_plates
+from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.subject.force_pairing import holds_forces, pair_forces
+from solver.capture.subject.same_motion import how_they_differ, is_part_of, twins_among
+from solver.capture.subject.statics import static_among
+from solver.capture.subject.trial_names import name_tokens
+from solver.common.errors import CaptureError
+
+FORCE_ENDINGS = ("_grf", "_forces", "")
+LEADS_OUT = "a link that leads out of the folder: copy the file into it, or name it in subject.toml"
+COPY = re.compile(r"( ?\(\d+\)| - \w+( \(\d+\))?)+$")  # X (2), X(1), X - Copy, X - Kopie (2)
+STANDING = "forces of the static trial, of which only the markers are used"
+
+
+@dataclass(frozen=True)
+class FoundTrials:
+    """What lies in the folders of a subject."""
+
+    trials: tuple[TrialFiles, ...]
+    static: Path | None
+    notes: tuple[str, ...]
+    left: Mapping[Path, str]  # marker files and tables that are not used, and why
+    other_statics: tuple[Path, ...] = ()
+
+
+def files_in(folder: Path) -> list[Path]:
+    """The folder's files in natural order, without hidden ones."""
+    files = (p for p in folder.iterdir() if p.is_file() and not p.name.startswith("."))
+    return sorted(files, key=lambda p: natural_order(p.name))
+
+
+def natural_order(name: str) -> tuple[tuple[int, str], ...]:
+    """A key that sorts trial2 before trial10."""
+    pieces = re.findall(r"\d+|\D+", name.lower())
+    return tuple((int(piece), "") if piece.isdigit() else (-1, piece) for piece in pieces)
+
+
+def leads_out(path: Path, folder: Path) -> bool:
+    """Whether a file is a link to somewhere else; such a one is never looked into."""
+    return path.is_symlink() and not path.resolve().is_relative_to(folder.resolve())
+
+
+def holds_no_points(path: Path) -> bool:
+    """Whether a file is a C3D file of analog channels alone, forces say: no trial. Damaged ones are not."""
+    if path.suffix.lower() != ".c3d":
+        return False
+    with path.open("rb") as file:
+        head = file.read(HEADER_BYTES)
+    is_whole = len(head) == HEADER_BYTES and head[1] == SIGNATURE
+    return is_whole and head[2:4] == b"\0\0"  # the number of points, in either order of bytes
+
+
+def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings = READING) -> FoundTrials:
+    """Trials and static trial among the files of a subject's folders.
+
+    Args:
+        folder: of the subject.
+        places: it, and those below it that are the subject's.
+        settings: which force tables are taken for whose.
+    """
+    everything = [path for place in places for path in files_in(place)]
+    inside = {path for path in everything if not leads_out(path, folder)}
+    copies = copies_among([path for path in everything if path in inside])
+    files = [path for path in everything if path not in copies]
+    recordings = [p for p in files if is_recording(p) and not (p in inside and holds_no_points(p))]
+    statics = static_among(recordings, inside, folder)
+    standing = [p for p in (statics.static, *statics.others) if p is not None]
+    moving = [p for p in recordings if p not in standing]
+    claimed, notes = _by_exact_name(moving, files)
+    twins, twin_notes = _twins(moving, inside)
+    notes += (*twin_notes, *statics.notes)
+    tables = [p for p in files if p in inside and is_force_table(p) and holds_force_columns(p)]
+    tables = [p for p in tables if p == force_files(p)[0]]
+    forces = dict(claimed)
+    left: dict[Path, str] = {}
+    for written_with_text in (True, False):  # a text export's markers and forces first: one clock, one room
+        paired = pair_forces(
+            folder,
+            [
+                p
+                for p in moving
+                if p in inside
+                and p not in forces
+                and (_is_text(p) if written_with_text else p not in twins.values())
+            ],
+            [p for p in tables if p not in forces.values() and (_is_text(p) or not written_with_text)],
+            settings,
+        )
+        forces |= paired.forces
+        notes += paired.notes
+        left |= paired.left
+    left |= {plates: STANDING for still in standing if (plates := plates_beside(still)) is not None}
+    left = {
+        each: why
+        for table, why in left.items()
+        if table not in forces.values()
+        for each in force_files(table)
+    }
+    left |= {copy: f"a copy of {of.name}, byte for byte" for copy, of in copies.items()}
+    kept: list[tuple[Path, Path | None]] = []
+    instead = _read_instead(twins, forces, settings)
+    for markers in moving:
+        if markers in instead:
+            better = instead[markers]
+            table = forces.get(better)
+            left[markers] = f"the same motion as {better.name}, which is read" + (
+                f" with {table.name}" if table is not None else ""
+            )
+            if markers in forces:
+                left[forces[markers]] = f"forces of {markers.name}, in place of which {better.name} is read"
+            notes += (f"{markers.name}: left out, the trial is read from {better.name}",)
+        elif markers in forces and markers in inside and holds_forces(markers, settings):
+            reason = f"{markers.name} holds its own forces; a subject.toml can name others"
+            left[forces[markers]] = reason
+            notes += (f"{forces[markers].name}: left out, {reason}",)
+            kept.append((markers, None))
+        else:
+            kept.append((markers, forces.get(markers)))
+    if statics.static is not None:
+        left |= dict.fromkeys(statics.others, f"another static trial; {statics.static.name} is used")
+    trials = tuple(
+        TrialFiles(name, markers, table, _reviews(markers.parent, kept))
+        for name, (markers, table) in zip(_names(folder, [m for m, _ in kept]), kept, strict=True)
+    )
+    return FoundTrials(trials, statics.static, notes, left, statics.others)
+
+
+def copies_among(files: Sequence[Path]) -> dict[Path, Path]:
+    """Recordings and tables that are, byte for byte, others whose names differ by a copy's mark only."""
+    by_size: dict[tuple[str, int], list[Path]] = {}
+    for path in sorted(files, key=lambda p: (len(p.name), files.index(p))):
+        if is_recording(path) or is_force_table(path):
+            by_size.setdefault((COPY.sub("", path.stem), path.stat().st_size), []).append(path)
+    found: dict[Path, Path] = {}
+    for alike in by_size.values():
+        first_of: dict[bytes, Path] = {}
+        for path in alike if len(alike) > 1 else ():
+            with path.open("rb") as file:
+                first = first_of.setdefault(hashlib.file_digest(file, "sha256").digest(), path)
+            if first != path and first.suffix == path.suffix:
+                found[path] = first
+    return found
+
+
+def _read_instead(
+    twins: Mapping[Path, Path], forces: Mapping[Path, Path], settings: ReadingSettings
+) -> dict[Path, Path]:
+    """Of files of one motion, which is read in place of the others: the one with forces, or most in it.
+
+    A recording with forces of its own is read rather than a part that was cut from it.
+    """
+    alike: dict[Path, list[Path]] = {}
+    for table, recording in twins.items():
+        alike.setdefault(recording, []).append(table)
+    instead: dict[Path, Path] = {}
+    for recording, tables in alike.items():
+        asked = [p for p in tables if p in forces and (_is_text(p) or is_part_of(p, recording))]
+        lesser = asked if asked and holds_forces(recording, settings) else ()
+        best = next((p for p in tables if p in forces and p not in lesser), recording)
+        instead |= {other: best for other in (recording, *tables) if other != best}
+    return instead
+
+
+def _is_text(path: Path) -> bool:
+    return path.suffix.lower() in TEXT_ENDINGS
+
+
+def find_models(folder: Path) -> list[Path]:
+    """unscaled_generic.osim, else each *_scaled.osim, else each .osim; of several nothing says which."""
+    models = [p for p in files_in(folder) if p.suffix.lower() == ".osim"]
+    for belongs in (
+        [p for p in models if p.name.lower() == "unscaled_generic.osim"],
+        [p for p in models if p.stem.lower().endswith("_scaled")],
+    ):
+        if belongs:
+            return belongs
+    return models
+
+
+def reviews_in(place: Path) -> tuple[Path, ...]:
+    """review.json of the segments of the one trial that lies in a folder, in order."""
+    segments = [p for p in place.glob("segment_*") if re.fullmatch(r"segment_\d+", p.name)]
+    reviews = [p / "review.json" for p in sorted(segments, key=lambda p: natural_order(p.name))]
+    return tuple(review for review in reviews if review.is_file())
+
+
+def _by_exact_name(
+    recordings: Iterable[Path], files: Sequence[Path]
+) -> tuple[dict[Path, Path], tuple[str, ...]]:
+    """X_grf.mot, X_forces.mot, or X.mot where it holds forces, beside X.trc; and notes on what holds none.
+
+    Beside X.tsv it is X_f_1.tsv, which stands for all of X_f_*.tsv.
+    """
+    beside = {(p.parent, p.name.lower()): p for p in files}
+    found: dict[Path, Path] = {}
+    notes: tuple[str, ...] = ()
+    for markers in recordings:
+        own = plates_beside(markers)
+        if own is not None:
+            found[markers] = own
+            continue
+        for name in (f"{markers.stem}{ending}{suffix}" for ending in FORCE_ENDINGS for suffix in TABLES):
+            table = beside.get((markers.parent, name.lower()))
+            if table is None:
+                continue
+            if table.stem.lower() != markers.stem.lower():
+                found[markers] = table
+                break
+            try:
+                find_plates(read_columns(table))
+            except CaptureError as error:
+                notes += (f"{table.name}: no forces of {markers.name} ({error})",)
+            else:
+                found[markers] = table
+                break
+    return found, notes
+
+
+def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> tuple[dict[Path, Path], tuple[str, ...]]:
+    """Which file shows the motion of one that holds more: TRC of text exports, and both of C3D files.
+
+    Two of one name that show two motions are two trials, and a note says what differs.
+
+    Args:
+        recordings: marker files.
+        inside: which of them may be looked into.
+    """
+    c3ds = [p for p in recordings if p.suffix.lower() == ".c3d"]
+    texts = [p for p in recordings if _is_text(p)]
+    tables = [p for p in recordings if p.suffix.lower() == ".trc"]
+    found, notes, differing = _twins_of([*tables, *texts], c3ds, inside)
+    rest = [p for p in tables if p not in found and p not in differing]
+    more, more_notes, _ = _twins_of(rest, [p for p in texts if p not in found], inside)
+    return found | more, notes + more_notes
+
+
+def _twins_of(
+    tables: Sequence[Path], recordings: Sequence[Path], inside: Collection[Path]
+) -> tuple[dict[Path, Path], tuple[str, ...], Collection[Path]]:
+    """Pairs of one name first, then by what they hold; notes; tables whose namesake is another motion."""
+    namesakes = {(p.parent, p.stem.lower()): p for p in recordings}
+    named = {t: namesakes[key] for t in tables if (key := (t.parent, t.stem.lower())) in namesakes}
+    differing = {
+        table: difference
+        for table, recording in named.items()
+        if table in inside and recording in inside and (difference := how_they_differ(table, recording))
+    }
+    notes = tuple(
+        f"{table.name} and {named[table].name}: the same name, but different recordings ({difference}); read "
+        "as two trials. Rename one, or name the right one in a subject.toml"
+        for table, difference in differing.items()
+    )
+    same = {table: recording for table, recording in named.items() if table not in differing}
+    others = [p for p in tables if p not in named and p in inside]
+    unnamed = [p for p in recordings if p not in named.values() and p in inside]
+    return same | twins_among(others, unnamed), notes, differing
+
+
+def holds_force_columns(table: Path) -> bool:
+    """Whether a table has columns of ground forces."""
+    status = table.stat()
+    return _without_forces(table, (status.st_mtime_ns, status.st_size)) is None
+
+
+@lru_cache(maxsize=4096)
+def _without_forces(table: Path, stamp: tuple[int, int]) -> str | None:
+    """Why a table holds no forces; None where it does. Read again when its time or size has changed."""
+    try:
+        if table.suffix.lower() in TABLES:
+            find_plates(read_columns(table))
+    except CaptureError as error:
+        return str(error)
+    return None
+
+
+def _names(folder: Path, recordings: Sequence[Path]) -> list[str]:
+    """A name for each trial: its file's, or its folder's where that says more; each one once."""
+    alone = {
+        place for place in {p.parent for p in recordings} if sum(p.parent == place for p in recordings) == 1
+    }
+    names: list[str] = []
+    for path in recordings:
+        of_place = path.parent != folder and path.parent in alone and not name_tokens(path.stem)
+        name = path.parent.name if of_place else path.stem
+        if name in names and path.parent != folder:
+            name = f"{path.parent.name}_{path.stem}"
+        if name in names:
+            name = path.name
+        names.append(name)
+    return names
+
+
+def _reviews(place: Path, kept: Sequence[tuple[Path, Path | None]]) -> tuple[Path, ...]:
+    return reviews_in(place) if sum(markers.parent == place for markers, _ in kept) == 1 else ()

@@ -1,0 +1,146 @@
+"""Everything about a cause that is no mathematics: names, words, odds, sizes, readings and picture.
+
+It stands beside the cause, in the file of its effect. Diagnosis and app ask here, never for an id.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import ClassVar
+
+from solver.diagnosis.causes.pictures import Picture
+from solver.diagnosis.causes.readings import Place, Reading
+
+
+class AtFault(Enum):
+    """What is not as it should be."""
+
+    RECORDING = "recording"
+    MODEL = "model"
+    MOVEMENT = "movement"
+
+
+class Course(Enum):
+    """How a cause acts over time."""
+
+    BY_LAW = "by a law"  # a few parameters tell it in every frame
+    ALL_ALONG = "any, all along"  # it may change in any way: never described to the last newton
+    NOW_AND_THEN = "any, now and then"  # likewise, and each time with a force of its own
+    EVENT = "from a moment on"  # of markers
+
+
+class Weight(Enum):
+    """What the person's masses, adjusted to the rest of the recording, take in whether it is named or not."""
+
+    MASS = "mass"
+    SUPPORT = "support"
+
+
+class Mend(Enum):
+    """How it is put right in later fits of the same recording."""
+
+    ACCEPTED = "accepted"  # its parameters become part of the fit
+    FLAGGED = "flagged"  # its frames are flagged; may be accepted as well
+    LABELS = "labels"  # exchanged back
+    FILES = "files"  # mended in the files
+    NOTHING = "nothing"  # nothing mends it afterwards
+
+
+class Named(Enum):
+    """What its target names."""
+
+    ALL = "all"
+    PLATES = "plates"
+    BODIES = "bodies"
+    MARKERS = "markers"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Its row in the catalogue of the documentation, in Markdown."""
+
+    target: str = ""  # what may be named: `plate_k`, a body, markers
+    happened: str = ""  # best as an equation between what was recorded and what is true
+    parameters: str = ""  # names of what `estimates` tells
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large a parameter is where the cause is there, counted from no effect, in the parameter's unit."""
+
+    parameter: str
+    usual: float
+    rare: float  # beyond it 1 in 100
+    most: float  # beyond it nobody has seen it, or physics forbids it
+    why: str
+
+
+@dataclass(frozen=True)
+class About:
+    """One cause of the catalogue."""
+
+    id: str
+    entry: Entry = Entry()
+    title: str = ""  # a few words; {target} is filled in
+    sentence: str = ""  # what it means, for people; {target} is filled in
+    remedy: str = ""  # what to do about it in the laboratory
+    told_apart_by: str = ""  # what to record so that it can be told from what looks alike
+    branch: str = ""  # in the tree of names
+    at_fault: AtFault = AtFault.RECORDING
+    names: Named = Named.ALL
+    course: Course = Course.BY_LAW
+    weight: Weight | None = None
+    mend: Mend = Mend.ACCEPTED
+    in_markers: bool = False  # seen in the markers, before any force
+    seen_standing: bool = False  # the motion shows it as well: no unknown force takes its place
+    is_a_clock: bool = False  # of all plates: two of such beside each other are one, told twice
+    doubts_angles: bool = False  # joint angles are wrong with it
+    odds_against: float = 0.0  # log prior odds [nats]: rare, or what generic models imitate
+    less_at_first: float = 0.0  # [nats] less is asked of it as first cause: no model's error looks like it
+    usual_std: float = 0.0  # of its parameters, what every laboratory has [their unit]
+    asked_up_to: float | None = None  # a sound recording tells from which size on it would have been found,
+    # up to this, in the unit of its readings: larger ones would be seen at once, or cannot be
+    sizes: tuple[Size, ...] = ()
+    readings: tuple[Reading | Place, ...] = ()
+    targets: dict[str, str] = field(default_factory=dict, hash=False)  # targets that have words of their own
+    picture: Picture | None = None  # None: a label alone
+
+    @property
+    def free(self) -> bool:
+        """Whether it may change in any way over time."""
+        return self.course in (Course.ALL_ALONG, Course.NOW_AND_THEN)
+
+    @property
+    def at_certain_frames(self) -> bool:
+        """Whether its frames are told one stretch after the other."""
+        return self.course in (Course.NOW_AND_THEN, Course.EVENT)
+
+
+class Described:
+    """Something that a cause of the catalogue is about."""
+
+    about: ClassVar[About] = About("")
+
+    @property
+    def id(self) -> str:
+        """Of the catalogue."""
+        return self.about.id
+
+    @property
+    def sentence(self) -> str:
+        """What it means, for people; {target} is to be filled in."""
+        return self.about.sentence
+
+    @property
+    def less_at_first(self) -> float:
+        """What less is asked of it as first cause [nats]."""
+        return self.about.less_at_first
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it in the laboratory; {target} is to be filled in."""
+        return self.about.remedy
+
+    @property
+    def told_apart_by(self) -> str:
+        """What to record so that it can be told from what looks alike."""
+        return self.about.told_apart_by

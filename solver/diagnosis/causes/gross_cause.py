@@ -1,0 +1,175 @@
+"""Gross errors of the recorded forces, which other causes are looked for beyond: a swap and a late clock.
+
+A clock that is late shifts forces that belong to another plate; its trace in the balance is found only once
+each plate has its own again.
+"""
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.plates.conditioning import PlateLoads
+from solver.diagnosis.causes.about import About
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.diagnosis.causes.scene import PlateScene, Scene
+
+KEPT_SCENES = 32
+
+
+class GrossCause(Candidate):
+    """An error without size: it is there or not, and the recording can be put right."""
+
+    @abstractmethod
+    def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
+        """All plates of a trial as they should have been recorded; None where it cannot be in this trial."""
+
+    def target_put_right(self, target: str) -> str:
+        """Which plate holds, in the recording put right, the force that the files give to `target`."""
+        return target
+
+    def righted(self, scene: Scene) -> Scene:
+        """The trial as it should have been recorded."""
+        plates = self.put_right(scene.plates)
+        return scene if plates is None else replace(scene, plates=plates)
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """The recording put right less the recording."""
+        plates = self.put_right(scene.plates)
+        if plates is None:
+            return None
+        fixed = np.sum([plate.wrench_ground for plate in plates], axis=0) - scene.measured_ground
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "0"],
+        covariance: Float[np.ndarray, "0 0"],
+    ) -> dict[str, Estimate]:
+        """Nothing to estimate."""
+        return {}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Always."""
+        return True
+
+
+@dataclass(frozen=True)
+class Beyond(Candidate):
+    """Another cause, in the recording whose gross error was put right."""
+
+    cause: Candidate
+    gross: GrossCause
+
+    @property
+    def about(self) -> About:  # type: ignore[override]
+        """The cause's."""
+        return self.cause.about
+
+    @property
+    def id(self) -> str:
+        """The cause's."""
+        return self.cause.id
+
+    @property
+    def place_odds(self) -> float:
+        """The cause's."""
+        return self.cause.place_odds
+
+    @property
+    def seen_elsewhere(self) -> float:
+        """The cause's."""
+        return self.cause.seen_elsewhere
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """The cause's."""
+        return self.cause.starts(self._righted(scenes))
+
+    def steps(self) -> Eta:
+        """The cause's."""
+        return self.cause.steps()
+
+    def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
+        """The cause's."""
+        return self.cause.prior(self._righted(scenes))
+
+    def admissible(self, eta: Eta) -> bool:
+        """The cause's."""
+        return self.cause.admissible(eta)
+
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """The cause's."""
+        return self.cause.is_possible(estimates)
+
+    def lifted_N(self, trial: str, estimates: dict[str, Estimate]) -> float:
+        """The cause's."""
+        return self.cause.lifted_N(trial, estimates)
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """What the cause changes in the recording put right."""
+        return self.cause.signature(righted(self.gross, scene), eta)
+
+    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+        """The cause's."""
+        return self.cause.unheard(righted(self.gross, scene), eta)
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """The cause's."""
+        return self.cause.estimates(self._righted(scenes), eta, eta_std, x, covariance)
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """The cause's."""
+        return self.cause.is_notable(estimates)
+
+    def frames(
+        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
+    ) -> tuple[Range, ...]:
+        """The cause's."""
+        return self.cause.frames(self._righted(scenes), eta, x)
+
+    def _righted(self, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
+        return tuple(righted(self.gross, scene) for scene in scenes)
+
+
+@lru_cache(maxsize=KEPT_SCENES)
+def righted(gross: GrossCause, scene: Scene) -> Scene:
+    """A trial as it should have been recorded; kept."""
+    return gross.righted(scene)
+
+
+def with_samples(
+    plate: PlateScene,
+    wrench_ground: Float[np.ndarray, "samples 6"],
+    carrying: Bool[np.ndarray, " samples"],
+) -> PlateScene:
+    """The plate as if its samples had been others.
+
+    Args:
+        plate: as recorded.
+        wrench_ground: zero where unloaded [N], about the ground origin [N·m].
+        carrying: where it is loaded.
+    """
+    recorded = replace(
+        plate.plate, force_ground=wrench_ground[:, :3], moment_ground=wrench_ground[:, 3:], point_ground=None
+    )
+    at_frames = np.nan_to_num(plate.at_frames(wrench_ground))
+    return replace(
+        plate,
+        plate=recorded,
+        loads=PlateLoads(wrench_ground, wrench_ground, carrying, plate.loads.recorded),
+        wrench_ground=at_frames,
+        loaded=at_frames[:, 1] >= plate.conditioning.threshold_N,
+    )

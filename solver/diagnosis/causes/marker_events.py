@@ -1,0 +1,138 @@
+"""Several markers that seem to slip at one instant: which of them did, if any.
+
+A jump is seen by the pose that all markers together take. Where a trunk bends, shoulders rise, flesh swings
+at a landing, or a neighbour slips, that pose is off and sound markers seem to jump. The distances within a
+segment know no pose: they are asked which marker moved.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool
+
+from solver.diagnosis.causes.marker_effect import MarkerFinding
+from solver.diagnosis.causes.marker_slip import MarkerSlip, slip_at
+from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.segment_displaced import TOGETHER_S, SegmentDisplaced
+from solver.diagnosis.causes.segment_distances import SegmentDistances, segment_distances
+
+CLEAR = 6.0  # [nats] by which distances show a slip; sound jumps reach 5.5
+PARTED = 3.0  # [nats] between two markers of a segment, or either may be the one
+UNDECIDED_GAIN = 23.0  # of the markers' likelihood: nine to one, where distances do not tell
+
+
+@dataclass(frozen=True)
+class MarkerEvents:
+    """What a trial's jumps are."""
+
+    slips: tuple[MarkerSlip, ...]
+    notes: tuple[str, ...] = ()
+
+
+def events_of(
+    scene: Scene, jumps: Sequence[MarkerSlip], before: Sequence[MarkerFinding] = ()
+) -> MarkerEvents:
+    """Slips among a trial's jumps, and a note on what is none.
+
+    A jump that distances show is a slip, of the marker that they show. One that they should show and do not
+    is none. Where they cannot tell, several at once, or the same marker twice, are the segment's or its
+    flesh's; one alone stays, less sure, unless the others move against one another by more than it: then
+    the pose that it seems to leave is not known so well.
+
+    Args:
+        scene: markers as they are by now, in which the jumps were found.
+        jumps: the clearest first.
+        before: what was found in this trial and repaired; no segment slips twice at one instant.
+    """
+    reach = TOGETHER_S * scene.rate
+    fresh = [jump for jump in jumps if not any(_is_one_event(scene, jump, known, reach) for known in before)]
+    lost = ~np.isfinite(scene.markers.observed_ground).all(axis=2)
+    slips: list[MarkerSlip] = []
+    notes: list[str] = []
+    for event in _at_once(fresh, reach):
+        asked = [segment_distances(scene, j.marker, j.frames.start, j.shift_body) for j in event]
+        jumping = {jump.marker for jump in event}
+        told = [_shown(scene, j, a, jumping) for j, a in zip(event, asked, strict=True)]
+        shown = _once_each([slip for slip in told if slip is not None])
+        if shown:
+            slips += [s if _was_lost(s, lost, reach) else _less_sure(s) for s in shown]
+        elif len(event) == 1 and asked[0].foretold < CLEAR and _stands_out(event[0], asked[0]):
+            slips.append(_less_sure(event[0]))
+        else:
+            notes.append(_note(scene, event))
+    lasting = [s for s in slips if sum(o.marker == s.marker for o in slips) == 1]
+    return MarkerEvents(tuple(sorted(lasting, key=lambda slip: -slip.gain)), tuple(notes))
+
+
+def _stands_out(jump: MarkerSlip, asked: SegmentDistances) -> bool:
+    """Whether it moved by more than others of its segment against one another, as where arms are raised."""
+    return float(np.linalg.norm(jump.shift_body)) > asked.among_others_m
+
+
+def _shown(
+    scene: Scene, jump: MarkerSlip, asked: SegmentDistances, jumping: Collection[int]
+) -> MarkerSlip | None:
+    """The slip that distances show in a jump's segment at its time, if any."""
+    likeliest = asked.likeliest
+    if asked.gain(likeliest) < CLEAR:
+        return None
+    if asked.gain(likeliest) - asked.gain(jump.marker) > PARTED:
+        return slip_at(scene, likeliest, jump.frames.start)
+    alike = asked.markers[asked.gains > asked.gain(jump.marker) - PARTED]
+    rivals = [m for m in alike if m != jump.marker and (len(asked.markers) == 2 or m in jumping)]
+    return _less_sure(jump) if rivals else jump
+
+
+def _was_lost(slip: MarkerSlip, lost: Bool[np.ndarray, "frames markers"], reach: float) -> bool:
+    """Whether the cameras lost it meanwhile; one that was seen all the time has no step in its path.
+
+    Then the others may as well have been carried away together, and it stayed: distances cannot tell.
+    """
+    around = slice(max(0, slip.frames.start - max(1, round(reach))), slip.frames.start + 1)
+    return bool(lost[around, slip.marker].any())
+
+
+def _less_sure(jump: MarkerSlip) -> MarkerSlip:
+    return replace(jump, gain=min(jump.gain, UNDECIDED_GAIN))
+
+
+def _once_each(slips: Sequence[MarkerSlip]) -> list[MarkerSlip]:
+    """One slip a marker, and one of those between which distances do not decide: the clearest."""
+    kept: list[MarkerSlip] = []
+    for slip in sorted(slips, key=lambda s: -s.gain):
+        undecided = slip.gain <= UNDECIDED_GAIN and any(k.gain <= UNDECIDED_GAIN for k in kept)
+        if not undecided and all(k.marker != slip.marker for k in kept):
+            kept.append(slip)
+    return kept
+
+
+def _is_one_event(scene: Scene, jump: MarkerSlip, known: MarkerFinding, reach: float) -> bool:
+    slips = known.slips if isinstance(known, SegmentDisplaced) else (known,)
+    return any(
+        isinstance(slip, MarkerSlip)
+        and slip.frames.trial == jump.frames.trial
+        and scene.markers.body[slip.marker] == scene.markers.body[jump.marker]
+        and abs(slip.frames.start - jump.frames.start) <= reach
+        for slip in slips
+    )
+
+
+def _at_once(jumps: Sequence[MarkerSlip], frames: float) -> list[list[MarkerSlip]]:
+    """Jumps by events, in the order of time."""
+    events: list[list[MarkerSlip]] = []
+    for jump in sorted(jumps, key=lambda j: j.frames.start):
+        if events and jump.frames.start - events[-1][-1].frames.start <= frames:
+            events[-1].append(jump)
+        else:
+            events.append([jump])
+    return events
+
+
+def _note(scene: Scene, event: Sequence[MarkerSlip]) -> str:
+    names = ", ".join(dict.fromkeys(jump.target for jump in event))
+    at = event[0].frames.start / scene.rate
+    return (
+        f"{scene.name}: at {at:.2f} s {names} seem to move on the body, but distances between markers do not "
+        "show that one slipped: a bending segment, soft tissue, clothing or an impact; no marker is named"
+    )

@@ -1,0 +1,1 @@
+"""What a sound recording's wrench balance may be off by."""

@@ -1,0 +1,1 @@
+"""What no cause of the catalogue explains."""

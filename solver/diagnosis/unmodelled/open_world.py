@@ -1,0 +1,227 @@
+"""How sure a name is when the truth may be on no list: names against whatever else may be in their place."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import Contender, Found, handicap, overlap
+from solver.diagnosis.search.proposals import AgainstAnything
+from solver.diagnosis.search.terms import Solved, Term
+from solver.diagnosis.trail import Trail
+from solver.diagnosis.unmodelled.outside_list import (
+    BODY,
+    EVENT,
+    SIZE_SHARES,
+    SIZES,
+    Outside,
+    outside_the_list,
+)
+from solver.diagnosis.unmodelled.unexplained import CLIMBED, Kept
+from solver.fitting.diagnosis_settings import DiagnosisSettings
+
+FORCES = (BODY, EVENT)
+LARGEST_CLASS = 3  # of names, as many as anybody can look into
+
+
+@dataclass(frozen=True, eq=False)
+class Unknown:
+    """One unknown cause beside some names, its size integrated out."""
+
+    cause: Outside
+    log_evidence: float
+    likeliest: Solved  # at the size of most evidence; the unknown is the last of its terms
+
+    def size_N(self, scenes: Sequence[Scene]) -> float:
+        """Root mean square of its force [N]."""
+        return self.likeliest.estimates(len(self.likeliest.terms) - 1, scenes)["rms_force_N"].value
+
+
+class OpenWorld:
+    """The unknown causes of a balance; their rows are made once."""
+
+    def __init__(self, balance: Balance) -> None:
+        self.balance = balance
+        self._terms = [
+            (cause, terms)
+            for cause in outside_the_list(balance.scenes)
+            if (terms := _of_each_size(balance, cause))
+        ]
+
+    def beside(self, rest: Sequence[Term], near: Solved) -> list[Unknown]:
+        """Each unknown cause beside these names; the likeliest few at their own scales, best first.
+
+        Args:
+            rest: names that stay.
+            near: whose scales the others are judged at.
+        """
+        there = [self._at(cause, terms, rest, near) for cause, terms in self._terms]
+        there.sort(key=lambda u: -u.log_evidence)
+        climbed = [self._climbed(u) for u in there[:CLIMBED]]
+        return sorted([*climbed, *there[CLIMBED:]], key=lambda u: -u.log_evidence)
+
+    def _at(self, cause: Outside, terms: Sequence[Term], rest: Sequence[Term], near: Solved) -> Unknown:
+        each = [self.balance.solve_at([*rest, term], near.rung) for term in terms]
+        return Unknown(cause, _integrated(each), max(each, key=lambda s: s.log_evidence))
+
+    def _climbed(self, unknown: Unknown) -> Unknown:
+        best = unknown.likeliest
+        there = self.balance.solve(best.terms, near=best.rung)
+        return Unknown(unknown.cause, unknown.log_evidence + there.log_evidence - best.log_evidence, there)
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A name among everything that may be in its place."""
+
+    confidence: float
+    in_its_class: float  # its share, and those of the likeliest few that leave the same trace
+    outside: float  # share of all that is on no list
+    behind: float  # by how many T it is ahead of the name
+    temper: float  # T [nats]
+    strongest: Unknown | None  # of these
+    rivals: tuple[tuple[Contender, float], ...] = ()  # others that were tried in its place, and their shares
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """The names that hold against whatever is on no list, and what of that is told beside them or instead."""
+
+    solved: Solved
+    found: tuple[Found, ...]
+    standings: tuple[Standing, ...]  # of each name that was found
+    told: Unknown | None
+    unknown_nats: float = -np.inf  # what the likeliest unknown cause that is large enough gains, told or not
+
+
+def held(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
+    """Names given up, the least likely first, as long as one is likelier something that is on no list.
+
+    Args:
+        balance: of all trials.
+        kept: names, each with what else was tried in its place.
+        names: in the catalogue, over which the odds for a known cause are spread.
+        trail: puts the question and keeps the answers.
+    """
+    world, solved, found = OpenWorld(balance), kept.solved, list(kept.found)
+    while True:
+        beside = world.beside(solved.terms, solved)
+        standings = [_standing(world, one, solved, beside, names) for one in found]
+        fallen = [
+            k
+            for k, (one, s) in enumerate(zip(found, standings, strict=True))
+            if trail.put(_proposal(balance, one, solved, s)).fell_at is not None
+        ]
+        if not fallen:
+            break
+        given_up = found.pop(max(fallen, key=lambda k: standings[k].behind)).contender.term
+        solved = balance.solve([t for t in solved.terms if t is not given_up], near=solved.rung)
+    told, gain = _told(world, solved, beside, names)
+    return Held(solved, tuple(found), tuple(standings), told, gain)
+
+
+def _proposal(balance: Balance, one: Found, solved: Solved, standing: Standing) -> AgainstAnything:
+    contender = Contender(one.contender.term, solved, one.contender.gain)
+    instead = "nothing" if standing.strongest is None else standing.strongest.cause.words
+    return AgainstAnything(balance, contender, solved, standing.behind, standing.temper, instead)
+
+
+def _standing(
+    world: OpenWorld, one: Found, solved: Solved, beside: Sequence[Unknown], names: int
+) -> Standing:
+    """Shares of a name, its rivals, nothing, and the unknown: p ∝ exp((log evidence + log prior odds) / T).
+
+    T grows with what the name explains, as what evidence gets wrong does: of 200 nats for a load, 11 more
+    than for another mass do not make it certain. What is unknown counts as one: each alone at that T, many
+    that explain little would outweigh a name; and the name's own odds do not count against it, since what
+    imitates it on sound recordings is off the list as well. Where something unknown is there besides, the
+    name may stand beside that, if it pays there. What is seen outside the balance, nothing in its place
+    explains: there it may stand beside any of them, for its rarity. Where a foot is seen to stand somewhere,
+    the ground carries it: a force of another place and course is none in its place.
+    """
+    balance, settings = world.balance, world.balance.settings
+    candidate = one.contender.term.candidate
+    rest = [t for t in solved.terms if t is not one.contender.term]
+    without = balance.solve(rest, near=solved.rung)
+    gain = solved.log_evidence - without.log_evidence
+    against = handicap(candidate, settings)
+    moved = gain - one.contender.gain  # since the rivals were tried
+    others = [r for r in one.rivals if r.term.candidate.key != candidate.key]
+    rivals = [r.odds_gain(settings) + moved for r in others]
+    every = world.beside(rest, solved)
+    odds = _log_odds(settings, names, len(every))
+    unknown = [u for u in every if not (candidate.about.seen_standing and u.cause.kind in FORCES)]
+    temper = settings.confidence_temper + settings.temper_share * max(0.0, gain)
+    together = logsumexp([u.log_evidence for u in unknown]) if unknown else -np.inf
+    off_the_list = together - without.log_evidence + odds
+    among, own = gain - against, gain
+    if against < 0:
+        also = np.array([*rivals, off_the_list]) + min(gain, 0.0) - against - candidate.about.odds_against
+        among = own = temper * logsumexp(np.array([gain - against, *also]) / temper)
+    elif beside:
+        more = beside[0].log_evidence - solved.log_evidence + odds
+        own += max(0.0, more - settings.least_further_gain - settings.beside_unknown_share * max(0.0, more))
+    listed = (np.array([0.0, *rivals]) - among) / temper
+    off = (off_the_list - own) / temper
+    total = logsumexp([0.0, *listed, off])
+    alike = sorted(
+        share
+        for share, other in zip(listed[1:], others, strict=True)
+        if overlap(one.contender, other) > settings.same_trace
+    )[1 - LARGEST_CLASS :]
+    return Standing(
+        confidence=float(np.exp(-total)),
+        in_its_class=float(np.exp(logsumexp([0.0, *alike]) - total)),
+        outside=float(np.exp(off - total)),
+        behind=float(off),
+        temper=temper,
+        strongest=unknown[0] if unknown else None,
+        rivals=tuple(zip(others, np.exp(listed[1:] - total).tolist(), strict=True)),
+    )
+
+
+def _told(
+    world: OpenWorld, solved: Solved, unknown: Sequence[Unknown], names: int
+) -> tuple[Unknown | None, float]:
+    """The likeliest unknown beside the names, if it is certain and large enough to look for.
+
+    Returns:
+        That, and what the likeliest of all that are large enough gains: a small one is no fault to look for.
+    """
+    settings = world.balance.settings
+    odds = _log_odds(settings, names, len(unknown))
+    least_N = settings.least_unknown_share * world.balance.scenes[0].weight_N
+    large = next((one for one in unknown if one.size_N(world.balance.scenes) >= least_N), None)
+    if large is None:
+        return None, -np.inf
+    gain = large.log_evidence - solved.log_evidence + odds
+    explained = max(0.0, solved.log_evidence - world.balance.solve([], near=solved.rung).log_evidence)
+    least = settings.least_unknown_gain + settings.beside_unknown_share * explained
+    return (large if large is unknown[0] and gain >= least else None), gain
+
+
+def _log_odds(settings: DiagnosisSettings, names: int, unknown: int) -> float:
+    """Of one unknown cause against one name, before the data: both shares are spread evenly."""
+    if names == 0:
+        return -np.inf
+    outside = settings.outside_odds
+    return float(np.log(outside / (1 - outside) * names / max(1, unknown)))
+
+
+def _integrated(each: Sequence[Solved]) -> float:
+    """Log evidence over all sizes."""
+    return float(logsumexp([s.log_evidence for s in each], b=SIZE_SHARES))
+
+
+def _of_each_size(balance: Balance, cause: Outside) -> list[Term]:
+    """The same columns under another prior each: they are whitened once."""
+    first = balance.term(cause, (SIZES[0],))
+    if first is None:
+        return []
+    return [
+        first,
+        *(replace(first, eta=(size,), prior_std=first.prior_std * size / SIZES[0]) for size in SIZES[1:]),
+    ]

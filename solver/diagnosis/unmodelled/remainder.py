@@ -1,0 +1,244 @@
+"""Something pulls at a body and no cause of the catalogue says why: a force of unknown course, body by body.
+
+Its course is a Gaussian process, or it swings evenly (`unknown_course`); it acts near the body's centre of
+mass. Of all bodies the one is named whose line of action fits. It competes with the catalogue on the same
+scale; its freedom costs it evidence.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.diagnosis.causes.about import About
+from solver.diagnosis.causes.carried_mass import LIGHTEST_SHARE
+from solver.diagnosis.causes.effect import Estimate, Eta, InPieces, Signature
+from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.unmodelled.unknown_course import (
+    KNOTS_S,
+    courses_of,
+    force_columns,
+    moment_columns,
+    pieces_of,
+    strongest_frequency_Hz,
+)
+from solver.skeleton.rotations import skew
+from solver.skeleton.skeleton import Body
+
+FORCE_SHARES = (0.005, 0.02, 0.08, 0.25, 0.8)  # of body weight: standard deviations that are tried
+MOMENT_LEVERS_M = (0.002, 0.01, 0.04, 0.12, 0.4)  # of an unknown moment, times body weight
+REACH = 1.0  # radii of gyration: how far from the body's centre of mass it may act
+LEAST_RADIUS_M = 0.03
+OWN_BONUS = 0.3  # radii of gyration, in favour of the body in whose frame the point was found
+POINT_PULL = 0.1  # towards the centre of mass, where the moments say little
+LEAST_DIRECTION = 0.05  # of the strongest axis
+
+
+@dataclass(frozen=True)
+class UnknownForce(InPieces):
+    """A force of any course on a body in one trial: at a known point, else near its centre of mass."""
+
+    trial: str
+    knot_s: float = KNOTS_S[0]  # of its course
+    point_body: tuple[float, float, float] | None = None  # [m]
+    directions: tuple[float, float, float] = (1.0, 1.0, 1.0)  # how much of the size each axis may have
+    frequency_Hz: float | None = None  # of a course that swings evenly instead
+
+    about = About(
+        "unexplained",
+        sentence="Something acts on {target} that no known cause describes.",
+        remedy="Look at the video and at what touches the person there.",
+    )
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Sizes of its changes [body weights]."""
+        return tuple((share,) for share in FORCE_SHARES)
+
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
+        """Force splines at the point; without one, moments as far as `REACH` allows as well."""
+        if scene.name != self.trial:
+            return
+        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
+        each, place = np.full(courses.shape[1], eta[0] * scene.weight_N), self.place_ground(scene)
+        for axis, size in enumerate(self.directions):
+            if size:
+                yield Signature(force_columns(place, courses, axis), size * each)
+        if self.point_body is None:
+            for axis in range(3):
+                yield Signature(moment_columns(courses, axis, self.reach_m(scene)), each)
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """Mean and RMS of the force."""
+        force = self.force_ground(scene_named(scenes, self.trial), x)
+        mean, rms = force.mean(axis=0), float(np.sqrt((force**2).sum(axis=1).mean()))
+        std = float(np.sqrt(np.trace(covariance) / len(x)))
+        names = ("mean_force_x_N", "mean_force_y_N", "mean_force_z_N")
+        return {n: Estimate(float(m), std) for n, m in zip(names, mean, strict=True)} | {
+            "rms_force_N": Estimate(rms, std)
+        }
+
+    def scene(self, scenes: Sequence[Scene]) -> Scene:
+        """Of its trial."""
+        return scene_named(scenes, self.trial)
+
+    def force_ground(
+        self, scene: Scene, x: Float[np.ndarray, " parameters"]
+    ) -> Float[np.ndarray, "frames 3"]:
+        """Its course [N]."""
+        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
+        force = np.zeros((scene.frames, 3))
+        along = np.flatnonzero(self.directions)
+        force[:, along] = courses @ x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
+        return force
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Always: what counts is whether it is there."""
+        return True
+
+    def along_an_axis(self, scene: Scene) -> "list[UnknownForce]":
+        """The least free there is: along one axis, at its point or else at the centre of mass."""
+        centre = scene.skeleton.bodies[scene.skeleton.body_index(self.target)].com_body
+        point = self.point_body or tuple(centre.tolist())
+        return [
+            replace(self, point_body=point, directions=tuple(np.eye(3)[axis].tolist())) for axis in range(3)
+        ]
+
+    def at_its_point(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> "UnknownForce":
+        """Along its own directions, at the point that its moments speak for (least squares)."""
+        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
+        width = 3 * courses.shape[1]
+        force, reach_m = self.force_ground(scene, x), self.reach_m(scene)
+        moment = reach_m * (courses @ x[width : 2 * width].reshape(3, -1).T)
+        body = scene.skeleton.body_index(self.target)
+        R = scene.R_ground_body[:, body]
+        rows = -skew(force) @ R  # r × F = −F × r
+        pull = POINT_PULL * np.sqrt((force**2).sum())
+        A = np.concatenate([rows.reshape(-1, 3), pull * np.eye(3)])
+        offset = np.linalg.lstsq(A, np.concatenate([moment.ravel(), np.zeros(3)]), rcond=None)[0]
+        point = scene.skeleton.bodies[body].com_body + offset
+        size = np.sqrt((force**2).mean(axis=0))
+        directions = np.maximum(size / size.max(), LEAST_DIRECTION)
+        return replace(self, point_body=tuple(point.tolist()), directions=tuple(directions.tolist()))
+
+    def reach_cost(self, scenes: Sequence[Scene]) -> float:
+        """What a point far from the body's centre of mass costs before the data [nats]."""
+        if self.point_body is None:
+            return 0.0
+        scene = self.scene(scenes)
+        centre = scene.skeleton.bodies[scene.skeleton.body_index(self.target)].com_body
+        away_m = np.linalg.norm(np.array(self.point_body) - centre)
+        return 0.5 * float(away_m / self.reach_m(scene)) ** 2
+
+    def nearest_body(self, scene: Scene) -> str:
+        """The body that the point lies in: least distance from its centre of mass, in radii of gyration."""
+        if self.point_body is None:
+            return self.target
+        place = self.place_ground(scene)
+        distances = {}
+        for b in scene.skeleton.bodies_from_share(LIGHTEST_SHARE):
+            body = scene.skeleton.bodies[b]
+            away = np.linalg.norm(place - scene.point_ground(b, body.com_body), axis=1).mean()
+            distances[body.name] = away / (LEAST_RADIUS_M + _radius_of_gyration_m(body))
+        return min(distances, key=lambda name: distances[name] - (OWN_BONUS if name == self.target else 0.0))
+
+    def reach_m(self, scene: Scene) -> float:
+        """How far from the body's centre of mass it may act."""
+        body = scene.skeleton.bodies[scene.skeleton.body_index(self.target)]
+        return REACH * (LEAST_RADIUS_M + _radius_of_gyration_m(body))
+
+    def place_ground(self, scene: Scene) -> Float[np.ndarray, "frames 3"]:
+        """Its point, the body's centre of mass where none is known [m]."""
+        body = scene.skeleton.body_index(self.target)
+        point = self.point_body if self.point_body is not None else scene.skeleton.bodies[body].com_body
+        return scene.point_ground(body, np.asarray(point))
+
+
+def _radius_of_gyration_m(body: Body) -> float:
+    return float(np.sqrt(np.trace(body.inertia_body) / 2 / body.mass))
+
+
+@dataclass(frozen=True)
+class UnknownMoment(InPieces):
+    """A pure moment of any course in one trial; the balance of the whole body does not tell on which body."""
+
+    trial: str
+    knot_s: float = KNOTS_S[0]  # of its course
+    frequency_Hz: float | None = None  # of a course that swings evenly instead
+
+    about = About(
+        "unexplained",
+        sentence="A moment turns the body that no known cause describes.",
+        remedy="Look for what spins or twists: a wheel, a handle, a plate whose moments are wrong.",
+    )
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Sizes of its changes [m, levers of body weight]."""
+        return tuple((lever,) for lever in MOMENT_LEVERS_M)
+
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
+        """Moment splines."""
+        if scene.name == self.trial:
+            courses = courses_of(scene, self.knot_s, self.frequency_Hz)
+            each = np.full(courses.shape[1], eta[0] * scene.weight_N)
+            for axis in range(3):
+                yield Signature(moment_columns(courses, axis), each)
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """RMS of the moment."""
+        moment = self.moment_ground(scenes, x)
+        std = float(np.sqrt(np.trace(covariance) / len(x)))
+        return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
+
+    def moment_ground(
+        self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]
+    ) -> Float[np.ndarray, "frames 3"]:
+        """Its course [N·m]."""
+        return (
+            courses_of(scene_named(scenes, self.trial), self.knot_s, self.frequency_Hz) @ x.reshape(3, -1).T
+        )
+
+    def reach_cost(self, scenes: Sequence[Scene]) -> float:
+        """A moment has no point."""
+        return 0.0
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Always."""
+        return True
+
+
+Unknown = UnknownForce | UnknownMoment
+
+
+def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
+    """In each trial a force on each body that is heavy enough to be told apart, and a moment."""
+    found: list[Unknown] = []
+    for scene in scenes:
+        heavy = [scene.skeleton.body_names[b] for b in scene.skeleton.bodies_from_share(LIGHTEST_SHARE)]
+        finest = {pieces_of(scene, knot_s): knot_s for knot_s in reversed(KNOTS_S)}
+        courses: list[tuple[float, float | None]] = [(knot_s, None) for knot_s in reversed(finest.values())]
+        if (swing_Hz := strongest_frequency_Hz(scene)) is not None:
+            courses.append((KNOTS_S[0], swing_Hz))
+        for knot_s, frequency_Hz in courses:
+            found += [UnknownForce(name, scene.name, knot_s, frequency_Hz=frequency_Hz) for name in heavy]
+            found.append(UnknownMoment("", scene.name, knot_s, frequency_Hz))
+    return found
+
+
+def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:
+    """The scene of a trial."""
+    return next(scene for scene in scenes if scene.name == trial)

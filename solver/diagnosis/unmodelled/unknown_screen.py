@@ -1,0 +1,249 @@
+"""Every force of unknown course against the balance, at all its sizes, beside any accepted causes.
+
+The product of its columns with the precision of a rung serves every direction, every size, and whatever is
+accepted, which only takes a matrix of low rank off it (see `screening`). All places of one trial are asked
+together: they share their splines.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg.lapack import dpotrf, dtrtrs
+
+from solver.diagnosis.causes.effect import Eta
+from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.noise.rungs import Rung
+from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.screening import Beside
+from solver.diagnosis.unmodelled.remainder import Unknown, UnknownForce, UnknownMoment, unknown_forces
+from solver.diagnosis.unmodelled.unknown_course import courses_of
+from solver.diagnosis.unmodelled.unknown_rows import MOMENT, Courses, Located, Place, with_constants
+
+CourseKey = tuple[str, float, float | None]  # trial, knots, frequency
+Products = tuple[tuple[np.ndarray, np.ndarray | None], ...]  # of each place, its own and with moments
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """An unknown force or moment at its best size."""
+
+    candidate: Unknown
+    eta: Eta
+    gain: float  # log evidence beyond the accepted causes, at the same rung
+    x: Float[np.ndarray, " parameters"]
+
+
+class UnknownScreen:
+    """Unknown forces of all trials, each against the balance."""
+
+    def __init__(self, balance: Balance) -> None:
+        self._balance = balance
+        self.free = unknown_forces(balance.scenes)  # at no point in particular yet
+        self._trials = {t.scene.name: k for k, t in enumerate(balance.trials)}
+        self._courses: dict[CourseKey, Courses] = {}
+        self._centres: dict[CourseKey, Located] = {}
+
+    def at(self, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
+        """Each candidate at its best size, greatest gain first.
+
+        Args:
+            candidates: of any trials.
+            beside: accepted causes at one scale of the model error.
+        """
+        together = defaultdict(list)
+        for candidate in dict.fromkeys(candidates):
+            together[_course_key(candidate)].append(candidate)
+        tried = {t.candidate: t for own in together.values() for t in self._of_one_course(own, beside)}
+        return sorted((tried[c] for c in candidates), key=lambda t: -t.gain)
+
+    def course_ground(self, one: Tried) -> Float[np.ndarray, "frames 3"]:
+        """The force [N] or the moment [N·m] over the trial."""
+        return self._courses_of(one.candidate).splines @ self._coefficients(one)[0].T
+
+    def explained(self, one: Tried) -> Float[np.ndarray, " rows"]:
+        """What it takes off the residual, in all trials' rows."""
+        centres, place = self._centres_of(one.candidate), self._place(one.candidate)
+        located = centres if place in centres.places else self._located([one.candidate])
+        first, moments = self._coefficients(one)
+        rows = np.zeros(int(self._balance.start[-1]))
+        rows[located.courses.span] = located.sum(first, located.axes(place))
+        if moments is not None:
+            rows[located.courses.span] += centres.sum(moments, centres.axes(MOMENT))
+        return rows
+
+    def _coefficients(
+        self, one: Tried
+    ) -> tuple[Float[np.ndarray, "3 splines"], Float[np.ndarray, "3 splines"] | None]:
+        """Of the splines along the axes of the force or pure moment, then of what moment a force brings."""
+        by_axis = one.x.reshape(-1, 1 + self._courses_of(one.candidate).count)
+        whole = by_axis[:, :1] + by_axis[:, 1:]
+        axes, _ = _axes(one.candidate)
+        first = np.zeros((3, whole.shape[1]))
+        first[axes] = whole[: len(axes)]
+        if not _is_free(one.candidate):
+            return first, None
+        return first, self._reach_m(one.candidate) * whole[3:]
+
+    def _of_one_course(self, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
+        """Candidates of one trial that share their splines."""
+        centres = self._centres_of(candidates[0])
+        here = [c for c in candidates if self._place(c) in centres.places]
+        elsewhere = [c for c in candidates if self._place(c) not in centres.places]
+        tried = self._tried(centres, here, beside) if here else []
+        if elsewhere:
+            tried += self._tried(self._located(elsewhere), elsewhere, beside)
+        return tried
+
+    def _tried(self, located: Located, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
+        """Those at some places."""
+        rung = beside.rung
+        if located in self._centres.values():
+            products = rung.basis.kept.get(lambda: self._products(located, rung), "products", located, rung)
+        else:  # hardly ever asked for again
+            products = self._products(located, rung)
+        span = located.courses.span
+        seen = located.times(np.column_stack([beside.by_rows(span), beside.left_by_rows[span]]))
+        return [self._at_its_size(located, c, products, seen) for c in candidates]
+
+    def _at_its_size(
+        self,
+        located: Located,
+        candidate: Unknown,
+        products: Products,
+        seen: Float[np.ndarray, "axes splines accepted+1"],
+    ) -> Tried:
+        """One of them: its columns of a unit size, their information, and what they see of what is left."""
+        place, each = self._place(candidate), 1 + located.courses.count
+        axes, sizes = _axes(candidate)
+        own = (axes[:, None] * each + np.arange(each)).ravel()
+        whole, across = products[located.places.index(place)]
+        information = whole[np.ix_(own, own)]
+        of_left = with_constants(seen[located.axes(place)])[own]
+        unit = scale = np.repeat(sizes, each) * self._scene(candidate).weight_N
+        if _is_free(candidate):
+            assert across is not None
+            of_moments, _ = products[located.places.index(MOMENT)]
+            information = np.block([[information, across], [across.T, of_moments]])
+            of_left = np.concatenate([of_left, with_constants(seen[located.axes(MOMENT)])])
+            unit, scale = np.tile(unit, 2), np.concatenate([scale, self._reach_m(candidate) * scale])
+        of_left *= scale[:, None]
+        W, b = of_left[:, :-1], of_left[:, -1]
+        information *= scale[:, None]
+        information *= scale
+        information -= W @ W.T
+        eta, gain, u = _best_size(information, b, candidate.starts(self._balance.scenes))
+        return Tried(candidate, eta, gain, eta[0] * unit * u)
+
+    def _products(self, located: Located, rung: Rung) -> Products:
+        """Columnsᵀ P columns of each place, nothing accepted, and with those of moments; constants first."""
+        weighted = located.times(rung.precision_at(located.courses.span))
+        found = []
+        for place in located.places:
+            axes = located.axes(place)
+            by_rows = with_constants(weighted[axes]).T
+            own = with_constants(located.times(by_rows, axes))
+            across = None
+            if MOMENT in located.places and place != MOMENT:
+                across = with_constants(located.times(by_rows, located.axes(MOMENT))).T
+            found.append((own, across))
+        return tuple(found)
+
+    def _scene(self, candidate: Unknown) -> Scene:
+        return self._balance.trials[self._trials[candidate.trial]].scene
+
+    def _reach_m(self, candidate: Unknown) -> float:
+        assert isinstance(candidate, UnknownForce)
+        return candidate.reach_m(self._scene(candidate))
+
+    def _courses_of(self, candidate: Unknown) -> Courses:
+        """Its courses but for the constant."""
+        key = _course_key(candidate)
+        if key not in self._courses:
+            k = self._trials[candidate.trial]
+            trial, start = self._balance.trials[k], self._balance.start
+            splines = courses_of(trial.scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
+            self._courses[key] = Courses(trial, slice(int(start[k]), int(start[k + 1])), splines)
+        return self._courses[key]
+
+    def _centres_of(self, candidate: Unknown) -> Located:
+        """The centres of mass of all bodies of its trial, and moments, along its courses."""
+        key = _course_key(candidate)
+        if key not in self._centres:
+            trial, knot_s, frequency_Hz = key
+            bodies = dict.fromkeys(
+                c.target for c in self.free if isinstance(c, UnknownForce) and c.trial == trial
+            )
+            free = [UnknownForce(name, trial, knot_s, frequency_Hz=frequency_Hz) for name in bodies]
+            self._centres[key] = self._located([*free, UnknownMoment("", trial, knot_s, frequency_Hz)])
+        return self._centres[key]
+
+    def _located(self, candidates: Sequence[Unknown]) -> Located:
+        """Columns at all places of candidates that share their splines."""
+        courses = self._courses_of(candidates[0])
+        scene = courses.trial.scene
+        columns = {}
+        for one in candidates:
+            if (place := self._place(one)) in columns:
+                continue
+            if isinstance(one, UnknownMoment):
+                columns[place] = courses.moments()
+            else:
+                columns[place] = courses.forces(one.place_ground(scene) - scene.com_ground)
+        return Located(courses, tuple(columns), np.concatenate(list(columns.values()), axis=1))
+
+    def _place(self, candidate: Unknown) -> Place:
+        if isinstance(candidate, UnknownMoment):
+            return MOMENT
+        skeleton, point = self._scene(candidate).skeleton, candidate.point_body
+        centre = skeleton.bodies[skeleton.body_index(candidate.target)].com_body
+        return candidate.target, np.asarray(centre if point is None else point, dtype=float).tobytes()
+
+
+def _best_size(
+    information: Float[np.ndarray, "own own"], b: Float[np.ndarray, " own"], sizes: Sequence[Eta]
+) -> tuple[Eta, float, Float[np.ndarray, " own"]]:
+    """The best of ascending sizes, sought from the middle one both ways as long as the next is better.
+
+    Returns:
+        The size, the log evidence that it adds, and the coefficients over the size.
+    """
+
+    def at(k: int) -> tuple[float, np.ndarray, np.ndarray]:
+        (size,) = sizes[k]
+        S = size**2 * information
+        S[np.arange(len(S)), np.arange(len(S))] += 1.0
+        L, _ = dpotrf(S.T, lower=1, clean=0, overwrite_a=1)
+        u, _ = dtrtrs(L, size * b, lower=1)
+        return 0.5 * float(u @ u) - float(np.log(np.diag(L)).sum()), L, u
+
+    middle = len(sizes) // 2
+    k, best = middle, (begun := at(middle))
+    for way in (-1, 1):
+        at_way, here = middle, begun
+        while 0 <= at_way + way < len(sizes) and (further := at(at_way + way))[0] > here[0]:
+            at_way, here = at_way + way, further
+        if here[0] > best[0]:
+            k, best = at_way, here
+    gain, L, u = best
+    x, _ = dtrtrs(L, u, lower=1, trans=1)
+    return sizes[k], gain, x
+
+
+def _axes(candidate: Unknown) -> tuple[Int[np.ndarray, " axes"], Float[np.ndarray, " axes"]]:
+    """Which axes a force has at its place, or a moment, and their relative sizes."""
+    if isinstance(candidate, UnknownMoment):
+        return np.arange(3), np.ones(3)
+    sizes = np.array(candidate.directions)
+    return np.flatnonzero(sizes), sizes[sizes != 0]
+
+
+def _is_free(candidate: Unknown) -> bool:
+    """Whether it acts anywhere near a body's centre of mass, and so brings a moment."""
+    return isinstance(candidate, UnknownForce) and candidate.point_body is None
+
+
+def _course_key(candidate: Unknown) -> CourseKey:
+    return candidate.trial, candidate.knot_s, candidate.frequency_Hz

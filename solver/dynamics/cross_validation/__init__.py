@@ -1,0 +1,1 @@
+"""Forces held out from the fit, and how well it predicts them."""

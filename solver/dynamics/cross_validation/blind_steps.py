@@ -1,0 +1,111 @@
+"""What a step of the fit foretells on hidden frames: for several layouts and sets of terms at once.
+
+All begin at the same motion. What markers and smoothness add there is the same for all, and so are the
+residual's rows: only which of them take part differs, and the columns that stand beside them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from threadpoolctl import threadpool_limits
+
+from solver.dynamics.trajectory.bordered_system import SharedChoice, TrialSystem
+from solver.dynamics.trajectory.spline_band import CoefficientBand
+from solver.dynamics.trajectory.terms.blind_residual import BlindResidual
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver, refuse
+from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
+from solver.skeleton.skeleton import Skeleton
+
+
+@dataclass(frozen=True)
+class Blind:
+    """One trial of a layout."""
+
+    hidden: Bool[np.ndarray, " frames"]  # known frames whose forces take no part
+    columns_ground: Float[np.ndarray, "frames 6 extra"]  # made without these
+
+
+class BlindSteps:
+    """Steps from one place."""
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        trials: Sequence[TrialData],
+        settings: TrajectorySettings,
+        *,
+        phi: Float[np.ndarray, " parameters"] | None = None,
+        extra: ExtraParameters,
+    ) -> None:
+        """Linearize there.
+
+        Args:
+            skeleton: scaled, with the entered mass.
+            trials: as for the fit, with all known frames and columns of every kind.
+            settings: weights.
+            phi: inertia parameters there; None: the nominal ones.
+            extra: of the columns; zero where they are not the same in all layouts.
+
+        Raises:
+            FitError: as the fit.
+        """
+        refuse(trials, extra)
+        with threadpool_limits(1):
+            self.solver = TrajectorySolver(skeleton, trials, settings, extra)
+            self.state = self.solver.begun(phi)
+            self.lasting: list[TrialSystem] = []
+            self.residuals: list[BlindResidual] = []
+            for part, at in self.solver.at(self.state):
+                system = TrialSystem.zero(part.basis, at.coefficients.shape[1], 0)
+                for term in part.without_forces:
+                    term.add_linearized(at, system)
+                self.lasting.append(system)
+                self.residuals.append(BlindResidual(part.residual, at))
+
+    def missed(
+        self, layout: Sequence[Blind], choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]
+    ) -> list[Float[np.ndarray, "choices hidden 6"]]:
+        """Residuals on the hidden frames of each trial: forces [N], moments about the root's centre [N·m].
+
+        Args:
+            layout: of the trials.
+            choices: of the extra columns, those that are free (the others' x stays), and the weight of the
+                inertias' prior in terms of that of the settings.
+        """
+        with threadpool_limits(1):
+            system = [
+                self._seen(lasting, residual, trial)
+                for lasting, residual, trial in zip(self.lasting, self.residuals, layout, strict=True)
+            ]
+            gradient = self.solver.gradient_of(self.state, system)
+            steps = self.solver.factorized(self.state, system).steps(gradient, self._shared(choices))
+            return [
+                residual.missed(
+                    trial.hidden,
+                    trial.columns_ground,
+                    [step.coefficients[i] for step in steps],
+                    [step.shared for step in steps],
+                )
+                for i, (residual, trial) in enumerate(zip(self.residuals, layout, strict=True))
+            ]
+
+    def _seen(self, lasting: TrialSystem, residual: BlindResidual, trial: Blind) -> TrialSystem:
+        basis = lasting.band.basis
+        system = TrialSystem.zero(basis, lasting.gradient.coefficients.shape[1], self.state.shared.count)
+        system.band = CoefficientBand(basis, lasting.band.panels.copy())
+        system.gradient.coefficients += lasting.gradient.coefficients
+        residual.add_linearized(system, trial.hidden, trial.columns_ground)
+        return system
+
+    def _shared(self, choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]) -> list[SharedChoice]:
+        """The solver's first prior is that of the inertias."""
+        shared, prior = self.state.shared, self.solver.priors[0]
+        curvature, slope = prior.curvature(shared), prior.gradient(shared)
+        inertias = np.ones(shared.free_inertias, dtype=bool)
+        return [
+            SharedChoice(np.concatenate([inertias, some]), (weight - 1) * curvature, (weight - 1) * slope)
+            for some, weight in choices
+        ]

@@ -1,0 +1,1 @@
+"""Ground forces of feet whose force was not measured."""

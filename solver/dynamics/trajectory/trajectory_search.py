@@ -1,0 +1,242 @@
+"""The search of the trajectory fit: Gauss-Newton with Levenberg's damping, all of its trials together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.common.progress import Progress
+from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient, SharedChoice, Step
+from solver.dynamics.trajectory.trajectory_solver import State, TrajectorySolver
+from solver.kinematics.motion import Motion
+from solver.skeleton.skeleton import Skeleton
+
+# A last step with the curvature at hand is tried after a step that gained less than this share of the cost.
+NEARLY_THERE = 0.5
+FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
+# A small undamped step that lowers the cost by what its quadratic model foretold, but for this share of the
+# tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
+SMALL_STEP = 10  # tolerances
+AS_FORETOLD = 0.1
+CLOSER = 0.1  # times the tolerance: so closely the motion follows an edit
+MOST_FOLLOWING = 25  # steps after an edit with one factor
+TRIES, SHORTER = 4, 0.25  # of such a step, and how long each is against the one before
+LAST_DIGITS = 1e-12  # of the cost, which is a sum of many: no step is told by less
+
+
+@dataclass(frozen=True)
+class TrajectoryFit:
+    """A trial's trajectory and the skeleton's inertias that go with it."""
+
+    skeleton: Skeleton
+    motions: tuple[Motion, ...]
+    splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # coefficients of the motions
+    phi: Float[np.ndarray, " parameters"]
+    inertia_names: tuple[str, ...]
+    iterations: int
+    converged: bool
+    notes: tuple[str, ...]
+    costs: tuple[float, ...]  # where the search began, and after each iteration
+    # Where one more step would take φ, were all frames' errors independent and of the fit's own size
+    asked_phi: Float[np.ndarray, " parameters"]
+    extra: Float[np.ndarray, " extra"] = field(default_factory=lambda: np.zeros(0))  # x
+    # Of x, with trajectories and inertias free: from the border after all trials' bands are eliminated. The
+    # weights take frames as independent, so it is rather too small.
+    extra_covariance: Float[np.ndarray, "extra extra"] = field(default_factory=lambda: np.zeros((0, 0)))
+
+
+def searched(
+    solver: TrajectorySolver,
+    progress: Progress,
+    phi: Float[np.ndarray, " parameters"] | None,
+    *,
+    edited: bool = False,
+) -> TrajectoryFit:
+    """From where the trials' data begin to where a step gains no more.
+
+    Args:
+        solver: of the trials.
+        progress: told the fraction done; may raise `Cancelled`.
+        phi: inertia parameters where the search begins; None: the nominal ones.
+        edited: the data begin where a fit ended, and forces on a few frames have changed since. What that
+            gains decides, which may be less than the tolerance of the whole cost and hundreds of newtons on a
+            frame: the motion follows the edit to within a share of the tolerance, the cost to its square.
+    """
+    state = solver.begun(phi)
+    damping, converged, iteration = FIRST_DAMPING, False, 0
+    costs: list[float] = []
+    asked = state.shared.phi
+    while iteration < solver.settings.iterations and not converged and damping < MOST_DAMPING:
+        progress("dynamics", iteration / solver.settings.iterations)
+        iteration += 1
+        while damping < MOST_DAMPING:
+            system = solver.linearized(state)
+            cost = sum(part.cost for part in system) + solver.prior_cost(state)
+            gradient = solver.gradient_of(state, system)
+            factor = solver.factorized(state, system, damping)
+            step = factor.step(gradient)
+            tried = solver.stepped(state, step)
+            tried_cost = solver.cost(tried)
+            arrived = damping <= FIRST_DAMPING and step.foretold < solver.settings.tolerance * cost
+            if tried_cost < cost or arrived:
+                break
+            damping = max(damping * 100, 1e-3)
+            del system, factor  # before the next ones are built
+        if damping >= MOST_DAMPING:
+            break
+        if arrived and tried_cost >= cost:
+            tried, tried_cost = state, cost
+        costs += [tried_cost] if costs else [cost, tried_cost]
+        gained, least = cost - tried_cost, solver.settings.tolerance * cost
+        undamped = damping <= FIRST_DAMPING
+        small = undamped and gained < SMALL_STEP * least
+        as_foretold = small and abs(gained - step.foretold) < AS_FORETOLD * least
+        converged = not edited and (gained < least or as_foretold or arrived)
+        left, state, cost, damping = state, tried, tried_cost, damping / 10
+        if (undamped or edited) and not converged and gained < NEARLY_THERE * cost:
+            if edited:
+                least = (CLOSER * solver.settings.tolerance) ** 2 * (costs[0] - cost)
+            left, gradient, state, converged = _settled(
+                solver,
+                state,
+                cost,
+                factor,
+                least=max(least, LAST_DIGITS * cost),
+                following=MOST_FOLLOWING if edited else 0,
+            )
+            converged = converged and undamped
+        if converged:
+            asked = state.shared.phi
+            if solver.caution != 1.0:
+                asked = _asked(solver, left, gradient, factor)
+        del system, factor
+    progress("dynamics", 1.0)
+    shared = state.shared
+    return TrajectoryFit(
+        skeleton=solver.skeleton(state),
+        motions=tuple(part.motion(at) for part, at in solver.at(state)),
+        splines=tuple(state.coefficients),
+        phi=shared.phi,
+        inertia_names=solver.inertias.names,
+        iterations=iteration,
+        converged=converged,
+        asked_phi=asked,
+        notes=() if converged else (f"the trajectory fit did not settle in {iteration} iterations",),
+        costs=tuple(float(c) for c in costs),
+        extra=shared.x,
+        extra_covariance=extra_covariance(solver, state),
+    )
+
+
+def _settled(
+    solver: TrajectorySolver,
+    state: State,
+    cost: float,
+    factor: BorderedFactor,
+    *,
+    least: float,
+    following: int,
+) -> tuple[State, Gradient, State, bool]:
+    """Where steps with the curvature at hand lead, and whether the last of them was the last one.
+
+    It is if all that is left to gain is less than asked for, by the gradient there and that curvature. What
+    the gradients tell of another curvature on the way corrects it (L-BFGS): that of frames far from their
+    force is much overrated, as their robust weights are held.
+
+    Args:
+        solver: of the trials.
+        state: where they begin.
+        cost: there.
+        factor: of the curvature.
+        least: what may be left to gain.
+        following: how many steps may come before the last one.
+
+    Returns:
+        Where the last step began, and the gradient there; where it ended; whether it was the last one.
+    """
+    gradient, learnt = solver.gradient(state), list[_Learnt]()
+    while True:
+        step = _corrected(factor, gradient, learnt)
+        if step.foretold >= least and len(learnt) == following:
+            return state, gradient, state, False
+        is_last = step.foretold < least
+        for _ in range(1 if is_last else TRIES):
+            tried = solver.stepped(state, step)
+            tried_cost = solver.cost(tried)
+            if tried_cost < cost:
+                break
+            shorter = tuple(SHORTER * part for part in step.coefficients)
+            step = replace(step, coefficients=shorter, shared=SHORTER * step.shared)
+        if is_last or tried_cost >= cost:
+            return state, gradient, tried if tried_cost < cost else state, is_last
+        before, state, cost, gradient = gradient, tried, tried_cost, solver.gradient(tried)
+        learnt.append(_Learnt(_flat(step), _flat(gradient) - _flat(before)))
+
+
+@dataclass(frozen=True)
+class _Learnt:
+    """Of the curvature: by how much a step changed the gradient."""
+
+    step: Float[np.ndarray, " all"]
+    change: Float[np.ndarray, " all"]
+
+    @property
+    def curvature(self) -> float:
+        """Along the step, times its square."""
+        return float(self.step @ self.change)
+
+
+def _corrected(factor: BorderedFactor, gradient: Gradient, learnt: Sequence[_Learnt]) -> Step:
+    """The step down a gradient by the factored curvature and what was learnt since (two-loop recursion)."""
+    down, told = _flat(gradient), [one for one in learnt if one.curvature > 0]
+    shares = []
+    for one in reversed(told):
+        shares.append(float(one.step @ down) / one.curvature)
+        down = down - shares[-1] * one.change
+    step = _flat(factor.step(_laid_out(down, gradient)))
+    for one, share in zip(told, reversed(shares), strict=True):
+        step -= (float(one.change @ step) / one.curvature + share) * one.step
+    along = _laid_out(step, gradient)
+    return Step(along.coefficients, along.shared, -float(_flat(gradient) @ step))
+
+
+def _flat(of: Gradient | Step) -> Float[np.ndarray, " all"]:
+    return np.concatenate([*(part.ravel() for part in of.coefficients), of.shared])
+
+
+def _laid_out(flat: Float[np.ndarray, " all"], like: Gradient) -> Gradient:
+    """As trials' coefficients and shared parameters again."""
+    *parts, shared = np.split(flat, np.cumsum([part.size for part in like.coefficients]))
+    shapes = (part.shape for part in like.coefficients)
+    return Gradient(tuple(part.reshape(s) for part, s in zip(parts, shapes, strict=True)), shared)
+
+
+def _asked(
+    solver: TrajectorySolver, state: State, gradient: Gradient, factor: BorderedFactor
+) -> Float[np.ndarray, " parameters"]:
+    """φ where the last step would have led with the inertias' prior as it is without caution.
+
+    Args:
+        solver: of the trials.
+        state: that the last step began at.
+        gradient: there.
+        factor: that it was taken with.
+    """
+    cautious = solver.priors[0]
+    choice = SharedChoice(
+        np.ones(state.shared.count, dtype=bool),
+        solver.uncautious.curvature(state.shared) - cautious.curvature(state.shared),
+        solver.uncautious.gradient(state.shared) - cautious.gradient(state.shared),
+    )
+    (step,) = factor.steps(gradient, [choice])
+    return state.shared.moved(step.shared).phi
+
+
+def extra_covariance(solver: TrajectorySolver, state: State) -> Float[np.ndarray, "extra extra"]:
+    """Of x at the solution: the inverse of the border from which all bands are eliminated."""
+    if not len(state.shared.x):
+        return np.zeros((0, 0))
+    corner = solver.factorized(state, solver.linearized(state)).corner
+    free = state.shared.free_inertias
+    return np.linalg.inv(corner)[free:, free:]

@@ -1,0 +1,203 @@
+"""Weights of the trajectory fit, each with its reason."""
+
+from dataclasses import dataclass
+
+from solver.common.settings_field import setting
+from solver.kinematics.settings import KinematicsSettings
+
+
+@dataclass(frozen=True)
+class TrajectorySettings:
+    """One trajectory through all frames that follows the markers and obeys F = ma where forces count."""
+
+    enabled: bool = setting(True, unit="", why="false leaves the motion to the markers alone")
+    fewest_frames: int = setting(
+        20, unit="frames", why="with known forces, for a trial to take part; fewer say nothing about F = ma"
+    )
+    heldout: bool = setting(
+        True, unit="", why="residuals on withheld blocks as well; doubles the time of the fit"
+    )
+    heldout_block_s: float = setting(
+        0.22,
+        unit="s",
+        why="long enough that the neighbours' forces do not tell: a third of a stance in walking",
+    )
+    heldout_every: int = setting(
+        3, unit="blocks", why="one in three is withheld, the others hold the inertias"
+    )
+    knot_spacing_s: float = setting(
+        0.01,
+        unit="s",
+        why="impacts: with 0.02 simulated runs and sprints miss twice to three times as much of the torque, "
+        "and a landing's residual alternates from knot to knot",
+    )
+    marker_robust_scale_m: float = setting(
+        KinematicsSettings.robust_scale_m,
+        unit="m",
+        why="beyond it a marker loses influence (Cauchy loss), as in the kinematics",
+    )
+    marker_error_lag_s: float = setting(
+        0.05,
+        unit="s",
+        why="over which the fast part of marker errors is told from the marker fit: periods of a tenth of a "
+        "second, where motion ends and noise begins",
+    )
+    segment_prior_markers: float = setting(
+        3.0, unit="markers", why="of the trial's mean count beside a segment's own: three hold its pose"
+    )
+    least_marker_slow_m: float = setting(0.0001, unit="m", why="of the best cameras and exact models")
+    least_marker_growth_m: float = setting(
+        0.0002, unit="m/√s", why="of the best cameras: 0.02 mm from frame to frame at 100 Hz"
+    )
+    usual_marker_slow_m: float = setting(
+        0.004, unit="m", why="of skin, where a trial is too short to tell; walks and runs have 3 to 6 mm"
+    )
+    usual_marker_growth_m: float = setting(
+        0.01, unit="m/√s", why="likewise: 1 mm from frame to frame at 100 Hz"
+    )
+    slow_error_factor: float = setting(
+        1.8,
+        unit="",
+        why="standard deviation of a single frame's error over the slow level, as if errors forgot within a "
+        "hundredth of a second times its square: weaker, forces would pull postures away from the markers",
+    )
+    growth_factor: float = setting(
+        1.0, unit="", why="of the fast level that the marker fit shows: the rest is shared, as follows"
+    )
+    shared_growth: float = setting(
+        2.0,
+        unit="",
+        why="fast movement that a segment's markers have in common, over their own: soft tissue shakes as a "
+        "whole, and a marker fit takes that for motion of the bone",
+        least=0.0,
+    )
+    residual_force_std_N: float = setting(
+        16.0,
+        unit="N",
+        why="what model and plates leave at a frame: 2 % of body weight. With 4 the motion is bent for what "
+        "the model gets wrong; with 64 simulated torques err more",
+    )
+    residual_moment_std_Nm: float = setting(
+        8.0, unit="N·m", why="likewise: a centimetre of the centre of pressure at body weight"
+    )
+    foretold_looser: float = setting(
+        2.0,
+        unit="",
+        why="times these two on frames whose force was foretold: from other steps and the markers, it errs "
+        "by 20 to 40 N in walking",
+    )
+    residual_robust_scale: float = setting(
+        25.0,
+        unit="",
+        why="in standard deviations, 400 N or 200 N·m: beyond it a frame loses influence (Cauchy loss)",
+    )
+    gain_std: float = setting(
+        0.03, unit="", why="plates of one laboratory disagree by 1 to 5 % between trials and activities"
+    )
+    notable_mass: float = setting(
+        0.03, unit="", why="from which on a moved body mass is noted: three deviations of a scale's reading"
+    )
+    notable_gain: float = setting(0.02, unit="", why="from which on a trial's disagreement is noted")
+    smoothness: float = setting(
+        16.0,
+        unit="1/s",
+        why="of ∫(jerk/level)² dt: a jerk of that level that is white below 8 Hz. Thirty times as much bends "
+        "walks by 1°, though it hides the noise of withheld forces",
+    )
+    jerk_cutoff_Hz: float = setting(
+        8.0, unit="Hz", why="a dof's own jerk level is taken below it: above, marker noise dominates"
+    )
+    least_jerk_share: float = setting(
+        0.05, unit="", why="of the mean level, for dofs that hardly move: they may still have to"
+    )
+    pose_std_rad: float = setting(
+        0.3, unit="rad", why="pull to the marker fit: dofs that markers barely see would absorb the residual"
+    )
+    untold_std_rad: float = setting(
+        0.06,
+        unit="rad",
+        why="3.4°: likewise for dofs that move no marker, which are neutral there. A trunk without "
+        "markers else bends by 20 to 40° in place of what forces, clocks and masses have wrong",
+    )
+    whole_frames: int = setting(
+        7000,
+        unit="frames",
+        why="of all trials together, up to which they are one problem: 1.5 GB for a full body with forces "
+        "missing. Beyond it, trials are worked out one by one and in windows",
+    )
+    inertia_frames: int = setting(
+        3000,
+        unit="frames",
+        why="of longer subjects where inertias are found first, before all frames have their say; and from "
+        "which terms are learnt that foretell forces: half a minute, 0.5 GB",
+    )
+    stretch_frames: int = setting(
+        1000, unit="frames", why="of these that follow each other: several strides, squats or jumps"
+    )
+    window_frames: int = setting(
+        4000,
+        unit="frames",
+        why="of a longer subject's trial that are fitted at a time, at most: 0.5 GB, and a tenth of it twice",
+    )
+    overlap_frames: int = setting(
+        400,
+        unit="frames",
+        why="that neighbouring windows share: joined in the middle, where a border is 2 s away at 100 Hz and "
+        "changes nothing any more",
+    )
+    edit_reach_s: float = setting(
+        1.0,
+        unit="s",
+        why="before and after frames whose flags were edited: farther away the motion stays as it is",
+    )
+    edits_last: float = setting(
+        0.1,
+        unit="",
+        why="share of the known frames that edits may change before all frames are fitted anew: until then "
+        "the inertias stay as they are",
+    )
+    edit_gain: float = setting(
+        1.0e-3,
+        unit="",
+        why="likewise of what plates say of the body's mass and of their gains: 0.8 N of 800",
+    )
+    iterations: int = setting(12, unit="", why="ceiling of Gauss-Newton; three or four suffice as a rule")
+    tolerance: float = setting(
+        1.0e-3, unit="", why="relative decrease of the cost at which the fit has converged"
+    )
+    fit_inertias: bool = setting(True, unit="", why="the moment is limited by segments' masses and centres")
+    inertia_prior_weight: float = setting(
+        1.0,
+        unit="",
+        why="of the scatter below; ten times as much predicts withheld moments worse in four walks of four",
+    )
+    inertia_lesson_s: float = setting(
+        5.0,
+        unit="s",
+        why="of known forces teach what they can; beyond, the weight grows with time, as errors of the model "
+        "repeat in every stride: 100 s of walking would else make shanks' inertias 2.3 times what they are",
+    )
+    inertia_cutoff_Hz: float = setting(
+        6.0,
+        unit="Hz",
+        why="below it, what the markers' motion leaves of the forces tells how far these are to be believed "
+        "about inertias: marker noise is above, clocks, plates and model errors are below",
+    )
+    notable_segment_mass: float = setting(
+        0.1, unit="", why="from which on a segment's mass is noted: people scatter by 3 to 10 % about tables"
+    )
+    contradicting_mass: float = setting(
+        0.06,
+        unit="",
+        why="from the middle of all trials' masses and the entered one: two deviations of a plate's gain. "
+        "A trial beyond does not weigh the body: something else is on its plates",
+    )
+    mass_std: float = setting(
+        0.03, unit="", why="relative scatter of segment masses in anthropometric tables"
+    )
+    com_std_m: float = setting(0.005, unit="m", why="scatter of segments' centres of mass")
+    inertia_std: float = setting(0.05, unit="", why="relative scatter of segments' moments of inertia")
+    body_mass_std: float = setting(0.01, unit="", why="relative: a scale's reading, clothes and shoes")
+    lightest_segment_kg: float = setting(
+        0.3, unit="kg", why="lighter ones (patella, talus) keep their inertia: nothing tells it"
+    )

@@ -1,0 +1,161 @@
+"""The trajectory fit's system: all trials, their shared parameters and priors, at any state."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.common.errors import FitError
+from solver.dynamics.inertia_parameters import InertiaParameters, inertia_parameters
+from solver.dynamics.trajectory.bordered_system import (
+    BorderedFactor,
+    Gradient,
+    Step,
+    TrialGradient,
+    TrialSystem,
+)
+from solver.dynamics.trajectory.terms.priors import ExtraPrior, InertiaPrior
+from solver.dynamics.trajectory.terms.shared_parameters import SharedParameters
+from solver.dynamics.trajectory.terms.term import SharedTerm
+from solver.dynamics.trajectory.terms.trial_point import TrialPoint
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory.trial_cost import TrialCost
+from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
+from solver.skeleton.skeleton import Skeleton
+
+
+def refuse(trials: Sequence[TrialData], extra: ExtraParameters) -> None:
+    """Raise what is wrong with the trials.
+
+    Raises:
+        FitError: no trial is long enough, or a trial's columns are not as many as extra parameters.
+    """
+    if not trials or min(len(t.observed_ground) for t in trials) < 2:
+        raise FitError("The trajectory fit needs trials of two frames or more.")
+    columns = {t.extra_columns_ground.shape[2] for t in trials if t.extra_columns_ground is not None}
+    if columns - {len(extra.prior_std)}:
+        raise FitError(
+            f"Trials have {sorted(columns)} extra columns for {len(extra.prior_std)} extra parameters; each "
+            "trial needs one column for each parameter, or none at all."
+        )
+
+
+def prior_weight(trials: Sequence[TrialData], settings: TrajectorySettings) -> float:
+    """Of the inertias' prior: as set, and growing with the time of known forces beyond what they can teach.
+
+    Longer recordings average out noise, but repeat what model and markers get wrong in every stride: with the
+    weight of a short one, inertias would follow that at any price.
+    """
+    known_s = sum(float(t.counts.sum()) / t.start.rate for t in trials)
+    return settings.inertia_prior_weight * max(1.0, known_s / settings.inertia_lesson_s)
+
+
+@dataclass(frozen=True)
+class SharedPriors:
+    """Of what all trials share: inertias first, then x; and that of the inertias without caution."""
+
+    priors: tuple[SharedTerm, ...]
+    uncautious: InertiaPrior
+
+
+def shared_priors(
+    inertias: InertiaParameters,
+    trials: Sequence[TrialData],
+    settings: TrajectorySettings,
+    extra: ExtraParameters,
+    caution: float,
+    *,
+    weighed: bool,
+) -> SharedPriors:
+    """As heavy as the trials' known forces make them; arguments as of the fit."""
+    plain = prior_weight(trials, settings)
+    cautious = InertiaPrior(inertias, caution * plain, settings, caution * plain if weighed else plain)
+    return SharedPriors((cautious, ExtraPrior(extra)), InertiaPrior(inertias, plain, settings))
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Where a search is."""
+
+    coefficients: list[Float[np.ndarray, "coefficients columns"]]  # by trials
+    shared: SharedParameters
+
+
+class TrajectorySolver:
+    """Gauss-Newton's system of all trials at a state, and where its steps lead."""
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        trials: Sequence[TrialData],
+        settings: TrajectorySettings,
+        extra: ExtraParameters | None = None,
+        caution: float = 1.0,
+        *,
+        weighed: bool = False,
+    ) -> None:
+        self.settings, self.extra = settings, extra or ExtraParameters.none()
+        self.caution = caution
+        self.inertias = inertia_parameters(skeleton, settings)
+        width = len(self.extra.prior_std)
+        self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
+        shared = shared_priors(self.inertias, trials, settings, self.extra, caution, weighed=weighed)
+        self.uncautious, self.priors = shared.uncautious, shared.priors
+
+    def skeleton(self, state: State) -> Skeleton:
+        """With the inertias of a state."""
+        return state.shared.skeleton if state.shared.free_inertias else self.inertias.skeleton
+
+    def begun(self, phi: Float[np.ndarray, " parameters"] | None) -> State:
+        """Where a search begins; with nominal inertias, unless an earlier fit has some."""
+        shared = self.shared(np.zeros(self.inertias.count) if phi is None else phi, self.extra.start)
+        return State([p.start(shared) for p in self.parts], shared)
+
+    def shared(
+        self, phi: Float[np.ndarray, " parameters"], x: Float[np.ndarray, " extra"]
+    ) -> SharedParameters:
+        """Inertia parameters and x as one vector."""
+        return SharedParameters(self.inertias, phi, x, self.settings.fit_inertias)
+
+    def at(self, state: State) -> Iterator[tuple[TrialCost, TrialPoint]]:
+        """Each trial where it is; the poses of one are gone before those of the next are made."""
+        for part, coefficients in zip(self.parts, state.coefficients, strict=True):
+            yield part, part.point(coefficients, state.shared)
+
+    def linearized(self, state: State) -> list[TrialSystem]:
+        """Of each trial, the priors left out."""
+        return [part.linearized(at) for part, at in self.at(state)]
+
+    def factorized(self, state: State, system: list[TrialSystem], damping: float = 0.0) -> BorderedFactor:
+        """With the priors; in the place of the trials' systems, which are gone afterwards."""
+        size = state.shared.count
+        curvature = sum((p.curvature(state.shared) for p in self.priors), np.zeros((size, size)))
+        return BorderedFactor(system, curvature, damping)
+
+    def gradient_of(self, state: State, system: list[TrialSystem]) -> Gradient:
+        """Of half the cost, by systems that were made at this state."""
+        return self.whole_gradient(state, [part.gradient for part in system])
+
+    def gradient(self, state: State) -> Gradient:
+        """The same without the curvature, at a fraction of its cost."""
+        return self.whole_gradient(state, [part.gradient(at) for part, at in self.at(state)])
+
+    def whole_gradient(self, state: State, trials: list[TrialGradient]) -> Gradient:
+        """Of half the cost, by those of the trials."""
+        shared = sum((p.gradient(state.shared) for p in self.priors), np.zeros(state.shared.count))
+        shared = sum((part.shared for part in trials), shared)
+        return Gradient(tuple(part.coefficients for part in trials), shared)
+
+    def stepped(self, state: State, step: Step) -> State:
+        """Where a step leads."""
+        coefficients = [c + s for c, s in zip(state.coefficients, step.coefficients, strict=True)]
+        return State(coefficients, state.shared.moved(step.shared))
+
+    def cost(self, state: State) -> float:
+        """Of trials and priors."""
+        return sum(part.cost(at) for part, at in self.at(state)) + self.prior_cost(state)
+
+    def prior_cost(self, state: State) -> float:
+        """Of what the shared parameters are held by."""
+        return sum(prior.cost(state.shared) for prior in self.priors)

@@ -1,0 +1,92 @@
+"""The subject's mass that the trials agree on, and how much more each trial's plates read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.dynamics.com_data import com_data
+from solver.dynamics.com_mass import MassEstimate
+from solver.dynamics.mass import mass_from_forces
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
+from solver.fitting.fit import TrialFit
+from solver.fitting.settings import Settings
+from solver.skeleton.skeleton import Skeleton
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """What plates say of one body."""
+
+    mass_kg: float
+    gains: tuple[float, ...]  # by trial: that its forces are divided by
+    notes: tuple[str, ...] = ()
+
+
+def weighed(
+    fits: Sequence[TrialFit], skeleton: Skeleton, settings: Settings, *, extended: bool = False
+) -> Weighed:
+    """One body has one mass, and the fit follows every trial's forces in shape only.
+
+    What a trial's plates read beyond that mass stays in its residual; else it would bend every motion, most
+    of all where forces are missing, and make all segments heavier. A trial that contradicts the others and
+    the entered mass does not weigh the body. The others move it no further than a scale's reading errs.
+
+    Args:
+        fits: with forces.
+        skeleton: with the entered mass, or the one that forces or tables told.
+        settings: of every stage.
+        extended: something acts beside the recorded forces, which may be what the plates read too much: the
+            mass stays, and one trial alone has nothing to differ from.
+    """
+    weights, own_mass = settings.trajectory, skeleton.mass
+    nothing = Weighed(own_mass, (1.0,) * len(fits))
+    if extended and len(fits) < 2:
+        return nothing
+    trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
+    told = [mass_from_forces([trial], settings.com) for trial in trials]
+    agree = agreeing(told, own_mass, weights.contradicting_mass)
+    pooled = mass_from_forces([t for t, kept in zip(trials, agree, strict=True) if kept], settings.com)
+    if pooled is None:
+        return nothing
+    reference = pooled.mass_kg
+    if not extended:
+        reference = own_mass * (1 + _moved(pooled, own_mass, weights))
+    gains, notes = [], []
+    against = "the other trials" if len(fits) > 1 else "the body's mass"
+    for fit, own, kept in zip(fits, told, agree, strict=True):
+        gain = 1.0
+        if own is not None:
+            trust = 1 / (1 + (own.sampling_std_kg / (weights.gain_std * reference)) ** 2)
+            gain += trust * (own.mass_kg / reference - 1)
+        gains.append(gain)
+        if own is not None and not kept:
+            notes.append(
+                f"{fit.capture.name}: its forces correspond to {own.mass_kg:.1f} kg, those of the other "
+                f"trials to {pooled.mass_kg:.1f} kg, so it is not used for the body's mass: does something "
+                "stand on a plate, is a gain wrong, is something carried, or is it another person?"
+            )
+        elif abs(gain - 1) > weights.notable_gain:
+            notes.append(f"{fit.capture.name}: plates read {100 * (gain - 1):+.1f} % compared with {against}")
+    return Weighed(own_mass if extended else reference, tuple(gains), tuple(notes))
+
+
+def agreeing(told: Sequence[MassEstimate | None], own_mass: float, tolerance: float) -> list[bool]:
+    """Which trials may weigh the body: all but those far from the middle of all, the own mass among them.
+
+    Of two that differ nobody knows which is right; both stay.
+    """
+    votes = [estimate.mass_kg for estimate in told if estimate is not None]
+    if len(votes) < 2:
+        return [True] * len(told)
+    middle = float(np.median([*votes, own_mass]))
+    kept = [e is None or abs(e.mass_kg / middle - 1) <= tolerance for e in told]
+    return kept if any(e is not None and k for e, k in zip(told, kept, strict=True)) else [True] * len(told)
+
+
+def _moved(pooled: MassEstimate, own_mass: float, weights: TrajectorySettings) -> float:
+    """Of the body's mass, by the plates: as far as they are sure, and within what a scale's reading errs."""
+    trust = 1 / (1 + (pooled.sampling_std_kg / (weights.body_mass_std * own_mass)) ** 2)
+    return float(
+        np.clip(trust * (pooled.mass_kg / own_mass - 1), -weights.notable_mass, weights.notable_mass)
+    )

@@ -1,0 +1,129 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.common.runs import runs
+from solver.contact.proposals import CONTACT_BUT_NO_FORCE, FORCE_DISCREPANCY, Proposal
+from solver.diagnosis.causes.off_plate_step import candidates, sole_line
+from solver.simulate.demo import MARKERS
+from solver.simulate.laboratory import MeasurementSettings, measure, plates_under, stances_within
+
+MISSED = 2
+
+
+@pytest.fixture(scope="module")
+def missed(walk):
+    """Foot, first and last time [s] of the stance without a plate."""
+    stance = stances_within(walk.contacts, (0.0, walk.scenario.duration))[MISSED]
+    return ("calcn_r", "calcn_l")[stance.foot], stance.start, stance.end
+
+
+@pytest.fixture(scope="module")
+def partial(walk, seen_of):
+    plates = plates_under(walk.contacts, (0.0, walk.scenario.duration), missed=(MISSED,))
+    return seen_of(walk, measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(3)))
+
+
+def test_the_foot_is_found_and_when_it_stands(partial, missed):
+    foot, start, end = missed
+    (candidate,) = candidates([partial])
+    assert candidate.target == foot
+    stance = candidate.stances[0].stretch
+    assert len(candidate.stances) == 1
+    assert abs(stance.start / 100 - start) < 0.09
+    assert abs(stance.end / 100 - end) < 0.09
+
+
+def test_signature_holds_the_step(partial, scene, missed, fitted, walk):
+    """The force that no plate measured, from the simulator: nothing else is missing."""
+    (candidate,) = candidates([partial])
+    foot = ("calcn_r", "calcn_l").index(missed[0])
+    missing = walk.reactions(scene.times).wrench_ground[:, foot].copy()
+    missing[(scene.times < missed[1]) | (scene.times > missed[2])] = 0.0
+    x, covariance = fitted(candidate, partial, missing)
+    left = missing - candidate.signature(partial, ()).columns @ x
+    left[:, 3:] -= np.cross(scene.com_ground, left[:, :3])
+    assert np.sqrt((left[:, 1] ** 2).mean()) < 0.05 * np.sqrt((missing[:, 1] ** 2).mean())
+    assert np.sqrt((left[:, 3:] ** 2).mean()) < 0.01 * scene.weight_N  # a lever of a centimetre
+    found = candidate.estimates([partial], (), (), x, covariance)
+    stance = candidate.stances[0].stretch
+    assert found["force_y_N"].value == pytest.approx(missing[stance.start : stance.end, 1].mean(), rel=0.02)
+    assert found["pressing_share"].value > 0.9
+    assert candidate.is_notable(found)
+    (stood,) = candidate.frames([partial], (), x)
+    assert stood.trial == "walk"
+    assert abs(stood.start / 100 - missed[1]) < 0.03
+    assert abs(stood.end / 100 - missed[2]) < 0.03
+
+
+def test_feet_that_step_beside_in_turn_are_also_tried_together(walk, seen_of):
+    plates = plates_under(walk.contacts, (0.0, walk.scenario.duration), missed=(MISSED, MISSED + 1))
+    scene = seen_of(walk, measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(3)))
+    made = candidates([scene])
+    assert {c.target for c in made[:2]} == {"calcn_r", "calcn_l"}
+    assert set(made[2].target.split("+")) == {"calcn_r", "calcn_l"}
+    widths = [c.signature(scene, ()).columns.shape[2] for c in made]
+    assert widths[2] == sum(widths[:2])
+
+
+def test_a_pull_is_no_step(partial, fitted):
+    (candidate,) = candidates([partial])
+    missing = np.zeros((partial.frames, 6))
+    missing[:, 1] = -300.0
+    x, covariance = fitted(candidate, partial, missing)
+    assert not candidate.is_notable(candidate.estimates([partial], (), (), x, covariance))
+    assert candidate.frames([partial], (), x) == ()
+
+
+def test_nothing_is_suspected_where_all_is_measured(scene):
+    assert candidates([scene]) == []
+
+
+def test_a_proposal_is_not_believed_where_the_balance_closes(scene):
+    proposal = Proposal((40, 100), "calcn_r", CONTACT_BUT_NO_FORCE, 0.9)
+    assert candidates([replace(scene, proposals=(proposal,))]) == []
+
+
+def test_sole_line_runs_from_heel_to_toes(scene):
+    heel, tip, left = sole_line(scene, "calcn_r")
+    level = tip - heel
+    assert np.abs(level[:, 1]).max() < 1e-12
+    standing = scene.contacts.in_contact[:, 0]
+    assert 0.2 < np.linalg.norm(level[standing], axis=1).mean() < 0.3
+    assert np.abs((left * level).sum(axis=1)).max() < 1e-12
+    forward = scene.com_ground[-1] - scene.com_ground[0]
+    assert (level[standing] @ forward > 0).all()
+
+
+def test_stances_that_lack_all_are_also_tried_without_those_that_lack_some(walk, seen_of):
+    """Somebody held up by a quarter of body weight: every stance lacks that, one lacks all."""
+    plates = plates_under(walk.contacts, (0.0, walk.scenario.duration), missed=(MISSED,))
+    scene = seen_of(walk, measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(3)))
+    carried = [replace(plate, wrench_ground=0.75 * plate.wrench_ground) for plate in scene.plates]
+    proposals = tuple(
+        Proposal((start, end), scene.contacts.foot_bodies[foot], FORCE_DISCREPANCY, 0.9)
+        for foot in range(2)
+        for start, end in runs(scene.contacts.in_contact[:, foot])
+    )
+    held_up = replace(scene, plates=tuple(carried), proposals=proposals)
+    foot = next(c.target for c in candidates([scene]))
+    counts = [len(c.stances) for c in candidates([held_up]) if c.target == foot]
+    assert len(counts) == 2
+    assert counts[1] == 1 < counts[0]
+
+
+def test_its_size_is_the_mean_of_the_vertical_force_while_it_stands(walk, seen_of):
+    plates = plates_under(walk.contacts, (0.0, walk.scenario.duration), missed=(MISSED, MISSED + 1))
+    scene = seen_of(walk, measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(3)))
+    both = candidates([scene])[2]
+    columns = both.signature(scene, ()).columns
+    x = np.random.default_rng(6).normal(size=columns.shape[2])
+    covariance = np.diag(np.arange(1.0, len(x) + 1))
+    standing = np.zeros(scene.frames, dtype=bool)
+    for stance in both.stances:
+        standing[stance.stretch.start : stance.stretch.end] = True
+    course = columns[standing, 1].mean(axis=0)
+    found = both.estimates([scene], (), (), x, covariance)["force_y_N"]
+    assert found.value == pytest.approx(course @ x, rel=1e-9)
+    assert found.std == pytest.approx(np.sqrt(course @ covariance @ course), rel=1e-9)

@@ -1,0 +1,146 @@
+"""Causes made for tests of the search: wrenches of known course, some rare, some bounded."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.diagnosis.causes.effect import Candidate, Corrected, Estimate, Signature
+
+
+def named(selection) -> list[tuple[str, str]]:
+    return [(f.contender.term.candidate.id, f.contender.term.candidate.target) for f in selection.found]
+
+
+@dataclass(frozen=True)
+class Helper(Candidate):
+    """Does what a lighter body does, but for a tenth that only a true cause would explain."""
+
+    id = "helper"
+
+    def signature(self, scene, eta):
+        shaken = 0.05 * scene.demanded_ground * np.sin(20 * scene.times)[:, None]
+        return Signature((shaken - 0.05 * scene.demanded_ground)[:, :, None], np.ones(1))
+
+    def estimates(self, scenes, eta, eta_std, x, covariance):
+        return {"size": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
+
+    def is_notable(self, estimates):
+        return True
+
+
+@dataclass(frozen=True)
+class Shake(Helper):
+    """Shakes what is demanded, and does nothing else."""
+
+    id = "shake"
+
+    def signature(self, scene, eta):
+        shaken = scene.measured_ground * np.sin(20 * scene.times)[:, None]
+        return Signature(shaken[:, :, None], np.ones(1))
+
+
+@dataclass(frozen=True, eq=False)
+class Course(Candidate):
+    """A wrench of known course and unknown size."""
+
+    wrench_ground: np.ndarray
+
+    id = "course"
+
+    def signature(self, scene, eta):
+        return Signature(self.wrench_ground[:, :, None], np.ones(1))
+
+    def estimates(self, scenes, eta, eta_std, x, covariance):
+        return {"size": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
+
+    def is_notable(self, estimates):
+        return abs(estimates["size"].value) > 0.2
+
+
+@dataclass(frozen=True)
+class Shaken(Corrected):
+    """Reading the files took 40 N off."""
+
+    id = "shaken"
+
+    def signature(self, scene, eta):
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), np.zeros((scene.frames, 6)))
+
+    def uncorrected_ground(self, scene):
+        return scene.measured_ground + np.array([40.0, 0, 0, 0, 0, 0])
+
+    def estimates(self, scenes, eta, eta_std, x, covariance):
+        return {"force_N": Estimate(40.0, 1.0)}
+
+    def is_notable(self, estimates):
+        return True
+
+
+@dataclass(frozen=True, eq=False)
+class SeenElsewhere(Course):
+    """A small one that something else than the balance shows."""
+
+    id = "seen"
+
+    @property
+    def seen_elsewhere(self):
+        return 1000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Limb(Course):
+    """Rare, seldom large, and never as large as it would have to be alone."""
+
+    id = "limb"
+
+    def signature(self, scene, eta):
+        return Signature(self.wrench_ground[:, :, None], np.full(1, 0.3))
+
+    def is_notable(self, estimates):
+        return 0.2 < abs(estimates["size"].value) < 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Bounded(Course):
+    """Of bounded size, and seldom large."""
+
+    id = "bounded"
+    least: float = 0.0
+    most: float = 0.0
+    usual: float = 1.0
+
+    def signature(self, scene, eta):
+        return Signature(self.wrench_ground[:, :, None], np.full(1, self.usual))
+
+    def is_notable(self, estimates):
+        return self.least < abs(estimates["size"].value) < self.most
+
+
+@dataclass(frozen=True)
+class Swing(Shake):
+    """Swings of what the plates measure, at some rates together."""
+
+    rates: tuple[tuple[float, float], ...] = ()  # [rad/s], share
+
+    id = "swing"
+
+    def signature(self, scene, eta):
+        return Signature(swung(scene, self.rates)[:, :, None], np.ones(1))
+
+
+@dataclass(frozen=True)
+class RareSwing(Swing):
+    """Likewise, but seldom met."""
+
+    id = "rare_swing"
+
+
+@dataclass(frozen=True)
+class SmallSwing(Swing):
+    """Likewise, beside it."""
+
+    id = "small_swing"
+
+
+def swung(scene, rates):
+    return scene.measured_ground * sum(share * np.sin(rate * scene.times) for rate, share in rates)[:, None]

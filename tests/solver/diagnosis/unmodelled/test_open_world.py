@@ -1,0 +1,199 @@
+"""A name is as sure as what may be in its place allows, the unknown included."""
+
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.causes.about import About
+from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.plate_position import candidates as positions
+from solver.diagnosis.conclusion import conclude
+from solver.diagnosis.decisions import is_a_lead
+from solver.diagnosis.report import as_json
+from solver.diagnosis.search.contenders import Contender, Found
+from solver.diagnosis.search.selection import select
+from solver.diagnosis.trail import Trail
+from solver.diagnosis.unmodelled.open_world import OpenWorld, held
+from solver.diagnosis.unmodelled.unexplained import Kept
+from tests.solver.diagnosis.named_causes import Course
+
+NAMES = 60
+
+
+@pytest.fixture(scope="module")
+def few(short_scene):
+    return [PlateGain("plate_1"), PlateGain("plate_2"), *positions([short_scene])]
+
+
+@pytest.fixture(scope="module")
+def turned(short_scene, drawn, balance_of_scenes):
+    """The second plate's forces come from a plate that is turned by a quarter: on no list of these few."""
+    plate = short_scene.plates[1]
+    force = plate.wrench_ground[:, :3]
+    there = np.stack([force[:, 2], force[:, 1], -force[:, 0]], axis=1)
+    missing = np.zeros((short_scene.frames, 6))
+    missing[:, :3] = 0.5 * (force - there) + 0.3 * force
+    missing[:, 3:] = np.cross(plate.centre_ground, missing[:, :3])
+    return balance_of_scenes(drawn(2, missing, scale=0.5))
+
+
+def held_of(balance, selection):
+    return held(balance, Kept(selection.solved, selection.found, None), NAMES, selection.trail)
+
+
+def test_a_right_name_stays_sure(short_scene, drawn, balance_of_scenes, few):
+    balance = balance_of_scenes(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+    selection = select(balance, few)
+    kept = held_of(balance, selection)
+    assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_2")]
+    (standing,) = kept.standings
+    assert standing.confidence > 0.9
+    assert standing.confidence + standing.outside <= 1.0 + 1e-9
+    assert kept.told is None
+
+
+def test_the_nearest_wrong_name_gives_way_to_the_plate_it_is_about(turned, few):
+    selection = select(turned, few)
+    kept = held_of(turned, selection)
+    assert kept.told is not None
+    assert (kept.told.cause.kind, kept.told.cause.target) == ("plate", "plate_2")
+    assert all(s.behind < 1.0 for s in kept.standings)
+    answer = as_json(conclude(turned, selection))
+    assert answer["verdict"] == "unexplained"
+    off = answer["remaining"]["off_the_list"]
+    assert (off["touches"], off["target"]) == ("plate", "plate_2")
+    assert off["rms_force_N"] > 50.0
+    assert "plate_2" in off["sentence"]
+    assert not [e for e in answer["effects"] if e["confidence"] > 0.5]
+
+
+def test_what_is_too_small_to_look_for_is_no_evidence_that_something_is_wrong(turned, few):
+    strict = copy(turned)
+    strict.settings = replace(turned.settings, least_unknown_share=0.9)  # of body weight
+    kept = held_of(strict, select(strict, []))
+    assert kept.told is None
+    assert kept.unknown_nats == -np.inf
+    assert held_of(turned, select(turned, [])).unknown_nats > turned.settings.least_unknown_gain
+
+
+def test_nothing_is_told_where_nothing_is_wrong(drawn, balance_of_scenes, few):
+    for seed in (11, 12, 13):
+        balance = balance_of_scenes(drawn(seed))
+        selection = select(balance, few)
+        kept = held_of(balance, selection)
+        assert kept.told is None
+
+
+def test_the_evidence_of_an_unknown_is_that_over_its_sizes(drawn, balance_of_scenes):
+    """Against a dense Gaussian of every size, and their mixture."""
+    balance = balance_of_scenes(drawn(3))
+    null = balance.solve([])
+    world = OpenWorld(balance)
+    found = min(world.beside([], null), key=lambda u: u.likeliest.terms[-1].columns.shape[1])
+    columns = found.likeliest.terms[-1].columns
+    rung = found.likeliest.rung
+    K = rung.covariance
+    log = []
+    base = found.likeliest.terms[-1].prior_std / found.likeliest.terms[-1].eta[0]
+    for size in (0.01, 0.05, 0.2, 0.8):
+        whole = K + columns @ np.diag((size * base) ** 2) @ columns.T
+        sign, half = np.linalg.slogdet(whole)
+        assert sign > 0
+        log.append(-0.5 * balance.residual @ np.linalg.solve(whole, balance.residual) - 0.5 * half)
+    mixed = np.log(np.exp(np.array(log) - max(log)) @ (0.4, 0.3, 0.2, 0.1)) + max(log)
+    without = -0.5 * balance.residual @ np.linalg.solve(K, balance.residual) - 0.5 * np.linalg.slogdet(K)[1]
+    at_rung = balance.solve_at([], rung).log_evidence
+    assert found.log_evidence - at_rung == pytest.approx(mixed - without, abs=1e-6)
+
+
+@dataclass(frozen=True, eq=False)
+class Standing(Course):
+    """A foot that is seen to stand where nothing measures."""
+
+    about = About("standing", seen_standing=True)
+    id = "standing"
+
+
+@pytest.mark.parametrize(("cause", "kept"), [(Course, False), (Standing, True)])
+def test_no_force_elsewhere_takes_the_place_of_a_foot_that_is_seen_to_stand(
+    short_scene, drawn, balance_of_scenes, cause, kept
+):
+    """Both say of a force that it is half a metre from where it is; the balance denies it of both."""
+    force = np.tile([0.0, 250.0, 0.0], (short_scene.frames, 1))
+    there = np.concatenate([force, np.cross(short_scene.com_ground, force)], axis=1)
+    aside = short_scene.com_ground + np.array([0.5, 0.0, 0.0])
+    said = np.concatenate([force, np.cross(aside, force)], axis=1)
+    balance = balance_of_scenes(drawn(4, there, scale=0.3))
+    null, solved = balance.solve([]), balance.solve([balance.term(cause("calcn_r", said), ())])
+    contender = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
+    names = Kept(solved, (Found(contender, 1.0, ()),), None)
+    assert bool(held(balance, names, NAMES, Trail()).found) == kept
+
+
+def test_of_much_evidence_a_few_nats_more_make_no_name_certain(short_scene, drawn, balance_of_scenes):
+    """Evidence errs in proportion to what is explained: 11 nats of hundreds part no load from a mass."""
+    force = np.tile([0.0, 250.0, 0.0], (short_scene.frames, 1))
+    there = np.concatenate([force, np.cross(short_scene.com_ground, force)], axis=1)
+    balance = balance_of_scenes(drawn(4, there, scale=0.3))
+    null, solved = balance.solve([]), balance.solve([balance.term(Standing("calcn_r", there), ())])
+    one = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
+    beside = balance.solve([balance.term(Standing("calcn_l", there), ())])
+    rival = Contender(beside.terms[0], beside, one.gain - 11.0)
+    names = Kept(solved, (Found(one, 1.0, (rival,)),), None)
+    (standing,) = held(balance, names, NAMES, Trail()).standings
+    assert one.gain > 150.0
+    share = (1 - standing.outside) / (1 + np.exp(-11.0 / (3.0 + 0.03 * one.gain)))
+    assert standing.confidence == pytest.approx(share, abs=1e-3)
+    assert standing.confidence < 0.97
+
+
+@pytest.mark.parametrize("alike", [True, False])
+def test_what_is_likelier_wrong_than_right_is_a_lead_unless_it_is_one_class(
+    short_scene, drawn, balance_of_scenes, alike
+):
+    """Three explain as much. Where all leave one trace their class is likely; else each is a guess."""
+    up = np.tile([0.0, 20.0, 0.0], (short_scene.frames, 1))
+    there = np.concatenate([up, np.cross(short_scene.com_ground, up)], axis=1)
+    swinging = there * np.sin(12 * short_scene.times)[:, None]
+    balance = balance_of_scenes(drawn(4, there, scale=0.3))
+    null, solved = balance.solve([]), balance.solve([balance.term(Course("pelvis", there), ())])
+    one = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
+    others = [balance.solve([balance.term(Course(b, there if alike else swinging), ())]) for b in ("a", "b")]
+    rivals = tuple(Contender(other.terms[0], other, one.gain) for other in others)
+    (standing,) = held(balance, Kept(solved, (Found(one, 1.0, rivals),), None), NAMES, Trail()).standings
+    assert standing.confidence == pytest.approx((1 - standing.outside) / 3, abs=0.01)
+    assert [share for _, share in standing.rivals] == pytest.approx([standing.confidence] * 2)
+    assert standing.in_its_class == pytest.approx((3 if alike else 1) * standing.confidence)
+    candidate = one.term.candidate
+    assert is_a_lead(candidate, standing.in_its_class, balance.settings) == (not alike)
+    assert not is_a_lead(Standing("calcn_r", there), standing.in_its_class, balance.settings)
+
+
+@dataclass(frozen=True, eq=False)
+class Rare(Course):
+    """Rare, and changes next to nothing; something else than the balance may show it."""
+
+    id = "rare"
+    about = About("rare", odds_against=3.0)
+    nats: float = 0.0
+
+    @property
+    def seen_elsewhere(self):
+        return self.nats
+
+
+@pytest.mark.parametrize(("nats", "kept"), [(0.0, False), (8.0, True)])
+def test_what_is_seen_elsewhere_stands_beside_an_unknown_that_does_not_explain_it(turned, nats, kept):
+    """A plate is turned, which is on no list; that explains nothing that was seen outside the balance."""
+    nothing = np.zeros((turned.scenes[0].frames, 6))
+    null, solved = turned.solve([]), turned.solve([turned.term(Rare("all", nothing, nats=nats), ())])
+    contender = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
+    result = held(turned, Kept(solved, (Found(contender, 1.0, ()),), None), NAMES, Trail())
+    assert bool(result.found) == kept
+    assert result.told.cause.target == "plate_2"
+    if kept:
+        assert (
+            0.5 < result.standings[0].confidence < 1 / (1 + np.exp(-nats / turned.settings.confidence_temper))
+        )

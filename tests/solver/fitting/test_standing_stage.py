@@ -1,0 +1,104 @@
+"""Somebody stands still on plates: all of them together weigh the person, whatever foot is on which."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import Capture, ForcePlate, Markers, Subject
+from solver.fitting.settings import Settings
+from solver.fitting.standing_stage import weighed_standing
+from solver.kinematics.marker_matching import match_markers
+from solver.skeleton.default_body import default_skeleton
+from solver.skeleton.forward import marker_positions
+from solver.skeleton.skeleton import Skeleton
+
+MASS_KG, RATE, FRAMES = 86.0, 100.0, 150
+NOBODY = Subject(folder=Path("nobody"), trials=())
+FLOOR = (-0.5, 0.5, -0.5, 0.5)  # x and z [m] under the person, who stands about the origin
+
+
+@pytest.fixture(scope="module")
+def body() -> Skeleton:
+    return default_skeleton(height_m=1.72)
+
+
+def pose(body: Skeleton, **angles: float) -> np.ndarray:
+    q = np.tile(body.default_q, (FRAMES, 1))
+    for name, value in angles.items():
+        q[:, body.dofs.index(name)] = value
+    return q
+
+
+def standing(body: Skeleton, q: np.ndarray, rng: np.random.Generator) -> Markers:
+    positions = marker_positions(body, q)
+    return Markers(body.marker_names, positions + rng.normal(0, 0.0005, positions.shape), RATE)
+
+
+def middle(body: Skeleton, markers: Markers, side: str) -> np.ndarray:
+    """Below a foot."""
+    own = [m for m, marker in enumerate(body.markers) if body.body_names[marker.body] == f"calcn_{side}"]
+    return markers.positions_ground[:, own].mean(axis=(0, 1)) * [1, 0, 1]
+
+
+def plate(name: str, newtons: float, at: np.ndarray, rectangle, rng: np.random.Generator) -> ForcePlate:
+    force = np.tile([0.0, newtons, 0.0], (FRAMES, 1)) + rng.normal(0, 1.0, (FRAMES, 3))
+    x0, x1, z0, z1 = rectangle
+    corners = np.array([[x0, 0, z0], [x1, 0, z0], [x1, 0, z1], [x0, 0, z1]])
+    moment = np.cross(np.tile(at, (FRAMES, 1)), force)
+    return ForcePlate(name, force, moment, np.tile(at, (FRAMES, 1)), RATE, corners_ground=corners)
+
+
+def weigh(body: Skeleton, markers: Markers, plates, subject: Subject = NOBODY):
+    capture = Capture("trial", markers, tuple(plates))
+    return weighed_standing(
+        subject, [capture], None, skeleton=body, match=match_markers(body, [markers]), settings=Settings()
+    )
+
+
+@pytest.mark.parametrize("shares", [(1.0,), (0.6, 0.4), (0.1, 0.5, 0.22, 0.18)])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_plates_are_summed_however_the_weight_is_shared(body, shares, seed):
+    """Feet on edges: no plate's pressure lies under a foot of its own, and some carry both."""
+    rng = np.random.default_rng(seed)
+    markers = standing(body, pose(body), rng)
+    feet = (middle(body, markers, "r") + middle(body, markers, "l")) / 2
+    plates = [
+        plate(f"plate {k}", share * MASS_KG * 9.80665, feet + rng.normal(0, 0.1, 3) * [1, 0, 1], FLOOR, rng)
+        for k, share in enumerate(shares)
+    ]
+    (found,) = weigh(body, markers, plates)
+    assert found.mass.mass_kg == pytest.approx(MASS_KG, rel=0.01)
+    assert abs(found.mass.mass_kg - MASS_KG) < 3 * found.mass.std_kg
+
+
+def test_a_foot_on_the_floor_beside_the_plates_is_no_weighing(body):
+    rng = np.random.default_rng(2)
+    markers = standing(body, pose(body, hip_adduction_r=-0.1, hip_adduction_l=-0.1), rng)
+    right = middle(body, markers, "r")
+    half = plate("plate 1", 0.5 * MASS_KG * 9.80665, right, (-0.5, 0.5, 0.02, 0.5), rng)
+    assert weigh(body, markers, [half]) == ()
+
+
+def test_who_sits_or_moves_or_steps_on_is_not_weighed(body):
+    rng = np.random.default_rng(3)
+    sitting = standing(
+        body, pose(body, hip_flexion_r=1.5, hip_flexion_l=1.5, knee_angle_r=1.5, knee_angle_l=1.5), rng
+    )
+    upright = standing(body, pose(body), rng)
+    drift = np.linspace(0, 0.5, FRAMES)[:, None, None] * np.array([1.0, 0, 0])
+    moving = replace(upright, positions_ground=upright.positions_ground + drift)
+    whole = plate("plate 1", MASS_KG * 9.80665, middle(body, upright, "r") * [1, 0, 0], FLOOR, rng)
+    stepping = replace(whole, force_ground=whole.force_ground * np.linspace(0.3, 1, FRAMES)[:, None])
+    assert weigh(body, upright, [whole])
+    assert weigh(body, sitting, [whole]) == ()
+    assert weigh(body, moving, [whole]) == ()
+    assert weigh(body, upright, [stepping]) == ()
+
+
+def test_an_entered_mass_needs_no_weighing(body):
+    rng = np.random.default_rng(4)
+    markers = standing(body, pose(body), rng)
+    whole = plate("plate 1", MASS_KG * 9.80665, middle(body, markers, "r") * [1, 0, 0], FLOOR, rng)
+    assert weigh(body, markers, [whole], replace(NOBODY, mass_kg=80.0)) == ()
