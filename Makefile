@@ -4,12 +4,13 @@ BIN := .venv/bin
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 WORKERS := 2
 
-.PHONY: help setup demo test lint format docs bench bench-diagnosis bench-faults bench-hidden bench-truth lock clean setup-benchmark
+.PHONY: help setup demo test test-slow lint format docs bench bench-diagnosis bench-faults bench-hidden bench-truth lock clean setup-benchmark
 
 help:
 	@echo "make setup   .venv with the locked versions"
 	@echo "make demo    make the demo subject, fit it, open the app"
-	@echo "make test    all tests            make lint    ruff, import-linter, mypy"
+	@echo "make test    the tests            make test-slow   those that take long"
+	@echo "make lint    ruff, import-linter, mypy"
 	@echo "make docs    the documentation as a site, in build/site; links checked"
 	@echo "make setup-benchmark   PyTorch for the benchmark's learnt predictors"
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
@@ -32,7 +33,11 @@ demo: setup
 
 test: setup
 	@scripts/chromium
-	$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -rs $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -rs -m "not slow" $(ARGS)
+
+test-slow: setup
+	@scripts/chromium
+	$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -rs -m slow $(ARGS)
 
 lint: setup
 	$(BIN)/ruff check .

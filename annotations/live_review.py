@@ -131,10 +131,10 @@ class LiveReview:
             ReviewError: an edit is about a foot that the subject does not have.
         """
         edits, unreadable = self.history(trial), unreadable_by(self.unreadable(trial), by)
-        made_of = (edits[-1].number if edits else 0, len(unreadable))
+        made_from = (edits[-1].number if edits else 0, len(unreadable))
         kept = self._states.get((trial, by))
-        if kept is None or kept[0] != made_of:
-            kept = (made_of, folded(trial, opinion(edits, by), self._feet, unreadable))
+        if kept is None or kept[0] != made_from:
+            kept = (made_from, folded(trial, opinion(edits, by), self._feet, unreadable))
             self._states[trial, by] = kept
         return kept[1]
 

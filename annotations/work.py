@@ -67,7 +67,7 @@ class WorkItem:
 
 
 @dataclass(frozen=True)
-class Talk:
+class CommentThread:
     """A comment and its answers."""
 
     first: WorkItem
@@ -97,12 +97,12 @@ class TrialWork:
 
     assigned_to: str = ""  # empty: nobody in particular
     assigned_by: str = ""
-    talks: tuple[Talk, ...] = ()  # in the order in which they began
+    comments: tuple[CommentThread, ...] = ()  # in the order in which they began
 
     @property
-    def open_talks(self) -> int:
+    def open_comments(self) -> int:
         """How many are not settled."""
-        return sum(not talk.settled_by for talk in self.talks)
+        return sum(not thread.settled_by for thread in self.comments)
 
 
 def work_of(items: Sequence[WorkItem]) -> TrialWork:
@@ -112,16 +112,16 @@ def work_of(items: Sequence[WorkItem]) -> TrialWork:
         items: of one trial, in order.
     """
     assigned_to = assigned_by = ""
-    talks: dict[int, Talk] = {}
+    comments: dict[int, CommentThread] = {}
     for item in items:
         match item.event:
             case Assign(person):
                 assigned_to, assigned_by = person, item.author
             case Comment(answers=None):
-                talks[item.number] = Talk(item)
-            case Comment(answers=int(first)) if first in talks:  # a word more opens it again
-                talks[first] = Talk(talks[first].first, (*talks[first].answers, item))
-            case Settle(first, settled) if first in talks:
-                talk = talks[first]
-                talks[first] = Talk(talk.first, talk.answers, item.author if settled else "")
-    return TrialWork(assigned_to, assigned_by, tuple(talks.values()))
+                comments[item.number] = CommentThread(item)
+            case Comment(answers=int(first)) if first in comments:  # a word more opens it again
+                comments[first] = CommentThread(comments[first].first, (*comments[first].answers, item))
+            case Settle(first, settled) if first in comments:
+                thread = comments[first]
+                comments[first] = CommentThread(thread.first, thread.answers, item.author if settled else "")
+    return TrialWork(assigned_to, assigned_by, tuple(comments.values()))

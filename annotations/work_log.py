@@ -63,7 +63,7 @@ class WorkLog:
         with self._database.writing() as connection:
             for trial in trials if first is not None else ():
                 said = [item for item in self._read(connection)[0] if item.trial == trial]
-                if first not in [talk.number for talk in work_of(said).talks]:
+                if first not in [thread.number for thread in work_of(said).comments]:
                     raise ReviewError(f"{trial}: has no comment {first} that could be answered or settled")
             return tuple(self._insert(connection, trial, author, event) for trial in trials)
 

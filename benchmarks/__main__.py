@@ -45,7 +45,7 @@ Not fitted:
 ## Residuals at the root
 
 External wrench that the motion demands less the measured one: force, and moment about the root joint's centre
-in the ground frame, RMS over the frames used. Mask `none`: nobody reviewed the recording. Withheld: forces of
+in the ground frame, RMS over the frames used. Mask `none`: nobody reviewed the recording. Held out: forces of
 every third block of 0.22 s were kept from the fit and then predicted. Referee: OpenSim's inverse dynamics on
 our exported files, without a filter.
 
@@ -57,9 +57,9 @@ our exported files, without a filter.
 
 ## Speed of the dynamics
 
-Trajectory fit: from the markers' motion, withheld blocks not among it. Re-solve: after an edit of the flags,
+Trajectory fit: from the markers' motion, held-out blocks not among it. Re-solve: after an edit of the flags,
 the last fit in memory. Flagged: 0.4 s of one foot in the middle of the frames used; then the flag is taken
-back. Its withheld blocks are predicted afterwards. Long walks are synthetic, on a treadmill with a plate
+back. Its held-out blocks are predicted afterwards. Long walks are synthetic, on a treadmill with a plate
 under each belt.
 
 {dynamics_speed}

@@ -63,8 +63,8 @@ class Ledger:
 
 
 def _fingerprint(job: Job) -> str:
-    made_of = (provenance_of(job.subject, job.subject.trials, job.reviews), as_dict(job.settings))
-    return hashlib.sha256(json.dumps(made_of, default=str).encode()).hexdigest()
+    made_from = (provenance_of(job.subject, job.subject.trials, job.reviews), as_dict(job.settings))
+    return hashlib.sha256(json.dumps(made_from, default=str).encode()).hexdigest()
 
 
 def missing_runs(

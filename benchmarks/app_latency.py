@@ -229,7 +229,7 @@ def _long(short: Replay, name: str) -> Replay:
             position=more(r.joints.position),
             torque=None if r.joints.torque is None else more(r.joints.torque),
         ),
-        demanded=tuple(replace(d, force=more(d.force), point=more(d.point)) for d in r.demanded),
+        required=tuple(replace(d, force=more(d.force), point=more(d.point)) for d in r.required),
     )
 
 

@@ -177,7 +177,7 @@ def _keep(fit: Fit, results: Path) -> None:
 def _accept(fit: Fit, results: Path) -> None:
     cause = Cause("plate_gain", "plate 1", {"gain": (fit.mass_kg, 0.1)})
     extension = Extension((cause,), np.zeros(0), np.zeros(0))
-    extension_log.accept(results, extension, by=str(fit.mass_kg), made_of={})
+    extension_log.accept(results, extension, by=str(fit.mass_kg), made_from={})
 
 
 def _lost(fit: Fit, kinds: tuple[str, str], masses: tuple[float, float], results: Path) -> list[str]:

@@ -25,8 +25,8 @@ from solver.capture.subject.subject import open_subject
 from solver.common.progress import silent
 from solver.diagnosis.diagnose import answered, repaired_balance
 from solver.diagnosis.marker_causes import SeenInMarkers
+from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.noise.rows import TrialRows
-from solver.diagnosis.noise.rungs import Rung
 from solver.diagnosis.report import as_json
 from solver.diagnosis.search import refinement
 from solver.diagnosis.search.balance import Balance
@@ -49,7 +49,7 @@ SAME_SHARE = 0.01  # of a confidence; of a parameter, or of its standard deviati
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """All that a search needs of a case, and what making it took; no witness is asked."""
+    """All that a search needs of a case, and what making it took; no direct check is asked."""
 
     trials: tuple[TrialRows, ...]
     settings: DiagnosisSettings
@@ -97,18 +97,18 @@ def counted() -> Iterator[Counter[str]]:
 
         return patch.object(of, name, once)
 
-    constant = Rung.constant.func  # type: ignore[attr-defined]
+    constant = NoiseScale.constant.func  # type: ignore[attr-defined]
 
-    def factored(rung: Rung) -> Any:
+    def factored(noise_scale: NoiseScale) -> Any:
         counts["factors of K"] += 1
-        return constant(rung)
+        return constant(noise_scale)
 
     with ExitStack() as stack:
         stack.enter_context(counting(Balance, "rows_of", "rows of causes"))
         stack.enter_context(counting(Balance, "solve_at", "sets fitted"))
         stack.enter_context(counting(Beside, "gains", "gains beside others"))
         stack.enter_context(counting(refinement.Climb, "best", "searches over η"))
-        stack.enter_context(patch.object(Rung.constant, "func", factored))
+        stack.enter_context(patch.object(NoiseScale.constant, "func", factored))
         yield counts
 
 

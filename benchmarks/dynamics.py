@@ -1,4 +1,4 @@
-"""Root residuals of every trial with forces: ours, on withheld blocks, the referee's, the markers' alone."""
+"""Root residuals of every trial with forces: ours, on held-out blocks, the referee's, the markers' alone."""
 
 import tempfile
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ HEADER = (
     "marker RMS / max cm (markers alone)",
     "residual RMS",
     "raw forces",
-    "first layout of withheld blocks (markers alone at their best cut-off elsewhere)",
+    "first layout of held-out blocks (markers alone at their best cut-off elsewhere)",
     "markers alone, 6 Hz",
     "referee RMS; referee less ours",
     "Hicks: force, moment, marker RMS, max",
@@ -78,7 +78,7 @@ def residual_rows(name: str, fit: Fit, settings: Settings) -> list[Row]:
 
 def _cells(name: str, fit: Fit, trial: TrialFit, ours: dict, slow: dict) -> tuple[str, ...]:
     own, plain = ours[trial.capture.name], slow[trial.capture.name]
-    before, heldout = own["kinematics_only"], own["heldout"]
+    before, held_out = own["kinematics_only"], own["held_out"]
     entered = fit.subject.mass_kg
     return (
         trial.capture.name,
@@ -89,8 +89,8 @@ def _cells(name: str, fit: Fit, trial: TrialFit, ours: dict, slow: dict) -> tupl
         + (f" ({100 * before['marker_rms_m']:.2f} / {100 * before['marker_max_m']:.1f})" if before else ""),
         _residual(own, "linear_residual", "angular_residual"),
         _residual(own, "linear_residual_raw", "angular_residual_raw", short=True),
-        f"{_residual(heldout, 'linear_residual', 'angular_residual', short=True)} ({_before(heldout)})"
-        if heldout
+        f"{_residual(held_out, 'linear_residual', 'angular_residual', short=True)} ({_before(held_out)})"
+        if held_out
         else "too short",
         _residual(plain, "linear_residual", "angular_residual", short=True),
     )
@@ -109,9 +109,9 @@ def _residual(figures: dict, linear: str, angular: str, *, short: bool = False) 
     )
 
 
-def _before(heldout: dict) -> str:
+def _before(held_out: dict) -> str:
     return _residual(
-        heldout, "kinematics_only_linear_residual", "kinematics_only_angular_residual", short=True
+        held_out, "kinematics_only_linear_residual", "kinematics_only_angular_residual", short=True
     )
 
 

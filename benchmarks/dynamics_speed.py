@@ -22,10 +22,10 @@ from benchmarks.recordings import data_folder
 from solver.capture.subject.subject import open_subject
 from solver.common.progress import silent
 from solver.contact.force_review import ForceLabel, ForceReview
-from solver.fitting.dynamics_stage import obeying_forces
+from solver.fitting.dynamics_stage import fit_to_forces
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.pipeline import resolve, solve
-from solver.fitting.review_stage import predicting_withheld
+from solver.fitting.review_stage import predicting_held_out
 from solver.fitting.settings import Settings, settings_for
 from solver.skeleton.scaling import with_mass
 
@@ -47,7 +47,7 @@ class Figures:
     first_flag_s: float
     flag_s: float
     unflag_s: float
-    withheld_s: float
+    held_out_s: float
     peak_memory_MB: float
 
 
@@ -62,7 +62,7 @@ def figures_of(folder: Path, repeats: int) -> Figures:
     first, first_flag_s = _timed(lambda: resolve(solved, one, settings), repeats)
     flagged, flag_s = _timed(lambda: resolve(first, two, settings), repeats)
     _, unflag_s = _timed(lambda: resolve(flagged, one, settings), repeats)
-    _, withheld_s = _timed(lambda: predicting_withheld(flagged, settings, silent), 1)
+    _, held_out_s = _timed(lambda: predicting_held_out(flagged, settings, silent), 1)
     _, fit_s = _timed(lambda: _trajectory_fit(solved, settings), repeats)
     return Figures(
         frames=trial.motion.frames,
@@ -72,7 +72,7 @@ def figures_of(folder: Path, repeats: int) -> Figures:
         first_flag_s=first_flag_s,
         flag_s=flag_s,
         unflag_s=unflag_s,
-        withheld_s=withheld_s,
+        held_out_s=held_out_s,
         peak_memory_MB=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     )
 
@@ -84,7 +84,7 @@ def dynamics_speed_section() -> str:
         short, long = (_of_long_walk(Path(scratch) / f"{d:g}", d) for d in DURATIONS_S)
     lines = [
         "| trial | frames | dofs | trajectory fit | solve | first flag | next flag | flag taken back "
-        "| its withheld blocks | peak memory |",
+        "| its held-out blocks | peak memory |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     named = (("walk_rajagopal2015", real), ("long walk, 10 s", short), ("long walk, 100 s", long))
@@ -107,7 +107,7 @@ def _row(title: str, figures: Figures) -> str:
         f"{figures.solve_s:.1f} s",
         *(
             f"{per_1000 * seconds:.2f} s per 1000 frames"
-            for seconds in (figures.first_flag_s, figures.flag_s, figures.unflag_s, figures.withheld_s)
+            for seconds in (figures.first_flag_s, figures.flag_s, figures.unflag_s, figures.held_out_s)
         ),
         f"{figures.peak_memory_MB:.0f} MB",
     )
@@ -156,7 +156,7 @@ def _trajectory_fit(fit: Fit, settings: Settings) -> None:
         if trial.kinematics_only is not None
     ]
     skeleton = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
-    obeying_forces(begun, replace(fit.groundwork, phi=None), skeleton, settings, silent)
+    fit_to_forces(begun, replace(fit.groundwork, phi=None), skeleton, settings, silent)
 
 
 def _timed(work: Callable[[], Result], repeats: int) -> tuple[Result, float]:

@@ -30,7 +30,7 @@ from solver.fitting.settings import as_dict
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "findings.md"
 KEPT = Path("build/findings")
 BEGIN, END = "<!-- made by python -m benchmarks.findings -->", "<!-- end of what it made -->"
-FORCE, MOMENT = "heldout_linear_residual_N", "heldout_angular_residual_Nm"
+FORCE, MOMENT = "held_out_linear_residual_N", "held_out_angular_residual_Nm"
 HEAD = (
     "| recording | trials | verdict | causes | force N, before → after (95 %) | moment N·m "
     "| left, of ordinary N | left where | CPU s |\n|---|---|---|---|---|---|---|---|---:|"
@@ -92,15 +92,15 @@ def answer(case: Case, keep: Path, deadline: float) -> dict[str, Any]:
     except SolverError as error:
         return {"refused": str(error).replace(f"{data_folder()}/", "")}
     kept = {"inputs": inputs, "cpu_s": time.process_time() - begin, "figures": as_json(found)}
-    kept["gain_nats"] = [[_finite(e.gain_nats), _finite(e.heldout_gain_nats)] for e in found.effects]
+    kept["gain_nats"] = [[_finite(e.gain_nats), _finite(e.held_out_gain_nats)] for e in found.effects]
     write_json(file, kept)
     return kept
 
 
 def _fingerprint(job: Job) -> str:
     chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
-    made_of = (provenance_of(job.subject, chosen, job.reviews), as_dict(job.settings))
-    return hashlib.sha256(json.dumps(made_of, default=str).encode()).hexdigest()
+    made_from = (provenance_of(job.subject, chosen, job.reviews), as_dict(job.settings))
+    return hashlib.sha256(json.dumps(made_from, default=str).encode()).hexdigest()
 
 
 def row(case: Case, kept: Figures) -> str:
@@ -138,11 +138,11 @@ def _cause(figures: Figures, effect: Figures, gain: Sequence[float | None]) -> s
     ]
     spans = effect["frames"]
     some = " ".join(str(span) for span in spans[:4]) + (f" and {len(spans) - 4} more" * (len(spans) > 4))
-    lead = "a lead: " if effect.get("told_as") == "lead" else ""
+    lead = "tentative: " if effect.get("told_as") == "tentative" else ""
     return (
         f"{lead}**{effect['id']} {effect['target']}** {values}; frames {some}; "
         f"sure {effect['confidence']:.2f}, "
-        f"{_rounded(gain[0], '.0f')} nats, withheld {_rounded(gain[1], '.0f')}"
+        f"{_rounded(gain[0], '.0f')} nats, held-out {_rounded(gain[1], '.0f')}"
         + (f"; or {', '.join(rivals)}" if rivals else "")
     )
 

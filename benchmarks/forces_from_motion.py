@@ -1,9 +1,9 @@
-"""Forces from motion alone, of made-up persons and on recordings: `python -m benchmarks.forces_from_motion`.
+"""Forces from motion alone, synthetic and recorded: `python -m benchmarks.forces_from_motion`.
 
-Made-up persons, each with a body and a gait of their own, become a release; a fifth of them is tested, a
+Synthetic persons, each with a body and a gait of their own, become a release; a fifth of them is tested, a
 fifth chooses, the others train. Recordings of `benchmarks.truth.recorded`, one folder a person, get their
 activity as a label and become another one; each person is tested once, all others train, from random weights
-and from those learnt on the made-up persons. Picks up where it was stopped, as long as --out is the same.
+and from those learnt on the synthetic persons. Picks up where it was stopped, as long as --out is the same.
 Writes BENCHMARK.md and the sweep's figure.
 """
 
@@ -47,7 +47,7 @@ LEFT_OUT = {
     "opencap_reviewed": "may be a person of the other OpenCap folders",
 }
 PERSONS = 100
-FOLDS, TESTED = 5, "fold-1"  # of the made-up persons
+FOLDS, TESTED = 5, "fold-1"  # of the synthetic persons
 TERMS = ("--unreviewed", "--licence", "CC0-1.0", "--consent", "public", "--workers", "1")
 TIMES = "times.json"
 
@@ -74,7 +74,7 @@ ENTRIES = (
 STARTED = tuple(Entry(f"{name}-started", name) for name in LEARNT)
 
 
-def made_up(root: Path, persons: int) -> None:
+def synthetic(root: Path, persons: int) -> None:
     """Four short recordings of each: walks, runs, squats, standing, as their laboratory has them.
 
     Args:
@@ -137,7 +137,7 @@ def main() -> None:
     """Build, split, evaluate, sweep, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("build/benchmark"))
-    parser.add_argument("--persons", type=int, default=PERSONS, help="made-up ones; 0: none")
+    parser.add_argument("--persons", type=int, default=PERSONS, help="synthetic ones; 0: none")
     parser.add_argument("--without", nargs="*", default=[], help="predictors that are left out")
     asked = parser.parse_args()
     out = asked.out.resolve()
@@ -145,7 +145,7 @@ def main() -> None:
     made, real = out / "synthetic", out / "real"
     if asked.persons:
         if not _built(made):
-            made_up(made / "corpus", asked.persons)
+            synthetic(made / "corpus", asked.persons)
             command("dataset", "build", str(made / "corpus"), "--out", str(made / "release"), *TERMS)
         command("dataset", "split", str(made / "release"), "--kfold", str(FOLDS), "--name", "persons")
         evaluated(made, entries, TESTED)
@@ -189,7 +189,7 @@ def page(made: Path | None, real: Path) -> str:
     """The page's text.
 
     Args:
-        made: folder of the evaluations on made-up persons; None: there are none.
+        made: folder of the evaluations on synthetic persons; None: there are none.
         real: of those on real recordings.
     """
     left = "\n".join(f"- {name}: {why}" for name, why in LEFT_OUT.items())
@@ -209,7 +209,7 @@ def page(made: Path | None, real: Path) -> str:
         "## Where ours is not ahead\n\n"
         f"{behind(found)}\n"
         f"{WHY_BEHIND}\n\n"
-        f"{_made_up(made)}"
+        f"{_synthetic(made)}"
         "## The filter\n\n"
         f"![Error of the total force against the filter's cutoff]({FIGURE})\n\n"
         "## Recordings left out\n\n"
@@ -219,14 +219,14 @@ def page(made: Path | None, real: Path) -> str:
     )
 
 
-def _made_up(results: Path | None) -> str:
+def _synthetic(results: Path | None) -> str:
     if results is None:
         return ""
     return (
-        "## Made-up persons\n\n"
+        "## Synthetic persons\n\n"
         "Simulated bodies and gaits with simulated markers and plates, fitted as recordings are: our "
         "entries know the laws by which they were simulated, and the networks learnt from persons like those "
-        "tested. With a hundred such persons a network with wide inputs foretells forces as well as ours or "
+        "tested. With a hundred such persons a network with wide inputs predicts forces as well as ours or "
         f"better; none of this says which is best on recordings. {_costs(results)}\n\n"
         f"{markdown(ranked(with_best_baseline(read_results(results))), published=False)}\n"
     )
@@ -237,7 +237,7 @@ def _started(results: Sequence[Result]) -> str:
     if not names:
         return ""
     return (
-        f"{' and '.join(names)} went on from the weights learnt on the made-up persons below, the other "
+        f"{' and '.join(names)} went on from the weights learnt on the synthetic persons below, the other "
         "networks from random ones. "
     )
 
@@ -250,9 +250,9 @@ def _lacking(made: Path | None, real: Path) -> str:
         persons = manifest["totals"]["persons"]
     if persons < PERSONS:
         there = f"these are {persons}" if persons else "there are none yet"
-        lines.append(f"- {PERSONS} made-up persons, as the command makes by default: {there}.")
+        lines.append(f"- {PERSONS} synthetic persons, as the command makes by default: {there}.")
     for words, results, entries in (
-        ("made-up persons", made, ENTRIES),
+        ("synthetic persons", made, ENTRIES),
         ("real recordings", real, (*ENTRIES, *STARTED)),
     ):
         known = {one.name for one in read_results(results)} if results else {one.result for one in entries}

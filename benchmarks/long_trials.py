@@ -39,12 +39,12 @@ PAGE_TEXT = """# Long trials
 repeated, with fresh marker noise; default body (37 degrees of freedom, {markers} markers, 22 bodies), 100
 Hz, plates at {plate_rate:g} Hz, every force known. CPU seconds of one core with one BLAS thread; memory
 is the most that the process held (resident), the program's own {own:.0f} MB included. A solve is reading,
-scaling, marker fit, trajectory fit, torques and the first layout of withheld forces. Writing and reading
+scaling, marker fit, trajectory fit, torques and the first layout of held-out forces. Writing and reading
 the results come after it, in the same process, which holds the solved fit too. "One round": a single
-iteration and nothing withheld, which holds as much in less time. Residuals are RMS: a fault where windows
+iteration and nothing held out, which holds as much in less time. Residuals are RMS: a fault where windows
 meet would show in them. ¹ The fit that the solve had kept, by a process that had solved nothing itself.
 
-| frames | solve | per 1000 frames | peak | write | read | residual force | withheld |
+| frames | solve | per 1000 frames | peak | write | read | residual force | held-out |
 |---:|---:|---:|---:|---:|---:|---:|---:|
 {table}
 """
@@ -105,14 +105,14 @@ class Figures:
     """Of one length; CPU seconds on one core, and the most memory that the process held [MB]."""
 
     frames: int
-    solve_s: float  # with the first layout of withheld forces
+    solve_s: float  # with the first layout of held-out forces
     save_s: float
     load_s: float
     solve_MB: float
     save_MB: float
     load_MB: float  # the loaded fit beside the one that was solved
     residual_N: float
-    heldout_N: float | None  # None: one round, and nothing withheld
+    held_out_N: float | None  # None: one round, and nothing held out
     rewritten: bool = False  # the kept fit was written and read anew, without a solve
 
 
@@ -124,11 +124,11 @@ def measured(folder: Path, *, one_round: bool = False) -> Figures:
 
     Args:
         folder: of the subject.
-        one_round: a single iteration and no layout of withheld forces: it holds as much, in less time.
+        one_round: a single iteration and no layout of held-out forces: it holds as much, in less time.
     """
     settings = Settings()
     if one_round:
-        once = replace(settings.trajectory, iterations=1, heldout=False)
+        once = replace(settings.trajectory, iterations=1, held_out=False)
         settings = replace(settings, trajectory=once)
     fit, solve_s, solve_MB = _told(lambda: solve(open_subject(folder), settings))
     _, save_s, save_MB = _told(lambda: save_fit(fit, folder / "results"))
@@ -136,7 +136,9 @@ def measured(folder: Path, *, one_round: bool = False) -> Figures:
     (trial,) = fit.trials
     assert trial.dynamics is not None
     residual = _rms(trial.dynamics.residual_root[trial.dynamics.used, :3])
-    heldout = None if trial.heldout is None else _rms(trial.heldout.residual_root[trial.heldout.frames, :3])
+    held_out = (
+        None if trial.held_out is None else _rms(trial.held_out.residual_root[trial.held_out.frames, :3])
+    )
     return Figures(
         trial.motion.frames,
         solve_s,
@@ -146,7 +148,7 @@ def measured(folder: Path, *, one_round: bool = False) -> Figures:
         save_MB,
         load_MB,
         residual,
-        heldout,
+        held_out,
     )
 
 
@@ -183,7 +185,7 @@ def page(figures: Sequence[Figures]) -> str:
         f"| {f.frames} | {f.solve_s:.0f} s | {1000 * f.solve_s / f.frames:.1f} s | {f.solve_MB:.0f} MB "
         f"| {f.save_s:.1f} s, {f.save_MB:.0f} MB{'¹' if f.rewritten else ''} "
         f"| {f.load_s:.1f} s, {f.load_MB:.0f} MB{'¹' if f.rewritten else ''} "
-        f"| {f.residual_N:.1f} N | {'one round' if f.heldout_N is None else f'{f.heldout_N:.1f} N'} |"
+        f"| {f.residual_N:.1f} N | {'one round' if f.held_out_N is None else f'{f.held_out_N:.1f} N'} |"
         for f in figures
     ]
     return PAGE_TEXT.format(
@@ -211,7 +213,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--frames", type=int, nargs="*", default=LENGTHS, help="lengths")
     parser.add_argument("--measure", action="store_true", help="a subject's folder, in this process")
     parser.add_argument(
-        "--one-round", action="store_true", help="one iteration, nothing withheld: memory only"
+        "--one-round", action="store_true", help="one iteration, nothing held out: memory only"
     )
     parser.add_argument("--rewrite", type=int, help="a length whose kept fit is written and read anew")
     given = parser.parse_args(arguments)

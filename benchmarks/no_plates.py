@@ -1,6 +1,6 @@
-"""Forces foretold without any plate, judged by those that plates recorded: `python -m benchmarks.no_plates`.
+"""Forces predicted without any plate, judged by those that plates recorded: `python -m benchmarks.no_plates`.
 
-Every recording of `benchmarks.truth.recorded` is fitted to its markers alone. Ground forces are foretold from
+Every recording of `benchmarks.truth.recorded` is fitted to its markers alone. Forces are predicted from
 the motion and the mass that its plates read (that is what "mass given" means), at several cut-offs, and held
 against the recorded ones on frames on which every foot's force counts. The one cut-off of all recordings is
 chosen on one half of the people and judged on the other, and the other way round; what is used
@@ -114,7 +114,7 @@ def page(of: list[Row]) -> str:
     lines = [
         "# Forces without plates",
         "",
-        "Made by `python -m benchmarks.no_plates`. Total force foretold from the markers' motion and the "
+        "Made by `python -m benchmarks.no_plates`. Total force predicted from the markers' motion and the "
         "mass, against the recorded one: RMS over frames whose forces count, N/kg. The mass is what the "
         f"trial's own plates read. *Plain*: the motion low-passed at {PLAIN_HZ:g} Hz, nothing else. The "
         "others: smooth momentum, and no force in flight "

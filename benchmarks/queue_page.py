@@ -35,7 +35,7 @@ def write_root(root: Path, trials: int = TRIALS, seed: int = 1) -> None:
     Args:
         root: not there yet.
         trials: how many; each is a subject of its own, which is the worst case.
-        seed: of the made-up figures.
+        seed: of the synthetic figures.
     """
     rng = np.random.default_rng(seed)
     for number in range(trials):

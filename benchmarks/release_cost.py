@@ -132,7 +132,7 @@ PAGE_TEXT = """# What a release costs
 
 {date}. Made by `python -m benchmarks.release_cost --folder DIR --trials … --lengths … --diagnosed … --page`,
 a build at a time. A build is everything from folders to a release: reading, scaling, marker fit,
-trajectory fit, one withheld layout, labels, tables, B3D files. CPU seconds are of the command and all its
+trajectory fit, one held-out layout, labels, tables, B3D files. CPU seconds are of the command and all its
 processes, one BLAS thread each; memory is the most that a worker held (resident). {cores} cores, which other
 programs shared: *load* is how many processes wanted one at the end of a build, so seconds on the clock say
 little, and CPU seconds are too high by what processes lose to each other's caches.

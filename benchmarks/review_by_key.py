@@ -328,7 +328,7 @@ def reviewed(root: Path, truth: Mapping[tuple[str, str], Ranges]) -> list[Count]
     """All trials by key."""
     with (
         mock.patch("addb_viewer.app.subjects.shared_subject.SOLVE_WORKER", "benchmarks.stand_in_solve"),
-        mock.patch("addb_viewer.app.subjects.shared_subject.SharedSubject.withhold"),
+        mock.patch("addb_viewer.app.subjects.shared_subject.SharedSubject.hold_out"),
         mock.patch("addb_viewer.app.jobs.what_if.WhatIf.warm"),
         mock.patch("addb_viewer.app.jobs.worker_process.give_way"),  # a stand-in has nothing to give way to
     ):

@@ -2,7 +2,7 @@
 
 `python -m benchmarks.sound_recordings` reads plates and markers, fits nothing, and writes
 SOUND_RECORDINGS.md. A level stands if it is remade within the scatter that is used with it, a scatter or a
-slope within a factor of 1.5. Scatters of witnesses are robust (1.48 times the median size): they are scales
+slope within a factor of 1.5. Direct checks' scatters are robust (1.48 times the median size): they are scales
 of Student's t, and not all of these recordings are sound in every way. They are read from folders as
 laboratories left them too, of which nobody says that something is wrong; each person counts once, and is left
 out once.
@@ -29,9 +29,9 @@ from solver.common.errors import CaptureError
 from solver.common.gravity import GRAVITY
 from solver.diagnosis.causes import contact_edges
 from solver.diagnosis.direct_checks import rigid_distances
-from solver.diagnosis.direct_checks.asking import asked
 from solver.diagnosis.direct_checks.measured import Measured, measured
-from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.run_checks import asked
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.fitting.settings import Settings
 
@@ -160,8 +160,8 @@ def _falls(trial: Measured) -> list[float]:
     return found
 
 
-def of_witnesses(people: Sequence[Recorded]) -> list[Figure]:
-    """What the witnesses of a diagnosis measure, in walks and runs where time or weight matters."""
+def of_direct_checks(people: Sequence[Recorded]) -> list[Figure]:
+    """What the direct checks of a diagnosis measure, in walks and runs where time or weight matters."""
     said = [
         (
             person,
@@ -189,7 +189,7 @@ def of_witnesses(people: Sequence[Recorded]) -> list[Figure]:
         for of in moving
     ]
     alone = [[ratio for one in of for ratio in _between_plates(one)] for of in moving]
-    used = WITNESSES
+    used = DIRECT_CHECKES
     lags = [
         [lag + used.lag_bias_s for lag in _told(of, "lag", "lag_s")] for of in moving
     ]  # its own is taken off
@@ -234,14 +234,14 @@ def of_witnesses(people: Sequence[Recorded]) -> list[Figure]:
     ]
 
 
-def _told(said: Sequence[Statement], witness: str, figure: str) -> list[float]:
-    return [one.figures[figure] for one in said if one.witness == witness and figure in one.figures]
+def _told(said: Sequence[Statement], direct_check: str, figure: str) -> list[float]:
+    return [one.figures[figure] for one in said if one.direct_check == direct_check and figure in one.figures]
 
 
 def _between_plates(said: Statement) -> Iterator[float]:
     """Of masses that plates carry alone, each over the median of the others, logarithm."""
     masses = {plate: kg for plate, kg in said.figures.items() if plate.startswith("plate_")}
-    for plate, kg in masses.items() if said.witness == "weight" else ():
+    for plate, kg in masses.items() if said.direct_check == "weight" else ():
         yield float(np.log(kg / np.median([other for name, other in masses.items() if name != plate])))
 
 
@@ -333,7 +333,8 @@ def page(sections: Sequence[tuple[str, Sequence[Figure]]]) -> str:
         "Made by `python -m benchmarks.sound_recordings`: numbers of the solver that were read from sound",
         "recordings, remade from those of the bench without any fit. A level stands if it is remade within",
         f"the scatter used with it, a scatter or a slope within a factor of {FACTOR:g}. Scatters of",
-        "witnesses are robust: not all of these recordings are sound in every way. They are of folders as",
+        "direct checks are robust: not all of these recordings are sound in every way. They are of folders",
+        "as",
         "laboratories left them too; each person counts once, and behind a figure stands what it is with any",
         "one of them left out.",
     ]
@@ -359,7 +360,10 @@ def main() -> None:
     people = list(recorded())
     sections = [
         ("Edges of contacts (`solver/diagnosis/causes/contact_edges.py`)", of_edges(people)),
-        ("Witnesses of a diagnosis (`solver/diagnosis/witnesses`)", of_witnesses([*people, *as_found()])),
+        (
+            "Direct checks of a diagnosis (`solver/diagnosis/direct_checks`)",
+            of_direct_checks([*people, *as_found()]),
+        ),
         ("The trunk for the centre of mass (`solver/capture/plates/plate_sign_settings.py`)", of_trunk()),
     ]
     PAGE.write_text(page(sections), encoding="utf-8")

@@ -5,7 +5,7 @@ addb-viewer benchmark evaluate RELEASE --predictor examples/08_own_predictor.py:
 
 import numpy as np
 
-from addb_viewer.benchmark.task import Foretold
+from addb_viewer.benchmark.task import Predicted
 
 JOINTS = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 LEGS = [f"{joint}_{side}" for side in "rl" for joint in JOINTS]
@@ -24,7 +24,7 @@ class Regression:
 
     def predict(self, seen):
         force = (self.inputs(seen) @ self.weights).reshape(-1, 2, 3) * seen.mass_kg
-        return Foretold(force, np.zeros_like(force))
+        return Predicted(force, np.zeros_like(force))
 
     def inputs(self, seen):
         q = seen.q[:, [seen.skeleton.dofs.index(name) for name in LEGS]]

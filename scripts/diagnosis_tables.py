@@ -8,7 +8,7 @@ from solver.diagnosis.decisions import CHECKS
 
 PAGE = Path(__file__).parent.parent / "docs" / "diagnosis.md"
 ASKED_OF = {
-    "Withheld": "a cause that is added, exchanged or paired",
+    "HeldOut": "a cause that is added, exchanged or paired",
     "Added": "a cause that is added",
     "Kept": "a cause, once later ones are there",
     "OnReading": "a cause that reading undid",
@@ -34,14 +34,20 @@ def beside(one: About) -> tuple[str, ...]:
     """What stands beside a cause."""
     sizes = "; ".join(f"`{s.parameter}` {s.usual:g} / {s.rare:g} / {s.most:g}: {s.why}" for s in one.sizes)
     picture = "label" if one.picture is None else type(one.picture).__name__.lower()
-    told = (one.branch, one.at_fault.value, one.course.value, f"{one.odds_against:g}", one.mend.value)
+    told = (
+        one.branch,
+        one.at_fault.value,
+        one.time_history.value,
+        f"{one.odds_against:g}",
+        one.corrected_by.value,
+    )
     return f"`{one.id}`", *told, picture, sizes
 
 
 def tables() -> dict[str, str]:
     """By the name between the marks of the page."""
     asked = [(c.name, c.question, "; ".join(ASKED_OF[kind.__name__] for kind in c.asked_of)) for c in CHECKS]
-    heads = ("id", "branch", "at fault", "over time", "odds", "put right by", "picture", "sizes")
+    heads = ("id", "branch", "at fault", "over time", "odds", "corrected by", "picture", "sizes")
     return {
         "catalogue": table(("id", "target", "what happened", "parameters"), *map(entry, ABOUT.values())),
         "causes": table(heads, *map(beside, ABOUT.values())),

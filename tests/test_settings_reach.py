@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 from solver.fitting.settings import Settings, tables
 
 PROJECT = Path(__file__).parents[1]
@@ -22,13 +24,13 @@ MADE_HERE = {
     ("solver/fitting/settings.py", "ReadingSettings"): "put together from the subject's tables",
     ("solver/fitting/settings.py", "NamingSettings"): "likewise",
     ("addb_viewer/commands/settings.py", "Settings"): "prints the defaults",
-    ("addb_viewer/report/made_of.py", "Settings"): "what the fit's settings are compared with",
+    ("addb_viewer/report/made_from.py", "Settings"): "what the fit's settings are compared with",
     ("addb_viewer/app/solve/controller.py", "Settings"): "likewise",
     ("addb_viewer/commands/ablation_setup.py", "AblationSettings"): "made of the command's options",
     (
         "solver/simulate/trajectory_fit.py",
         "FitSettings",
-    ): "of made-up recordings, which no subject's file changes",
+    ): "of synthetic recordings, which no subject's file changes",
     ("solver/simulate/demo.py", "MeasurementSettings"): "likewise",
     ("addb_viewer/dataset/synthesis/recording.py", "MeasurementSettings"): "likewise",
     ("addb_viewer/benchmark/analytical.py", "ContactSettings"): "a baseline is the same for every release",
@@ -163,6 +165,7 @@ def falling_back(trees: dict[str, ast.AST]) -> set[tuple[str, str]]:
     return found
 
 
+@pytest.mark.slow
 def test_settings_are_made_where_they_are_meant_and_nowhere_else():
     assert made_afresh(_trees()) - MADE_HERE.keys() == set()
 

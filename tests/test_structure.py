@@ -15,18 +15,18 @@ def structure(tmp_path, monkeypatch):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     monkeypatch.setattr(module, "ROOT", tmp_path)
-    monkeypatch.setattr(module, "PACKAGES", ("made_up_package",))
+    monkeypatch.setattr(module, "PACKAGES", ("synthetic_package",))
     monkeypatch.setattr("sys.argv", ["structure.py", "--list"])
     monkeypatch.syspath_prepend(str(tmp_path))
-    folder = tmp_path / "made_up_package"
+    folder = tmp_path / "synthetic_package"
     folder.mkdir()
     for name, text in {
         "__init__.py": "",
         "short.py": "x = 1\n",
-        "long.py": "from made_up_package import short, one, shared\n" + 350 * "\n",
-        "one.py": "from made_up_package import two, shared\n",
-        "two.py": "from made_up_package import three\n",
-        "three.py": "def late():\n    from made_up_package import one\n",
+        "long.py": "from synthetic_package import short, one, shared\n" + 350 * "\n",
+        "one.py": "from synthetic_package import two, shared\n",
+        "two.py": "from synthetic_package import three\n",
+        "three.py": "def late():\n    from synthetic_package import one\n",
         "shared.py": "",
         "page.js": 351 * "\n",
     }.items():
@@ -38,15 +38,16 @@ def test_short_long_and_circular_modules_are_counted(structure, capsys):
     assert structure.main() == 1
     said = capsys.readouterr().out
     assert "Modules: 6, with one importer: 3\n" in said
-    short = "  made_up_package.short\n  made_up_package.three\n  made_up_package.two\n"
+    short = "  synthetic_package.short\n  synthetic_package.three\n  synthetic_package.two\n"
     assert f"With one importer and below 70 lines: 3\n{short}" in said
     assert "Python or JavaScript files above 350 lines: 2\n" in said
-    circle = "  made_up_package.one made_up_package.three made_up_package.two\n"
+    circle = "  synthetic_package.one synthetic_package.three synthetic_package.two\n"
     assert f"Circles of imports: 1\n{circle}" in said
 
 
+@pytest.mark.slow
 def test_only_what_is_kept_to_passes(structure):
-    folder = structure.ROOT / "made_up_package"
+    folder = structure.ROOT / "synthetic_package"
     circle, long = folder / "three.py", (folder / "long.py", folder / "page.js")
     for file in long:
         file.write_text(file.read_text().rstrip("\n"))
@@ -59,5 +60,5 @@ def test_only_what_is_kept_to_passes(structure):
     for k in range(structure.MOST_SHORT):
         (folder / f"used_once_{k}.py").write_text("")
         with long[0].open("a") as users:
-            users.write(f"\nfrom made_up_package import used_once_{k}")
+            users.write(f"\nfrom synthetic_package import used_once_{k}")
     assert structure.main() == 1

@@ -24,7 +24,7 @@ class Acceptance:
         return f"<Acceptance by {self.by}: {self.sentence}>"
 
     def __str__(self) -> str:
-        """What accepting changes: withheld forces, markers, mass, torques."""
+        """What accepting changes: held-out forces, markers, mass, torques."""
         if self.file is None:
             return self.sentence
         return "\n".join(as_text([what_accepting_changes(self.figures)]))

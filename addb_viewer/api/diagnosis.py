@@ -85,7 +85,7 @@ class Diagnosis:
         return "\n".join(as_text(screen(self.figures)))
 
     def in_full(self) -> str:
-        """The whole answer: witnesses, certainty, what else it could be."""
+        """The whole answer: direct checks, certainty, what else it could be."""
         return "\n".join(as_text(page(self.figures)))
 
 

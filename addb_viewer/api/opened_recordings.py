@@ -164,7 +164,7 @@ class OpenedRecordings:
 
     @classmethod
     def demo(cls, folder: str | Path | None = None, *, trials: Sequence[str] = ("walk",)) -> Self:
-        """A made-up person who walks over force plates and misses one of them, as in `addb-viewer demo`.
+        """A synthetic person who walks over force plates and misses one of them, as in `addb-viewer demo`.
 
         Args:
             folder: to write into; None: a temporary one.

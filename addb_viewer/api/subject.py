@@ -40,7 +40,7 @@ class Subject(OpenedRecordings):
         *,
         again: bool = False,
         with_accepted: bool = True,
-        withheld: bool = False,
+        held_out: bool = False,
         progress: Watcher = None,
     ) -> Fit:
         """Scale the body, fit every trial's motion, and keep the fit in the results folder.
@@ -52,7 +52,7 @@ class Subject(OpenedRecordings):
             trials: those to fit, together; None: all.
             again: solve from the beginning whatever is kept.
             with_accepted: use the causes that somebody accepted.
-            withheld: judge the fit on all layouts of withheld forces, not on the first alone; takes longer
+            held_out: judge the fit on all layouts of held-out forces, not on the first alone; takes longer
                 than the fit.
             progress: True for a bar in the terminal, or a function of the stage's name and the fraction done,
                 `print` for one; raise `Cancelled` in it to stop.
@@ -65,10 +65,10 @@ class Subject(OpenedRecordings):
         with watched(progress) as told:
             done = solved(job, force=again, progress=told)
             fit = done.fit
-            if withheld:
-                from addb_viewer.jobs.withholding import Withholding  # noqa: PLC0415 (rarely needed)
+            if held_out:
+                from addb_viewer.jobs.holding_out import HoldingOut  # noqa: PLC0415 (rarely needed)
 
-                judging = Withholding(fit, job.results, done.solve)
+                judging = HoldingOut(fit, job.results, done.solve)
                 if judging.is_due:
                     judging.run(job.settings, told, job.extension)
                 fit = judging.fit

@@ -33,7 +33,7 @@ from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.jobs.root_folder import open_root
 from solver.common.errors import SolverError
-from solver.common.freed_memory import keep_little
+from solver.common.memory_release import keep_little
 
 SWITCH_S = 0.001  # after which a busy thread lets another one in: so long a key waits for a picture
 

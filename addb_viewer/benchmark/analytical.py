@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from addb_viewer.benchmark.completing import CUTOFF_HZ
 from addb_viewer.benchmark.differences import central_differences
-from addb_viewer.benchmark.task import Foretold, Log, Seen, Trials
+from addb_viewer.benchmark.task import Log, Predicted, Seen, Trials
 from solver.common.filters import low_pass
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import soles
@@ -34,7 +34,7 @@ class Analytical:
     def fit(self, train: Trials, dev: Trials, log: Log) -> None:
         """Nothing is learnt."""
 
-    def predict(self, seen: Seen) -> Foretold:
+    def predict(self, seen: Seen) -> Predicted:
         """See the class."""
         q = seen.q if self.cutoff_Hz is None else low_pass(seen.q, seen.rate, self.cutoff_Hz)
         velocity, acceleration = central_differences(q, seen.rate)
@@ -44,7 +44,7 @@ class Analytical:
         on_ground = feet_on_ground(replace(seen, q=q), self.contact)
         share = on_ground / np.maximum(on_ground.sum(axis=1, keepdims=True), 1)
         force = share[:, :, None] * total[:, None, :]
-        return Foretold(force, np.zeros_like(force), acceleration=acceleration, velocity=velocity, q=q)
+        return Predicted(force, np.zeros_like(force), acceleration=acceleration, velocity=velocity, q=q)
 
 
 def feet_on_ground(seen: Seen, rule: ContactRule) -> Bool[np.ndarray, "frames feet"]:

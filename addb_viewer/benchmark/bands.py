@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from addb_viewer.benchmark.scoring import scored_frames
-from addb_viewer.benchmark.task import Example, Foretold
+from addb_viewer.benchmark.task import Example, Predicted
 
 EDGES_N_PER_KG = (0.3, 3.0, 7.0, 11.0)  # of the told vertical force, between bins
 FEWEST_FRAMES = 20  # of a bin, or all bins' error stands for it
@@ -35,7 +35,7 @@ class ErrorBands:
         return mass_kg * np.stack([level, vertical, level], axis=-1)
 
 
-def error_bands(answer: Callable[[Example], Foretold], examples: Iterable[Example]) -> ErrorBands | None:
+def error_bands(answer: Callable[[Example], Predicted], examples: Iterable[Example]) -> ErrorBands | None:
     """What a predictor's errors are on some persons; None where nothing of them was measured.
 
     Args:

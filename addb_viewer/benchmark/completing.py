@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from addb_viewer.benchmark.differences import central_differences
 from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.task import Foretold, Seen
+from addb_viewer.benchmark.task import Predicted, Seen
 from solver.common.filters import low_pass
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.skeleton.forward import body_poses
@@ -18,7 +18,7 @@ CUTOFF_HZ = 30.0  # the paper's supplement, of the differenced motion; order 3
 
 @dataclass(frozen=True)
 class WholeAnswer:
-    """Everything that is scored of an answer; arrays as in `Foretold`."""
+    """Everything that is scored of an answer; arrays as in `Predicted`."""
 
     force: Float[np.ndarray, "frames feet 3"]  # [N]
     moment: Float[np.ndarray, "frames feet 3"]  # about the foot bodies' origins [N·m]
@@ -31,47 +31,47 @@ class WholeAnswer:
     force_sd: Float[np.ndarray, "frames feet 3"] | None
 
 
-def completed(seen: Seen, foretold: Foretold) -> WholeAnswer:
+def completed(seen: Seen, predicted: Predicted) -> WholeAnswer:
     """What the predictor did not say is added.
 
     Args:
         seen: what it was shown.
-        foretold: what it said.
+        predicted: what it said.
 
     Raises:
         BenchmarkError: an array has another shape, or values that are no numbers.
     """
-    _check(seen, foretold)
+    _check(seen, predicted)
     model, root = RigidBodyModel(seen.skeleton), root_joint(seen.skeleton)
-    q, velocity, acceleration = motion_of(seen, foretold)
+    q, velocity, acceleration = motion_of(seen, predicted)
     com = model.centre_of_mass_acceleration(q, velocity, acceleration)
-    if foretold.acceleration is None:
-        demanded = foretold.force.sum(axis=1) / seen.mass_kg + seen.skeleton.gravity
+    if predicted.acceleration is None:
+        required = predicted.force.sum(axis=1) / seen.mass_kg + seen.skeleton.gravity
         acceleration = acceleration.copy()
-        acceleration[:, root.translation_dofs] += (demanded - com) @ np.linalg.inv(_ground_axes(root)).T
-        com = demanded
+        acceleration[:, root.translation_dofs] += (required - com) @ np.linalg.inv(_ground_axes(root)).T
+        com = required
     right_left = list(seen.feet)
     feet = body_poses(seen.skeleton, seen.q)[1][:, right_left]
     wrenches = np.concatenate(
-        [foretold.force, foretold.moment + np.cross(feet, foretold.force)], axis=2
+        [predicted.force, predicted.moment + np.cross(feet, predicted.force)], axis=2
     )  # about the ground origin
     by_equation = model.inverse_dynamics(q, velocity, acceleration, wrenches, right_left)
-    torque = by_equation if foretold.torque is None else foretold.torque
+    torque = by_equation if predicted.torque is None else predicted.torque
     return WholeAnswer(
-        force=foretold.force,
-        moment=foretold.moment,
+        force=predicted.force,
+        moment=predicted.moment,
         foot_ground=feet,
         acceleration=acceleration,
         com_acceleration=com,
         torque=torque,
         remainder=torque - by_equation,
         root_dofs=tuple(int(dof) for dof in root.dofs),
-        force_sd=foretold.force_sd,
+        force_sd=predicted.force_sd,
     )
 
 
 def motion_of(
-    seen: Seen, foretold: Foretold
+    seen: Seen, predicted: Predicted
 ) -> tuple[
     Float[np.ndarray, "frames dofs"], Float[np.ndarray, "frames dofs"], Float[np.ndarray, "frames dofs"]
 ]:
@@ -79,14 +79,14 @@ def motion_of(
 
     Args:
         seen: what it was shown.
-        foretold: what it said.
+        predicted: what it said.
     """
-    q = seen.q if foretold.q is None else foretold.q
+    q = seen.q if predicted.q is None else predicted.q
     velocity, acceleration = central_differences(low_pass(q, seen.rate, CUTOFF_HZ), seen.rate)
     return (
         q,
-        velocity if foretold.velocity is None else foretold.velocity,
-        acceleration if foretold.acceleration is None else foretold.acceleration,
+        velocity if predicted.velocity is None else predicted.velocity,
+        acceleration if predicted.acceleration is None else predicted.acceleration,
     )
 
 
@@ -99,13 +99,13 @@ def _ground_axes(root: RootJoint) -> Float[np.ndarray, "3 3"]:
     return np.column_stack(columns)
 
 
-def _check(seen: Seen, foretold: Foretold) -> None:
+def _check(seen: Seen, predicted: Predicted) -> None:
     feet, dofs = (seen.frames, 2, 3), seen.q.shape
     wanted = {"force": feet, "moment": feet, "force_sd": feet} | dict.fromkeys(
         ("acceleration", "velocity", "q", "torque"), dofs
     )
     for name, shape in wanted.items():
-        value = getattr(foretold, name)
+        value = getattr(predicted, name)
         if value is None:
             continue
         if np.shape(value) != shape:

@@ -11,13 +11,13 @@ from addb_viewer.benchmark.outside import OutsideAnswers
 from addb_viewer.benchmark.release_trials import BenchmarkRelease, Parts
 from addb_viewer.benchmark.results import Result, Terms
 from addb_viewer.benchmark.scoring import Frames, Score, scores_of
-from addb_viewer.benchmark.task import Example, Foretold, Predictor
+from addb_viewer.benchmark.task import Example, Predicted, Predictor
 
 LOG_FILE = "log.csv"
 
 
 @dataclass(frozen=True)
-class Course:
+class TimeHistory:
     """Which persons of which split are tested, on which frames."""
 
     split: str = "default"
@@ -45,32 +45,36 @@ class FolderLog:
             rows.writerow(figures)
 
 
-def train(source: BenchmarkRelease, make: Callable[[], Predictor], course: Course, work: Path) -> Path:
+def train(
+    source: BenchmarkRelease, make: Callable[[], Predictor], time_history: TimeHistory, work: Path
+) -> Path:
     """Let a new predictor learn for each tested part; nobody of that part is opened.
 
     Args:
         source: the release.
         make: a predictor that has learnt nothing yet, for each part.
-        course: who is tested later.
+        time_history: who is tested later.
         work: folder for what it keeps; a folder for each part is made in one of the predictor's name.
 
     Returns:
         The predictor's folder.
     """
-    for part in course.parts:
+    for part in time_history.parts:
         predictor = make()
-        _trained(source, predictor, source.parts(course.split, part), work / predictor.name / part)
+        _trained(source, predictor, source.parts(time_history.split, part), work / predictor.name / part)
     return work / predictor.name
 
 
-def evaluate(source: BenchmarkRelease, make: Callable[[], Predictor], course: Course, work: Path) -> Result:
+def evaluate(
+    source: BenchmarkRelease, make: Callable[[], Predictor], time_history: TimeHistory, work: Path
+) -> Result:
     """Train where that has not been done, predict the tested persons' motion, and score it.
 
     Args:
         source: the release.
         make: a predictor that has learnt nothing yet, for each part: what one learns in a fold from persons
             whom another tests goes no further.
-        course: who is tested.
+        time_history: who is tested.
         work: as for `train`.
 
     Raises:
@@ -80,42 +84,44 @@ def evaluate(source: BenchmarkRelease, make: Callable[[], Predictor], course: Co
     markers = bool(getattr(predictor, "needs_markers", False))
     spent = 0.0
 
-    def timed(example: Example) -> Foretold:
+    def timed(example: Example) -> Predicted:
         nonlocal spent
         began = time.perf_counter()
-        foretold = predictor.predict(example.seen)
+        predicted = predictor.predict(example.seen)
         spent += time.perf_counter() - began
-        return foretold
+        return predicted
 
     scores: list[Score] = []
-    for k, part in enumerate(course.parts):
+    for k, part in enumerate(time_history.parts):
         predictor = make() if k else predictor
-        parts = source.parts(course.split, part)
+        parts = source.parts(time_history.split, part)
         _trained(source, predictor, parts, work / predictor.name / part)
-        scores += _scores(source, parts.test, timed, course.frames, markers)
+        scores += _scores(source, parts.test, timed, time_history.frames, markers)
     notes = _notes(source, scores)
-    terms = _terms(source, course, scores)
+    terms = _terms(source, time_history, scores)
     return Result(predictor.name, terms, tuple(scores), round(spent, 3), markers, notes)
 
 
-def evaluate_outside(source: BenchmarkRelease, answers: OutsideAnswers, course: Course) -> Result:
+def evaluate_outside(source: BenchmarkRelease, answers: OutsideAnswers, time_history: TimeHistory) -> Result:
     """Score answers that were made elsewhere.
 
     Args:
         source: the release.
         answers: for every frame of the tested persons.
-        course: who is tested.
+        time_history: who is tested.
 
     Raises:
         BenchmarkError: frames are missing, or the forces have been seen.
     """
     scores = [
         score
-        for part in course.parts
-        for score in _scores(source, source.parts(course.split, part).test, answers.of, course.frames, False)
+        for part in time_history.parts
+        for score in _scores(
+            source, source.parts(time_history.split, part).test, answers.of, time_history.frames, False
+        )
     ]
     return Result(
-        answers.name, _terms(source, course, scores), tuple(scores), 0.0, notes=_notes(source, scores)
+        answers.name, _terms(source, time_history, scores), tuple(scores), 0.0, notes=_notes(source, scores)
     )
 
 
@@ -135,7 +141,7 @@ def _trained(source: BenchmarkRelease, predictor: Predictor, parts: Parts, folde
 def _scores(
     source: BenchmarkRelease,
     persons: frozenset[str],
-    answer: Callable[[Example], Foretold],
+    answer: Callable[[Example], Predicted],
     frames: Frames,
     markers: bool,
 ) -> Iterator[Score]:
@@ -143,17 +149,17 @@ def _scores(
         yield from scores_of(example, answer(example), frames)
 
 
-def _terms(source: BenchmarkRelease, course: Course, scores: Sequence[Score]) -> Terms:
+def _terms(source: BenchmarkRelease, time_history: TimeHistory, scores: Sequence[Score]) -> Terms:
     if not scores:
-        raise BenchmarkError(f"no frame of {', '.join(course.parts)} can be scored; try --frames all")
+        raise BenchmarkError(f"no frame of {', '.join(time_history.parts)} can be scored; try --frames all")
     manifest = source.release.manifest
     return Terms(
         str(manifest["name"]),
         str(manifest["version"]),
-        course.split,
-        course.parts,
+        time_history.split,
+        time_history.parts,
         source.inertias,
-        course.frames,
+        time_history.frames,
     )
 
 

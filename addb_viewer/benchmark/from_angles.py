@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from addb_viewer.benchmark.bands import ErrorBands, error_bands
 from addb_viewer.benchmark.scoring import scored_frames
-from addb_viewer.benchmark.task import Example, Foretold, Log, Seen, Trials
+from addb_viewer.benchmark.task import Example, Log, Predicted, Seen, Trials
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.dynamics.force_prediction.divided_wrench import going_with_the_ground, pressed
 from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
@@ -54,17 +54,17 @@ class FromAngles:
         log(cutoff_Hz=self.cutoff_Hz, reach=self.reach)
         self.bands = error_bands(self._answered, some)
 
-    def predict(self, seen: Seen) -> Foretold:
+    def predict(self, seen: Seen) -> Predicted:
         """See the class."""
-        foretold = self._answer(seen)
+        predicted = self._answer(seen)
         if self.bands is None:
-            return foretold
-        return replace(foretold, force_sd=self.bands.of(foretold.force, seen.mass_kg))
+            return predicted
+        return replace(predicted, force_sd=self.bands.of(predicted.force, seen.mass_kg))
 
-    def _answer(self, seen: Seen) -> Foretold:
+    def _answer(self, seen: Seen) -> Predicted:
         return self.along(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
 
-    def along(self, seen: Seen, motion: Motion) -> Foretold:
+    def along(self, seen: Seen, motion: Motion) -> Predicted:
         """Along a motion; moments are about the feet's origins as they are shown.
 
         Args:
@@ -84,7 +84,7 @@ class FromAngles:
         wrenches = pressed(seen.skeleton, seen.foot_bodies, smooth.q, total, carry, reach=self.reach)
         feet = body_poses(seen.skeleton, seen.q)[1][:, list(seen.feet)]
         force = wrenches[..., :3]
-        return Foretold(force, wrenches[..., 3:] - np.cross(feet, force), q=smooth.q)
+        return Predicted(force, wrenches[..., 3:] - np.cross(feet, force), q=smooth.q)
 
     def total_wrench(self, seen: Seen, motion: Motion, cutoff_Hz: float) -> Float[np.ndarray, "frames 6"]:
         """Of both feet together [N, N·m about the ground origin].
@@ -94,10 +94,10 @@ class FromAngles:
             motion: of the same frames.
             cutoff_Hz: of the smoothing.
         """
-        demand, com = self._demanded(seen, motion)
+        demand, com = self._required(seen, motion)
         return unmeasured_forces(demand, com, seen.rate, cutoff_Hz).wrench_ground
 
-    def _demanded(
+    def _required(
         self, seen: Seen, motion: Motion
     ) -> tuple[Float[np.ndarray, "frames 6"], Float[np.ndarray, "frames 3"]]:
         """What the motion asks of the ground, hardly filtered; and the centre of mass."""
@@ -114,7 +114,7 @@ class FromAngles:
         key = ("total", *_key(example))
         if key not in self._known:
             seen, measured = example.seen, example.measured
-            demand, com = self._demanded(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
+            demand, com = self._required(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
             errors = []
             for cutoff in CUTOFFS_HZ:
                 total = unmeasured_forces(demand, com, seen.rate, cutoff).wrench_ground[:, :3]
@@ -132,11 +132,11 @@ class FromAngles:
             errors.append(float(np.linalg.norm(off, axis=2)[counts].mean()) / example.measured.mass_kg)
         return errors
 
-    def _answered(self, example: Example) -> Foretold:
+    def _answered(self, example: Example) -> Predicted:
         key = ("answer", self.cutoff_Hz, self.reach, *_key(example))
         if key not in self._known:
             self._known[key] = self._answer(example.seen)
-        known: Foretold = self._known[key]
+        known: Predicted = self._known[key]
         return known
 
 

@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.task import FEET, Example, Foretold
+from addb_viewer.benchmark.task import FEET, Example, Predicted
 
 KEYS = ("subject_id", "trial_id", "frame", "foot")
 FORCE, MOMENT = ("fx", "fy", "fz"), ("nx", "ny", "nz")  # [N], [N·m] about the foot body's origin, ground axes
@@ -18,12 +18,12 @@ FORCE, MOMENT = ("fx", "fy", "fz"), ("nx", "ny", "nz")  # [N], [N·m] about the 
 
 @dataclass(frozen=True)
 class OutsideAnswers:
-    """Forces and moments that another program foretold; the harness adds accelerations and torques."""
+    """Forces and moments that another program predicted; the harness adds accelerations and torques."""
 
     name: str
     rows: pa.Table = field(repr=False)
 
-    def of(self, example: Example) -> Foretold:
+    def of(self, example: Example) -> Predicted:
         """Its answer for a stretch of motion.
 
         Args:
@@ -48,7 +48,7 @@ class OutsideAnswers:
                 f"{self.name}: no numbers for {example.trial_id}, {where}; "
                 "every frame of the release's kinematics needs a row for each foot"
             )
-        return Foretold(values[..., :3], values[..., 3:])
+        return Predicted(values[..., :3], values[..., 3:])
 
 
 def read_outside(path: Path, name: str | None = None) -> OutsideAnswers:
@@ -76,15 +76,15 @@ def read_outside(path: Path, name: str | None = None) -> OutsideAnswers:
     return OutsideAnswers(name or path.stem, rows)
 
 
-def answer_rows(example: Example, foretold: Foretold) -> pa.Table:
+def answer_rows(example: Example, predicted: Predicted) -> pa.Table:
     """An answer as rows of such a file.
 
     Args:
         example: that was shown.
-        foretold: what was said.
+        predicted: what was said.
     """
     frames, feet = example.seen.frames, len(FEET)
-    values = np.concatenate([foretold.force, foretold.moment], axis=2).reshape(frames * feet, 6)
+    values = np.concatenate([predicted.force, predicted.moment], axis=2).reshape(frames * feet, 6)
     columns: Mapping[str, object] = {
         "subject_id": [example.subject_id] * (frames * feet),
         "trial_id": [example.trial_id] * (frames * feet),

@@ -12,7 +12,7 @@ import numpy as np
 from addb_viewer.benchmark.analytical import Analytical, filtered
 from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.from_angles import FromAngles
-from addb_viewer.benchmark.task import Foretold, Log, Predictor, Seen, Trials
+from addb_viewer.benchmark.task import Log, Predicted, Predictor, Seen, Trials
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.kinematics.motion import Motion
@@ -20,7 +20,7 @@ from solver.kinematics.motion import Motion
 
 @dataclass
 class FromMarkers:
-    """Fits one trajectory to the markers and to what `FromAngles` foretells; then foretells along it."""
+    """Fits one trajectory to the markers and to what `FromAngles` predicts; then predicts along it."""
 
     name: str = "fit-from-markers"
     angles: FromAngles = field(default_factory=FromAngles)
@@ -30,7 +30,7 @@ class FromMarkers:
         """As from angles."""
         self.angles.fit(train, dev, log)
 
-    def predict(self, seen: Seen) -> Foretold:
+    def predict(self, seen: Seen) -> Predicted:
         """See the class; a stretch that is too short for a trajectory is told from its angles."""
         shown = Motion(seen.skeleton.dofs, seen.q, seen.rate)
         enough = seen.frames >= self.angles.settings.trajectory.fewest_frames
@@ -46,7 +46,7 @@ class FromMarkers:
             wrench_ground=np.zeros((seen.frames, 6)),
             counts=np.zeros(seen.frames, dtype=bool),
             start=shown,
-            foretold_ground=self.angles.total_wrench(seen, shown, self.angles.cutoff_Hz),
+            predicted_ground=self.angles.total_wrench(seen, shown, self.angles.cutoff_Hz),
         )
         skeleton = replace(seen.skeleton, markers=tuple(markers))
         return fit_trajectories(skeleton, [data], self.angles.settings.trajectory).motions[0]

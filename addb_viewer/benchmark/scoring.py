@@ -10,13 +10,13 @@ from jaxtyping import Bool
 from addb_viewer.benchmark.completing import completed
 from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.metrics import LOADED_N, frame_errors
-from addb_viewer.benchmark.task import Example, Foretold
+from addb_viewer.benchmark.task import Example, Predicted
 
 HISTORY, STRIDE = (
     50,
     5,
 )  # frames that have to count before a scored one, and every how many (the MLP's window)
-PEEKING_N_PER_KG = 0.01  # a hundredth of what plates are good for; nobody foretells forces so well
+PEEKING_N_PER_KG = 0.01  # a hundredth of what plates are good for; nobody predicts forces so well
 
 Frames = Literal["scored", "all"]
 
@@ -47,22 +47,22 @@ def scored_frames(counts: Bool[np.ndarray, " frames"]) -> Bool[np.ndarray, " fra
     return scored
 
 
-def scores_of(example: Example, foretold: Foretold, frames: Frames = "scored") -> Iterator[Score]:
+def scores_of(example: Example, predicted: Predicted, frames: Frames = "scored") -> Iterator[Score]:
     """A row for each figure and activity.
 
     Args:
         example: what was shown and measured.
-        foretold: what a predictor said.
+        predicted: what a predictor said.
         frames: "scored", or "all" that count.
 
     Raises:
-        BenchmarkError: the answer has wrong shapes; or it is the measured force, which nobody can foretell.
+        BenchmarkError: the answer has wrong shapes; or it is the measured force, which nobody can predict.
     """
     counts = example.measured.counts
     chosen = scored_frames(counts) if frames == "scored" else counts
     if not chosen.any():
         return
-    errors = frame_errors(example.measured, completed(example.seen, foretold), example.seen.skeleton)
+    errors = frame_errors(example.measured, completed(example.seen, predicted), example.seen.skeleton)
     loaded = np.nansum(example.measured.force[..., 1], axis=1) > LOADED_N
     _refuse_peeking(errors["grf"][chosen & loaded], example)
     for activity in sorted(set(example.measured.activity[chosen])):
@@ -77,6 +77,6 @@ def scores_of(example: Example, foretold: Foretold, frames: Frames = "scored") -
 def _refuse_peeking(grf: np.ndarray, example: Example) -> None:
     if len(grf) and np.median(grf) < PEEKING_N_PER_KG:
         raise BenchmarkError(
-            f"{example.trial_id}: half of the forces on loaded feet are foretold within "
+            f"{example.trial_id}: half of the forces on loaded feet are predicted within "
             f"{PEEKING_N_PER_KG} N/kg. No motion tells that; the predictor has seen the forces."
         )

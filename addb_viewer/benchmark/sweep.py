@@ -1,4 +1,4 @@
-"""How the error of the total force depends on the filter that the measured and the foretold one share."""
+"""How the error of the total force depends on the filter that the measured and the predicted one share."""
 
 import csv
 from collections import defaultdict
@@ -64,7 +64,7 @@ def sweep(trials: Trials, cutoffs: Sequence[float | None] = CUTOFFS_HZ) -> list[
 def _runs(
     example: Example,
 ) -> Iterator[tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"], np.ndarray]]:
-    """Foretold and measured force over mass [N/kg], and the activities, of each run of counting frames."""
+    """Predicted and measured force over mass [N/kg], and the activities, of each run of counting frames."""
     seen, measured = example.seen, example.measured
     velocity, acceleration = central_differences(seen.q, seen.rate)
     com = RigidBodyModel(seen.skeleton).centre_of_mass_acceleration(seen.q, velocity, acceleration)

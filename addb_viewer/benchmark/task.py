@@ -53,7 +53,7 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Foretold:
+class Predicted:
     """What a predictor says: forces and moments, and of the rest what it wants to say itself.
 
     Without an acceleration the harness differences the motion and changes the root's translations so that the
@@ -131,5 +131,5 @@ class Predictor(Protocol):
     def fit(self, train: Trials, dev: Trials, log: Log) -> None:
         """Learn from some persons; choose by others."""
 
-    def predict(self, seen: Seen) -> Foretold:
+    def predict(self, seen: Seen) -> Predicted:
         """Say what acts on the feet."""

@@ -38,7 +38,8 @@ Why = Annotated[
 ]
 
 Full = Annotated[
-    bool, typer.Option("--full", help="Print the whole answer: witnesses, certainty, what else it could be.")
+    bool,
+    typer.Option("--full", help="Print the whole answer: direct checks, certainty, what else it could be."),
 ]
 IN_MARKERS = "It is sought in the markers, before forces; what was found there stands in the whole answer."
 NEVER_PROPOSED = (
@@ -101,7 +102,7 @@ def diagnose(
             def still_true(folder: Path) -> dict[str, Any] | None:
                 return kept_of(job_of(folder, out and out / folder.relative_to(place)))
 
-            run_on_all(root, Work("diagnose", words, out, in_short, kept=still_true), jobs, json, csv)
+            run_on_all(root, Work("diagnose", words, out, key_findings, kept=still_true), jobs, json, csv)
             return
         check_one(csv, jobs)
         job = job_of(subject, out)
@@ -116,7 +117,7 @@ def diagnose(
                 typer.echo(line)
 
 
-def in_short(figures: dict[str, Any], _: str = "") -> Row:
+def key_findings(figures: dict[str, Any], _: str = "") -> Row:
     """A subject's verdict and causes in a row."""
     named = [f"{effect['id']} ({effect['target']})" for effect in figures["effects"]]
     return {"trials": len(figures["trials"]), "verdict": figures["verdict"], "causes": "; ".join(named)}

@@ -21,12 +21,12 @@ from addb_viewer.commands.options import (
     WithoutExtension,
 )
 from addb_viewer.jobs.errors import FAILED, STOPPED, errors_as_lines
+from addb_viewer.jobs.holding_out import FitReplacedError, HoldingOut
 from addb_viewer.jobs.solving import Job, KeptFit, job_for, solved
 from addb_viewer.jobs.terminal_progress import terminal_progress
-from addb_viewer.jobs.withholding import FitReplacedError, Withholding
+from addb_viewer.text.held_out_words import rest_words
 from addb_viewer.text.note_kinds import by_kind
-from addb_viewer.text.summary_table import print_summary, print_withheld
-from addb_viewer.text.withheld_words import rest_words
+from addb_viewer.text.summary_table import print_held_out, print_summary
 from solver.capture.capture import UnusedFile
 from solver.fitting.fit import Fit
 from solver.fitting.results.store import write_json
@@ -59,7 +59,7 @@ def fit(
 
     Unchanged inputs are not solved again; where only flags changed, the fit begins at the kept one. With
     --trial a kept fit that has other trials as well stays. Once the summary is printed and the fit kept, all
-    other layouts of withheld forces follow: Ctrl-C keeps the fit and those that came.
+    other layouts of held-out forces follow: Ctrl-C keeps the fit and those that came.
 
     Of a folder of several subjects each is fitted in a process of its own; what fails is told at the end.
     """
@@ -78,7 +78,7 @@ def fit(
                 quick=quick,
                 debug=debug,
             )
-            work = Work("fit", words, out, in_short, unchanged="unchanged: kept fit of")
+            work = Work("fit", words, out, key_findings, unchanged="unchanged: kept fit of")
             run_on_all(root, work, jobs, json, csv)
             return
         check_one(csv, jobs)
@@ -103,9 +103,9 @@ def fit(
             closing=[*unused_lines(fit.unused, whole=notes), *filter(None, [done.said])],
         )
         if not quick:
-            withheld = _judged_on_all_layouts(job, done, notes)
+            held_out = _judged_on_all_layouts(job, done, notes)
             if json is not None:
-                write_json(json, figures | {"trials": summary(withheld)["trials"]})
+                write_json(json, figures | {"trials": summary(held_out)["trials"]})
         if fit.unread:
             for unread in fit.unread:
                 typer.echo(f"addb-viewer: {unread.file.file}: {unread.file.reason}", err=True)
@@ -113,7 +113,7 @@ def fit(
             raise typer.Exit(FAILED)
 
 
-def in_short(figures: dict[str, Any], _: str = "") -> Row:
+def key_findings(figures: dict[str, Any], _: str = "") -> Row:
     """A subject's figures in a row: of all trials, the worst."""
     trials = figures["trials"]
 
@@ -140,23 +140,23 @@ def in_short(figures: dict[str, Any], _: str = "") -> Row:
 
 
 def _judged_on_all_layouts(job: Job, done: KeptFit, notes: bool) -> Fit:
-    """The fit with all layouts of withheld forces, which are printed when they are there."""
-    withholding = Withholding(done.fit, job.results, done.solve)
-    if not withholding.is_due:
+    """The fit with all layouts of held-out forces, which are printed when they are there."""
+    holding_out = HoldingOut(done.fit, job.results, done.solve)
+    if not holding_out.is_due:
         return done.fit
     try:
         with terminal_progress() as progress:
-            withholding.run(job.settings, progress, job.extension)
+            holding_out.run(job.settings, progress, job.extension)
     except FitReplacedError:
-        typer.echo("withheld forces: not judged any further; another fit has taken the place of this one")
+        typer.echo("held-out forces: not judged any further; another fit has taken the place of this one")
     except KeyboardInterrupt as stop:
-        figures: dict[str, Any] = summary(withholding.fit)
-        print_withheld(figures, notes=notes)
+        figures: dict[str, Any] = summary(holding_out.fit)
+        print_held_out(figures, notes=notes)
         rest = rest_words(figures["trials"])
         typer.echo(f"addb-viewer: stopped; the fit is kept. {rest or ''}".rstrip(), err=True)
         raise typer.Exit(STOPPED) from stop
-    print_withheld(summary(withholding.fit), notes=notes)
-    return withholding.fit
+    print_held_out(summary(holding_out.fit), notes=notes)
+    return holding_out.fit
 
 
 def _counted(fit: Fit) -> str:

@@ -91,7 +91,7 @@ Quick = Annotated[
     bool,
     typer.Option(
         "--quick",
-        help="End with the first layout of withheld forces; `fit` again or the app goes on.",
+        help="End with the first layout of held-out forces; `fit` again or the app goes on.",
     ),
 ]
 Host = Annotated[str, typer.Option("--host", help="Address the app listens on.")]

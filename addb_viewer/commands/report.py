@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.fit import in_short
+from addb_viewer.commands.fit import key_findings
 from addb_viewer.commands.many import Work, done_to_all, options
 from addb_viewer.commands.many_subjects import Jobs
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, Solve, replaceable
@@ -150,7 +150,7 @@ def _fit_first(root: RootFolder, wishes: _Wishes, jobs: int) -> None:
     )
     done_to_all(
         root,
-        Work("fit", words, None, in_short, kept=still_kept),
+        Work("fit", words, None, key_findings, kept=still_kept),
         jobs,
         lambda line: typer.echo(line, err=True),
     )

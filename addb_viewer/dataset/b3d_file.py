@@ -14,7 +14,7 @@ from addb_viewer.dataset.trials_on_demand import TrialsOnDemand
 from solver.capture.formats.b3d.schema import B3dFile, B3dTrial, TrialType
 from solver.export.b3d.cutting import cut
 
-CUSTOM = ("counts", "torque_inferred", "detected_ok")  # a number a frame each, 0 or 1
+CUSTOM = ("counts", "torque_predicted", "detected_ok")  # a number a frame each, 0 or 1
 TYPES = {
     "treadmill": TrialType.TREADMILL,
     "overground": TrialType.OVERGROUND,
@@ -62,11 +62,11 @@ def segments_of(
     for trial, one in zip(whole.trials, rows, strict=True):
         verdicts, said = one.gridded.verdicts, labels[one.gridded.name]
         dynamics = one.gridded.trial.dynamics
-        inferred = None if dynamics is None else dynamics.wrench_inferred
+        predicted = None if dynamics is None else dynamics.wrench_is_predicted
         none = np.zeros_like(verdicts.counts)
         flags = (
             verdicts.counts,
-            none if inferred is None else np.any(inferred, axis=1),
+            none if predicted is None else np.any(predicted, axis=1),
             verdicts.detected_ok,
         )
         sensors = replace(trial.sensors, custom_values=np.column_stack(flags).astype(float))

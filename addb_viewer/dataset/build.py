@@ -47,7 +47,7 @@ class Plan:
         """Subjects of which something is taken."""
         return tuple(one for one in self.subjects if one.trials)
 
-    def obeying(self, options: BuildOptions) -> "Plan":
+    def fitted_to_forces(self, options: BuildOptions) -> "Plan":
         """Without those who withdrew from an earlier build."""
         gone = tuple(
             ScannedSubject(one.subject, one.who, left_out=(WITHDRAWN,))
@@ -139,7 +139,7 @@ def build(
     recovered(out)
     previous = _previous(out)
     options = continuing(options, out)
-    plan = plan.obeying(options)
+    plan = plan.fitted_to_forces(options)
     work = out.with_name(out.name + ".work")
     _check_place(work, plan)
     began, clock = datetime.now(UTC), time.monotonic()
@@ -201,7 +201,7 @@ def task_of(one: ScannedSubject, options: BuildOptions, work: Path) -> Task:
     subject, files = one.subject, wanted_files(one)
     reviews, _ = reviews_for_solve(subject, files)
     extension, _ = extension_for_solve(subject, files, default_folder(subject.folder))
-    made_of = {
+    made_from = {
         "program": PROGRAM,
         "format": FORMAT_VERSION,
         "schema": schema_json(),
@@ -214,7 +214,7 @@ def task_of(one: ScannedSubject, options: BuildOptions, work: Path) -> Task:
         "causes": fingerprint(named_causes(subject)),
         "labels": _review_bytes(subject.folder),
     }
-    key = hashlib.sha256(json.dumps(made_of, sort_keys=True, default=str).encode()).hexdigest()
+    key = hashlib.sha256(json.dumps(made_from, sort_keys=True, default=str).encode()).hexdigest()
     names = tuple(trial.name for trial in files)
     return Task(key, subject.folder, one.who, names, options, work / key, one.frames)
 

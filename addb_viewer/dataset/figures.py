@@ -71,15 +71,15 @@ def phase_shares(gridded: GriddedTrial, rows: Segment, right: int) -> Row:
     return dict(zip(names, (np.bincount(number, minlength=4) / len(number)).tolist(), strict=True))
 
 
-def heldout(gridded: GriddedTrial) -> Row:
-    """Residuals on withheld blocks, RMS; None where none was withheld."""
-    found = gridded.trial.heldout
+def held_out(gridded: GriddedTrial) -> Row:
+    """Residuals on held-out blocks, RMS; None where none was held out."""
+    found = gridded.trial.held_out
     if found is None or not found.frames.any():
-        return {"heldout_linear_rms_N": None, "heldout_angular_rms_Nm": None}
+        return {"held_out_linear_rms_N": None, "held_out_angular_rms_Nm": None}
     missed: Float[np.ndarray, "frames 6"] = found.residual_root[found.frames]
     return {
-        "heldout_linear_rms_N": _rms_norm(missed[:, :3], 1.0),
-        "heldout_angular_rms_Nm": _rms_norm(missed[:, 3:], 1.0),
+        "held_out_linear_rms_N": _rms_norm(missed[:, :3], 1.0),
+        "held_out_angular_rms_Nm": _rms_norm(missed[:, 3:], 1.0),
     }
 
 

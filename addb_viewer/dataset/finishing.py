@@ -180,7 +180,7 @@ def _sync(folder: Path) -> None:
 
 
 def _swap(partial: Path, out: Path) -> None:
-    """The new release in the old one's place; a kill between both renames is put right by `recovered`."""
+    """The new release in the old one's place; a kill between both renames is corrected by `recovered`."""
     old = _old(out)
     shutil.rmtree(old, ignore_errors=True)
     try:

@@ -102,7 +102,7 @@ def _labels(rows: TrialRows) -> dict[str, Values]:
     gridded, verdicts, trial = rows.gridded, rows.gridded.verdicts, rows.gridded.trial
     assert trial.dynamics is not None
     assert trial.contacts is not None
-    inferred = trial.dynamics.wrench_inferred
+    predicted = trial.dynamics.wrench_is_predicted
     on_plate = {side: trial.contacts.in_contact[:, f] for f, side in enumerate(rows.sides)}
     on_ground = {side: np.zeros(gridded.grid.frames, dtype=bool) for side in rows.sides}
     for phase in gridded.phases:
@@ -120,7 +120,7 @@ def _labels(rows: TrialRows) -> dict[str, Values]:
         "detected_ok": verdicts.detected_ok,
         "reviewed": verdicts.reviewed,
         "used": trial.dynamics.used,
-        "torque_inferred": none if inferred is None else np.any(inferred, axis=1),
+        "torque_predicted": none if predicted is None else np.any(predicted, axis=1),
         "missing_reason": list(verdicts.missing_reason),
         "missing_number": verdicts.missing_number,
         "phase": np.ma.MaskedArray(phase_number, mask=~verdicts.counts),

@@ -32,7 +32,7 @@ class Extra:
 
 
 def extra_of(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> Extra:
-    """By how much the fit's dynamics differ from those under the recorded and inferred forces alone.
+    """By how much the fit's dynamics differ from those under the recorded and predicted forces alone.
 
     Args:
         trial: at the recording's frames, with dynamics.
@@ -49,13 +49,13 @@ def extra_of(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> Extra:
 
 
 def joined_wrenches(trial: TrialFit) -> Float[np.ndarray, "frames feet 6"]:
-    """Measured where they count, inferred elsewhere [N, N·m about the ground origin].
+    """Measured where they count, predicted elsewhere [N, N·m about the ground origin].
 
     The inference joined both without a jump.
     """
     contacts, mask, dynamics = _parts(trial)
-    inferred = dynamics.wrench_foretold_ground
-    other = np.zeros_like(contacts.wrench_ground) if inferred is None else inferred
+    predicted = dynamics.wrench_predicted_ground
+    other = np.zeros_like(contacts.wrench_ground) if predicted is None else predicted
     return np.where(mask.counts[:, :, None], contacts.wrench_ground, other)
 
 
@@ -72,7 +72,7 @@ def dynamics_on_grid(
 ) -> Dynamics:
     """Inverse dynamics of the motion on the grid, under the wrenches there.
 
-    Where a foot's wrench is missing, torques rest on the inferred one, by the spline of `joined_wrenches`.
+    Where a foot's wrench is missing, torques rest on the predicted one, by the spline of `joined_wrenches`.
 
     Args:
         trial: at the recording's frames, with dynamics.
@@ -92,13 +92,13 @@ def dynamics_on_grid(
     there = replace(there, used=contacts.observed & mask.all_feet & inside)
     if not mask.counts.all():
         counted = mask.counts[:, :, None]
-        inferred = grid.interpolated(joined_wrenches(trial))
-        wrenches = np.where(counted, contacts.wrench_ground, inferred)
+        predicted = grid.interpolated(joined_wrenches(trial))
+        wrenches = np.where(counted, contacts.wrench_ground, predicted)
         there = replace(
             there,
             joint_torques=torques_under(skeleton, there, contacts, mask, wrenches),
-            wrench_inferred=~mask.counts,
-            wrench_foretold_ground=np.where(counted, 0.0, inferred),
+            wrench_is_predicted=~mask.counts,
+            wrench_predicted_ground=np.where(counted, 0.0, predicted),
         )
     return replace(
         there,

@@ -106,7 +106,7 @@ def on_grid(
             dynamics=replace(dynamics, used=dynamics.used & verdicts.counts),
             kinematics_only=KinematicsOnly(k.motion, k.errors) if d else None,
             spline=None,
-            sister_spline=None,
+            prediction_spline=None,
         ),
         filtered=KinematicsOnly(f.motion, f.errors),
         verdicts=verdicts,

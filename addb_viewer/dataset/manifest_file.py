@@ -25,6 +25,6 @@ def read_manifest(release: Path) -> dict[str, Any]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ReleaseError(f"{path}: cannot be read ({error}). Build the release anew.") from error
     if written != FORMAT_VERSION:
-        mend = "Update addb-viewer." if written > FORMAT_VERSION else "Build it anew into another folder."
-        raise ReleaseError(f"{release}: has format {written}, this version reads {FORMAT_VERSION}. {mend}")
+        remedy = "Update addb-viewer." if written > FORMAT_VERSION else "Build it anew into another folder."
+        raise ReleaseError(f"{release}: has format {written}, this version reads {FORMAT_VERSION}. {remedy}")
     return manifest

@@ -19,8 +19,8 @@ def named_causes(subject: Subject) -> list[dict[str, Any]]:
     found = kept(default_folder(subject.folder))
     if found is None:
         return []
-    figures, made_of = found
-    if other_recordings(made_of["provenance"], provenance_of(subject, subject.trials)):
+    figures, made_from = found
+    if other_recordings(made_from["provenance"], provenance_of(subject, subject.trials)):
         return []
     return list(figures["effects"])
 

@@ -131,7 +131,7 @@ def datasheet(
         "Limits": [
             "No muscles: joint torques only. Activities are biased towards walking and running. Mass and "
             "inertias were fitted to the plates. Where a foot's force does not count, torques rest on a "
-            "wrench that the motion demands (`torque_inferred`).",
+            "wrench that the motion demands (`torque_predicted`).",
         ],
         "Contact": [
             "The sources in LICENCES.md for the recordings; who passed this release on for the rest."

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from addb_viewer.dataset.figures import Row, heldout, measures, phase_shares, verdicts_of
+from addb_viewer.dataset.figures import Row, held_out, measures, phase_shares, verdicts_of
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, SIDE_WORDS
 from addb_viewer.dataset.frame_rows import TrialRows
 from addb_viewer.dataset.release_subject import ReleaseSubject, age_told
@@ -109,7 +109,7 @@ def trial_row(rows: TrialRows, fit: Fit, labels: TrialLabels, extended: bool) ->
         "trial_type": labels.trial_type,
         **average_speed(rows, Segment(0, grid.frames), labels),
         **figures,
-        **heldout(rows.gridded),
+        **held_out(rows.gridded),
         "hicks_linear": kept["linear"],
         "hicks_angular": kept["angular"],
         "hicks_paper": kept["paper"],

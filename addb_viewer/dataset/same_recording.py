@@ -151,11 +151,11 @@ def _is_copy(one: Recording, other: Recording, mine: Places, theirs: Places) -> 
     if spread.ravel()[most[0]] < MOVING_M:
         return False
     pairs = np.array(np.unravel_index(most, spread.shape))
-    a, b = (_Courses(p, c, pairs) for p, c in zip((mine, theirs), columns, strict=True))
+    a, b = (_TimeHistories(p, c, pairs) for p, c in zip((mine, theirs), columns, strict=True))
     return any(_agree(a, b, lag_s) for lag_s in _likely_lags(a, b))
 
 
-class _Courses:
+class _TimeHistories:
     """Distances between shared markers over a recording's longest stretch without dropped frames."""
 
     def __init__(self, places: Places, columns: Sequence[int], pairs: Float[np.ndarray, "2 pairs"]) -> None:
@@ -195,7 +195,7 @@ def _filled(row: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
     return np.interp(np.arange(len(row)), known, row[known]) if len(known) else np.zeros(len(row))
 
 
-def _likely_lags(one: _Courses, other: _Courses) -> list[float]:
+def _likely_lags(one: _TimeHistories, other: _TimeHistories) -> list[float]:
     """By how much the other may begin later than the one [s], the likeliest first: a gait repeats itself.
 
     Sums of squares of all overlaps come from cumulative sums, products from one convolution.
@@ -217,7 +217,7 @@ def _likely_lags(one: _Courses, other: _Courses) -> list[float]:
     return [float(lags[k]) / RATE_HZ for k in near[np.argsort(mean[near])][:MOST_LAGS]]
 
 
-def _agree(one: _Courses, other: _Courses, near_s: float) -> bool:
+def _agree(one: _TimeHistories, other: _TimeHistories, near_s: float) -> bool:
     def overlap(lag_s: float, count: int) -> Float[np.ndarray, " times"]:
         return np.linspace(max(0.0, lag_s), min(one.lasts_s, other.lasts_s + lag_s), count)
 

@@ -13,7 +13,7 @@ _FIGURES = (
     ("marker_rms_m", "marker error, RMS", "m"),
     ("linear_rms_bw", "residual force, RMS", "body weights"),
     ("angular_rms_bwh", "residual moment, RMS", "body weights · height"),
-    ("heldout_linear_rms_N", "residual force on withheld blocks, RMS", "N"),
+    ("held_out_linear_rms_N", "residual force on held-out blocks, RMS", "N"),
     ("average_speed_m_s", "average speed", "m/s"),
 )
 

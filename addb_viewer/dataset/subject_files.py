@@ -15,7 +15,7 @@ from addb_viewer.jobs.accepted_extension import extension_for_solve
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.suggested_activities import suggestions_of
 from solver.capture.subject.subject import open_subject
-from solver.common.freed_memory import give_back
+from solver.common.memory_release import release_memory
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import default_folder
@@ -51,7 +51,7 @@ def write_subject_files(task: Task) -> Receipt:
         trial.capture.name: said[trial.capture.name].with_suggestions(suggestions_of(trial, fit.skeleton))
         for trial in fit.trials
     }
-    give_back()
+    release_memory()
     return SubjectWriting(task, fit, settings, extension, labels).receipt(left)
 
 

@@ -38,7 +38,7 @@ from addb_viewer.dataset.trials_on_demand import TrialsOnDemand
 from solver.capture.atomic import write_whole
 from solver.capture.formats.b3d.reader import read_b3d
 from solver.capture.formats.b3d.schema import B3dFile, B3dTrial
-from solver.common.freed_memory import give_back
+from solver.common.memory_release import release_memory
 from solver.dynamics.trajectory.extension import Extension
 from solver.export.b3d.from_fit import fit_to_b3d, unfitted
 from solver.export.b3d.passes import LowPassed
@@ -108,10 +108,10 @@ class SubjectWriting:
                     starts.setdefault(f"{name}_first_row", tables[name].add(table))
                     starts[f"{name}_rows"] = starts.get(f"{name}_rows", 0) + table.num_rows
                     del table  # before the next one is made
-                    give_back()
+                    release_memory()
                 for name, own in self._trial_rows(one, starts):
                     rows.setdefault(name, []).extend(own)
-                give_back()
+                release_memory()
                 pieces.append(self._b3d_piece(b3d, one, len(pieces)))
         if not pieces:
             return Receipt(
@@ -142,13 +142,13 @@ class SubjectWriting:
         finished = self.labels[trial.capture.name].finished
         rate_hz = self.task.options.rate_hz
         gridded = on_grid(self.fit, trial, self.settings, rate_hz, finished=finished)
-        give_back()
+        release_memory()
         low = LowPassed(gridded.filtered.motion, gridded.filtered.marker_errors, gridded.cutoff_Hz)
         beside = tuple(gridded.trial if other is trial else other for other in self.fit.trials)
         b3d = fit_to_b3d(
             replace(self.fit, trials=beside), {gridded.name: low}, only=gridded.name, scratch=self.folder
         )
-        give_back()
+        release_memory()
         return self._rows(gridded, b3d.trials[0]), b3d
 
     def _rows(self, gridded: GriddedTrial, b3d: B3dTrial) -> TrialRows:

@@ -68,4 +68,4 @@ def concerns_of(trial: str, notes: Sequence[str], causes: Sequence[Mapping[str, 
         if cause.get("trial") in (None, trial)
     ]
     own = [note.removeprefix(f"{trial}: ") for note in notes if note.startswith(f"{trial}: ")]
-    return (*named, *(found.in_short for found in by_kind(own) if found.kind.decide))
+    return (*named, *(found.key_findings for found in by_kind(own) if found.kind.decide))

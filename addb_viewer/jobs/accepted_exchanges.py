@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from addb_viewer.text.diagnosis_vocabulary import about, ranges_of
-from solver.diagnosis.causes.about import Mend
+from solver.diagnosis.causes.about import CorrectedBy
 from solver.fitting.fit import Fit
 from solver.kinematics.label_faults.fault import EXCHANGED, Exchange
 
@@ -17,7 +17,7 @@ def exchanges_of(figures: Mapping[str, Any]) -> tuple[Exchange, ...]:
     """
     found = []
     for effect in figures.get("effects", ()):
-        if about(effect).mend is Mend.LABELS:
+        if about(effect).corrected_by is CorrectedBy.LABELS:
             one, _, other = effect["target"].partition("+")
             found += [
                 Exchange(name, (one, other), start, end) for name, start, end in ranges_of(figures, effect)

@@ -33,7 +33,7 @@ def extension_for_solve(
     if kept is None:
         return None, ()
     decision, extension = kept
-    changed = other_recordings(decision.made_of, provenance_of(subject, trials))
+    changed = other_recordings(decision.made_from, provenance_of(subject, trials))
     if changed:
         note = (
             f"the accepted extension ({extension.sentence}) is not used, because these have changed since: "

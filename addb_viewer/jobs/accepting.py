@@ -50,7 +50,7 @@ class Wanted:
     """What is to be accepted, and what is rejected beside it."""
 
     figures: dict[str, Any]  # in the shape of `diagnose --json`, with these causes alone
-    made_of: dict[str, str]
+    made_from: dict[str, str]
     refused: tuple[Cause, ...] = ()
 
 
@@ -74,15 +74,15 @@ def accepted(
         ResultsError: no diagnosis of these recordings is kept, or nothing in it can be accepted.
         FitError: a cause is not found again.
     """
-    figures, made_of = _diagnosis(job)
+    figures, made_from = _diagnosis(job)
     held, refused = _decided(figures, job.results)
     if only is None:
-        chosen = _without_leads(figures)
+        chosen = _without_tentative(figures)
     else:
         _split(_only(figures, only, job.results), job.results)  # something of what is meant can be accepted
         chosen = _only(figures, held | set(only), job.results)
     still = refused - {(effect["id"], effect["target"]) for effect in chosen["effects"]}
-    wanted = Wanted(chosen, made_of, _causes(_only(figures, still, job.results)))
+    wanted = Wanted(chosen, made_from, _causes(_only(figures, still, job.results)))
     return _accepted(job, wanted, by, progress)
 
 
@@ -94,7 +94,7 @@ def _accepted(job: Job, wanted: Wanted, by: str, progress: Progress) -> Accepted
         extension_log.accept,
         job.results,
         by=by,
-        made_of=wanted.made_of,
+        made_from=wanted.made_from,
         left_out=left_out,
         rejected=wanted.refused,
     )
@@ -162,14 +162,14 @@ def rejected(
         return _rejected(job, causes, by)
     if stay == held:
         return extension_log.reject_beside(job.results, causes, by=by)
-    figures, made_of = _diagnosis(job)
-    _accepted(job, Wanted(_only(figures, stay, job.results), made_of, causes), by, progress)
+    figures, made_from = _diagnosis(job)
+    _accepted(job, Wanted(_only(figures, stay, job.results), made_from, causes), by, progress)
     return extension_log.decisions(job.results)[-1]
 
 
 def _rejected(job: Job, causes: tuple[Cause, ...], by: str) -> Decision:
-    made_of = without_reviews(provenance_of(job.subject, job.subject.trials))
-    return extension_log.reject(job.results, causes, by=by, made_of=made_of)
+    made_from = without_reviews(provenance_of(job.subject, job.subject.trials))
+    return extension_log.reject(job.results, causes, by=by, made_from=made_from)
 
 
 def _decided(figures: dict[str, Any], results: Path) -> tuple[set[tuple[str, str]], set[tuple[str, str]]]:
@@ -187,11 +187,11 @@ def _diagnosis(job: Job) -> tuple[dict[str, Any], dict[str, str]]:
     found = kept(job.results)
     if found is None:
         raise ResultsError(f"{job.results}: no diagnosis is kept here. Run: addb-viewer diagnose")
-    figures, made_of = found
+    figures, made_from = found
     of_trials = [t for t in job.subject.trials if t.name in figures["trials"]]
     now = provenance_of(job.subject, of_trials)
-    changed = other_recordings(made_of["provenance"], now)
-    if made_of["settings"] != as_dict(job.settings):
+    changed = other_recordings(made_from["provenance"], now)
+    if made_from["settings"] != as_dict(job.settings):
         changed.append("the settings")
     if changed:
         raise ResultsError(
@@ -214,7 +214,7 @@ def _only(figures: dict[str, Any], wanted: Collection[tuple[str, str]], results:
     return {**figures, "effects": effects}
 
 
-def _without_leads(figures: dict[str, Any]) -> dict[str, Any]:
+def _without_tentative(figures: dict[str, Any]) -> dict[str, Any]:
     """The diagnosis without what is likelier wrong than right, where anything else is named."""
     return {**figures, "effects": names_of(figures) or figures["effects"]}
 

@@ -1,4 +1,4 @@
-"""The demo subject: a made-up person whose walk misses a plate."""
+"""The demo subject: a synthetic person whose walk misses a plate."""
 
 from collections.abc import Sequence
 from pathlib import Path

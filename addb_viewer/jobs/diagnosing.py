@@ -18,7 +18,7 @@ def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> 
     """Diagnose and keep the answer; its figures and its file."""
     check_place(job.results)
     chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
-    made_of = {
+    made_from = {
         "provenance": provenance_of(job.subject, chosen, job.reviews),
         "settings": as_dict(job.settings),
     }
@@ -27,8 +27,8 @@ def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> 
     figures["notes"] = list(dict.fromkeys([*job.subject.notes, *found.notes]))
     read = [t for t in chosen if t.name in found.trials]
     if len(read) < len(chosen):  # the others cannot be read
-        made_of["provenance"] = provenance_of(job.subject, read, job.reviews)
-    return figures, keep(figures, made_of, job.results)
+        made_from["provenance"] = provenance_of(job.subject, read, job.reviews)
+    return figures, keep(figures, made_from, job.results)
 
 
 def kept_of(job: Job) -> dict[str, Any] | None:
@@ -36,10 +36,10 @@ def kept_of(job: Job) -> dict[str, Any] | None:
     found = kept(job.results)
     if found is None:
         return None
-    figures, made_of = found
+    figures, made_from = found
     chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
     now = {
         "provenance": provenance_of(job.subject, chosen, job.reviews),
         "settings": as_dict(job.settings),
     }
-    return figures if made_of == loads(dumps(now)) else None
+    return figures if made_from == loads(dumps(now)) else None

@@ -10,21 +10,21 @@ from solver.common.small_files import json_content
 from solver.fitting.results.store import write_json
 
 FILE = "diagnosis.json"
-MADE_OF = "made_of"  # provenance and settings; the rest is what `diagnose --json` writes
+MADE_FROM = "made_from"  # provenance and settings; the rest is what `diagnose --json` writes
 
 
-def keep(figures: Mapping[str, Any], made_of: Mapping[str, Any], results: Path) -> Path:
+def keep(figures: Mapping[str, Any], made_from: Mapping[str, Any], results: Path) -> Path:
     """Write a diagnosis in place of the last one; all of it or nothing.
 
     Args:
         figures: in the shape of `diagnose --json`.
-        made_of: `provenance` and `settings`, as a fit keeps them.
+        made_from: `provenance` and `settings`, as a fit keeps them.
         results: the results folder, made where it's missing.
 
     Returns:
         The file.
     """
-    write_json(made_folder(results) / FILE, {**figures, MADE_OF: dict(made_of)})
+    write_json(made_folder(results) / FILE, {**figures, MADE_FROM: dict(made_from)})
     return results / FILE
 
 
@@ -39,9 +39,9 @@ def kept(results: Path) -> tuple[dict[str, Any], dict[str, Any]] | None:
         return None
     try:
         content = json_content(path)
-        made_of = content.pop(MADE_OF)
+        made_from = content.pop(MADE_FROM)
     except (ValueError, KeyError, AttributeError, TypeError, OSError) as error:
         raise ResultsError(
             f"{path}: not a diagnosis ({error}). Make it anew: addb-viewer diagnose"
         ) from error
-    return content, made_of
+    return content, made_from

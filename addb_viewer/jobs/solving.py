@@ -20,7 +20,7 @@ from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.fit import Fit
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import differences, provenance_of
-from solver.fitting.results.room import check_room_for_fit
+from solver.fitting.results.disk_space import check_room_for_fit
 from solver.fitting.results.store import (
     check_place,
     default_folder,
@@ -30,12 +30,12 @@ from solver.fitting.results.store import (
     save_fit,
 )
 from solver.fitting.results.writing import writing
-from solver.fitting.review_stage import predicting_withheld, with_same_forces
+from solver.fitting.review_stage import predicting_held_out, with_same_forces
 from solver.fitting.settings import Settings, decide_the_same_fit, settings_for
 from solver.markers.mapping_file import chosen_for
 from solver.skeleton.skeleton import Skeleton
 
-RESOLVED = 0.4  # share of a re-solve's work before the withheld blocks
+RESOLVED = 0.4  # share of a re-solve's work before the held-out blocks
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def solved(job: Job, *, force: bool = False, progress: Progress = silent) -> Kep
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
     """
     kept, before = last_fit(job), _written(job.results)
-    if kept is not None and not force and not kept.heldout_due and not changes(kept, job):
+    if kept is not None and not force and not kept.held_out_due and not changes(kept, job):
         files = files_of_fit(job.results)
         said = f"unchanged: kept fit of {_date(job.results)} in {files[0]}; --force solves it again"
         return KeptFit(_as_of_now(kept, job), files, False, said)
@@ -259,7 +259,7 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     """
     fit = None if kept is None else resolved(job, kept, part(progress, 0.0, RESOLVED))
     if fit is not None:
-        fit = predicting_withheld(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
+        fit = predicting_held_out(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
         return fit, "only flags changed: scaling and marker fit are those of the kept fit"
     fit = solve(
         job.subject,
@@ -274,7 +274,7 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
 
 
 def resolved(job: Job, kept: Fit, progress: Progress = silent) -> Fit | None:
-    """The kept fit with the forces that count now, withheld blocks due; None where more has changed.
+    """The kept fit with the forces that count now, held-out blocks due; None where more has changed.
 
     Args:
         job: what is wanted; nothing is written.
@@ -302,7 +302,7 @@ def judged(job: Job, progress: Progress = silent) -> Fit:
     The latter takes seconds; it isn't kept, because it doesn't obey the forces.
     """
     kept = last_fit(job)
-    if kept is not None and not kept.heldout_due and not changes(kept, job):
+    if kept is not None and not kept.held_out_due and not changes(kept, job):
         return kept
     alone = replace(job.settings, trajectory=replace(job.settings.trajectory, enabled=False))
     return solve(job.subject, alone, trials=job.trials, reviews=job.reviews, progress=progress)

@@ -216,7 +216,7 @@ def _same_fit(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 def _as_solved(head: Mapping[str, Any]) -> dict[str, Any]:
     """A `fit.json` without its place, and without what comes after a solve."""
-    trials = [{**trial, "withheld": None} for trial in head["trials"]]
+    trials = [{**trial, "held_out_layouts": None} for trial in head["trials"]]
     return {**head, "solve": None, "files": None, "trials": trials}
 
 

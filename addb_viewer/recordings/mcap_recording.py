@@ -10,9 +10,9 @@ from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_schemas import EDIT, PROGRESS
 from addb_viewer.recordings.mcap_trial import TrialTopics, write_capture, write_causes, write_fit
 from addb_viewer.trial_view.drawing import nanoseconds
-from addb_viewer.trial_view.happenings import lines_of
 from addb_viewer.trial_view.recording import Recording, TrialRecord, file_of
 from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
+from addb_viewer.trial_view.trial_events import lines_of
 from annotations.event_codec import encoded
 from annotations.events import Edit
 from annotations.review_json import KEY
@@ -103,8 +103,8 @@ def attach_fit(mcap: McapFile, fit: Fit, time_ns: int) -> None:
         mcap.attach("model.txt", "text/plain", f"no OpenSim model: {error}\n", time_ns)
     figures = json.dumps(summary(fit), indent=2, ensure_ascii=False)
     mcap.attach("fit.json", "application/json", figures, time_ns)
-    made_of = json.dumps(dict(fit.provenance), indent=2, ensure_ascii=False)
-    mcap.attach("provenance.json", "application/json", made_of, time_ns)
+    made_from = json.dumps(dict(fit.provenance), indent=2, ensure_ascii=False)
+    mcap.attach("provenance.json", "application/json", made_from, time_ns)
 
 
 def attach_review(mcap: McapFile, record: TrialRecord, time_ns: int) -> None:

@@ -36,10 +36,10 @@ from addb_viewer.recordings.mcap_schemas import (
 )
 from addb_viewer.text.diagnosis_vocabulary import ranges_of
 from addb_viewer.trial_view.drawing import marker_errors_of, nanoseconds, used_norm
-from addb_viewer.trial_view.happenings import Line
 from addb_viewer.trial_view.joint_quantities import Kind, quantities_of
 from addb_viewer.trial_view.recording import TrialRecord, file_of
 from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.trial_events import Line
 
 DECIMALS = 6  # of JSON numbers in SI units: micrometres, micronewtons
 

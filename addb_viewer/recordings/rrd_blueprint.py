@@ -4,6 +4,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from addb_viewer.recordings.rrd_log import LANES, LOG, REPORT, SECONDS, SOLVER, SOLVER_STEP, SUMMARY
 from addb_viewer.recordings.rrd_scene import BEFORE, SCENE
 from addb_viewer.recordings.rrd_series import (
     FORCE,
@@ -14,7 +15,6 @@ from addb_viewer.recordings.rrd_series import (
     joint_parts,
     joint_quantities,
 )
-from addb_viewer.recordings.rrd_story import LANES, LOG, REPORT, SECONDS, SOLVER, SOLVER_STEP, SUMMARY
 from addb_viewer.recordings.rrd_stream import TIME, path
 from addb_viewer.trial_view.joint_quantities import SAGITTAL, Kind
 from addb_viewer.trial_view.recording import TrialRecord

@@ -11,9 +11,9 @@ import rerun as rr
 
 from addb_viewer.recordings.rerun_program import rerun_command, rerun_environment
 from addb_viewer.recordings.rrd_blueprint import blueprint_of
+from addb_viewer.recordings.rrd_log import write_log
 from addb_viewer.recordings.rrd_scene import write_scene
 from addb_viewer.recordings.rrd_series import write_series
-from addb_viewer.recordings.rrd_story import write_story
 from addb_viewer.recordings.rrd_stream import RrdStream
 from addb_viewer.trial_view.recording import Recording, TrialRecord
 from solver.capture.atomic import draft_folder, whole_file
@@ -78,5 +78,5 @@ def _write_trial(recording: Recording, record: TrialRecord, part: BinaryIO) -> N
         write_scene(stream, record, recording)
         part.write(made.read() or b"")
         write_series(stream, record)
-        write_story(stream, record, recording)
+        write_log(stream, record, recording)
         part.write(made.read() or b"")

@@ -5,7 +5,7 @@ scene/after/markers, bones/…  the present fit; its model markers
 scene/before/bones/…          of the fit that it is compared with
 scene/plates/NAME             outlines
 scene/forces/FOOT             from the centre of pressure; those of no foot are `unassigned`
-scene/demanded/FOOT           what the motion demands of a foot whose force is missing
+scene/required/FOOT           what the motion demands of a foot whose force is missing
 scene/after/residual          at the centre of mass
 """
 
@@ -66,9 +66,9 @@ def write_scene(stream: RrdStream, record: TrialRecord, recording: Recording) ->
         on_foot = [(p.cop, p.force, p.foot < 0 if foot < 0 else p.foot == foot) for p in replay.plates]
         _arrows(stream, (SCENE, "forces", name), on_foot, color, SMALLEST_N)
     always = np.ones(replay.frames, dtype=bool)
-    for demanded in replay.demanded:
-        told = [(demanded.point, demanded.force, always)]
-        _arrows(stream, (SCENE, "demanded", demanded.foot), told, PALE, SMALLEST_N)
+    for required in replay.required:
+        told = [(required.point, required.force, always)]
+        _arrows(stream, (SCENE, "required", required.foot), told, PALE, SMALLEST_N)
 
 
 def _measured_markers(stream: RrdStream, replay: Replay) -> None:

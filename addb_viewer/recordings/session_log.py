@@ -35,11 +35,11 @@ from addb_viewer.recordings.mcap_recording import (
 )
 from addb_viewer.recordings.mcap_scene import stamp
 from addb_viewer.recordings.mcap_trial import TrialTopics, write_capture, write_causes, write_fit
-from addb_viewer.trial_view.happenings import lines_of
 from addb_viewer.trial_view.recording import recording_of
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.replay_of_fit import unfitted_replay
 from addb_viewer.trial_view.solver_steps import SolverStep
+from addb_viewer.trial_view.trial_events import lines_of
 from annotations.events import Edit
 from solver.capture.capture import Capture
 from solver.common.errors import ResultsError

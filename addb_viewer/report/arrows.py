@@ -21,7 +21,7 @@ class Arrow:
     start: Float[np.ndarray, "frames 3"]  # [m]
     force: Float[np.ndarray, "frames 3"]  # [N]
     color: Rgb
-    is_demanded: bool = False  # by the motion, not measured
+    is_required: bool = False  # by the motion, not measured
     metres_per_newton: float = METRES_PER_NEWTON
 
 
@@ -39,9 +39,9 @@ def arrows_of(replay: Replay, diagnosis: Mapping[str, Any] | None) -> tuple[Arro
             color = UNASSIGNED if foot < 0 else foot_color(replay.feet[foot], foot)
             force = np.where(belongs[:, None], plate.force, np.nan)
             found.append(Arrow(plate.name, *_large(plate.cop, force, SMALLEST_N), color))
-    for demanded in replay.demanded:
-        told = f"demanded of {demanded.foot}"
-        found.append(Arrow(told, *_large(demanded.point, demanded.force, SMALLEST_N), INK, is_demanded=True))
+    for required in replay.required:
+        told = f"required of {required.foot}"
+        found.append(Arrow(told, *_large(required.point, required.force, SMALLEST_N), INK, is_required=True))
     for picture in pictures(diagnosis, replay) if diagnosis else ():
         if picture.force is not None and picture.place is not None:
             force = np.where(picture.acts[:, None], picture.force, np.nan)

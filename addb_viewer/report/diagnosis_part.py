@@ -12,8 +12,8 @@ from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.residual_words import what_is_wrong
 
 BARS = (  # what, its key, unit, factor, decimals
-    ("Force missed", "heldout_linear_residual_N", "N", 1.0, 0),
-    ("Moment missed", "heldout_angular_residual_Nm", "N·m", 1.0, 1),
+    ("Force missed", "held_out_linear_residual_N", "N", 1.0, 0),
+    ("Moment missed", "held_out_angular_residual_Nm", "N·m", 1.0, 1),
     ("Marker error", "marker_rms_m", "mm", 1e3, 1),
 )
 

@@ -59,9 +59,9 @@ def _left_out(replay: Replay, kept: Kept) -> Moment | None:
         return None
     frames, cause = max(stretches, key=lambda one: len(one[0]))
     up = np.zeros(replay.frames)
-    for demanded in replay.demanded:
-        if cause.foot in (None, demanded.foot):
-            up = np.fmax(up, demanded.force[:, 1])
+    for required in replay.required:
+        if cause.foot in (None, required.foot):
+            up = np.fmax(up, required.force[:, 1])
     inside = up[frames]
     telling = frames[inside >= TELLING * np.percentile(inside, GREATEST)]
     frame = int(telling[np.abs(telling - (frames[0] + frames[-1]) / 2).argmin()])

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept, in_all
-from addb_viewer.report.in_short import bounds_of, frames_sentence, reasons, strip, verdict_kind
-from addb_viewer.report.made_of import person_rows
+from addb_viewer.report.key_findings import bounds_of, frames_sentence, reasons, strip, verdict_kind
+from addb_viewer.report.made_from import person_rows
 from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.report.page import page_html
 from addb_viewer.report.quality import SOURCE, Judged, judged_figures
-from addb_viewer.text.diagnosis_vocabulary import amounts, leads_of, short_title, sureness
+from addb_viewer.text.diagnosis_vocabulary import amounts, short_title, sureness, tentative_of
 from addb_viewer.text.use_words import use
 from addb_viewer.text.verdict_words import headline
 from addb_viewer.trial_view.recording import TrialRecord
@@ -160,9 +160,9 @@ def _causes(report: SubjectReport) -> Safe:
     if figures is None or not figures["effects"]:
         none = "No diagnosis is kept." if figures is None else "None."
         return element("p", none)
-    leads, rows = leads_of(figures), []
+    leads, rows = tentative_of(figures), []
     for effect in figures["effects"][:MOST_CAUSES]:
-        lead = ", a lead" if any(effect is one for one in leads) else ""
+        lead = ", tentative" if any(effect is one for one in leads) else ""
         standing = report.diagnosis.standings.get((effect["id"], effect["target"]))
         decided = (
             "nobody yet"

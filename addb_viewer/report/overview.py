@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept, decided_by, in_all
-from addb_viewer.report.in_short import frames_sentence
+from addb_viewer.report.key_findings import frames_sentence
 from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.report.page import page_html
 from addb_viewer.report.quality import SOURCE, Judged, judged_figures

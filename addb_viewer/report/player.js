@@ -160,9 +160,9 @@
     const length = Math.hypot(...along);
     if (!(length > 0.015)) return;
     const [neck, wide] = [Math.max(1 - 0.1 / length, 0.4), Math.min(0.034, 0.4 * length)];
-    const color = arrow.demanded ? colors.ink : arrow.rgb;
+    const color = arrow.required ? colors.ink : arrow.rgb;
     const point = (share) => start.map((s, i) => s + share * along[i]);
-    if (arrow.demanded) {
+    if (arrow.required) {
       for (let s = 0; s < neck; s += 0.08 / length)
         drawSolid(shaft, rodBetween(point(s), point(Math.min(s + 0.045 / length, neck)), 0.009), color, eye);
     } else {

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from addb_viewer.report.markup import Safe, bar, element, joined, table, verdict_mark
+from addb_viewer.text.held_out_words import KINDS, QUANTITIES, cutoff_words, worse_words
 from addb_viewer.text.stored_words import stored_words
-from addb_viewer.text.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
 from solver.common.gravity import GRAVITY
 from solver.dynamics.thresholds import Thresholds
 
@@ -78,8 +78,8 @@ def quality_table(trials: Sequence[Mapping[str, Any]]) -> Safe:
     return table(head, rows, "quality")
 
 
-def withheld_table(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
-    """How well forces are foretold that the fit was not shown; None where none were withheld.
+def held_out_table(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
+    """How well forces are predicted that the fit was not shown; None where none were held out.
 
     Args:
         trials: in the shape of `fit --json`.
@@ -89,7 +89,7 @@ def withheld_table(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
         rows += _layout_rows(figures) or _first_layout_row(figures)
     head = (
         "Trial",
-        "Withheld",
+        "HeldOut",
         "Frames",
         "Force missed",
         "by markers alone",
@@ -101,7 +101,7 @@ def withheld_table(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
 
 
 def worse_than_markers(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
-    """Where the markers alone foretell withheld forces better than the fit; None where they nowhere do.
+    """Where the markers alone predict held-out forces better than the fit; None where they nowhere do.
 
     Args:
         trials: in the shape of `fit --json`.
@@ -125,10 +125,10 @@ def stored_list(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
 
 
 def _layout_rows(figures: Mapping[str, Any]) -> list[list[str]]:
-    withheld = figures.get("withheld") or {}
+    held_out_layouts = figures.get("held_out_layouts") or {}
     rows = []
     for kind, words in KINDS.items():
-        found = withheld.get(kind)
+        found = held_out_layouts.get(kind)
         if found:
             layouts = "1 layout" if found["layouts"] == 1 else f"{found['layouts']} layouts"
             pieces = words.removesuffix("s") if found["pieces"] == 1 else words
@@ -143,16 +143,16 @@ def _layout_rows(figures: Mapping[str, Any]) -> list[list[str]]:
 
 def _first_layout_row(figures: Mapping[str, Any]) -> list[list[str]]:
     """Before all layouts have come: the first one; markers as older versions filtered them are left out."""
-    withheld = figures["heldout"]
-    if withheld is None:
+    first = figures["held_out"]
+    if first is None:
         return []
-    row = [figures["name"], "first layout of blocks", str(withheld["frames"])]
-    cutoffs = withheld.get("markers_cutoff_hz") or (None, None)
+    row = [figures["name"], "first layout of blocks", str(first["frames"])]
+    cutoffs = first.get("markers_cutoff_hz") or (None, None)
     for (name, key, unit), cutoff in zip(
         (("linear_residual", "rms_N", "N"), ("angular_residual", "rms_Nm", "N·m")), cutoffs, strict=True
     ):
-        alone = _number(withheld[f"kinematics_only_{name}"][key], unit, 1)
-        row += [_number(withheld[name][key], unit, 1), f"{alone} at {cutoff:g} Hz" if cutoff else ""]
+        alone = _number(first[f"kinematics_only_{name}"][key], unit, 1)
+        row += [_number(first[name][key], unit, 1), f"{alone} at {cutoff:g} Hz" if cutoff else ""]
     return [[*row, _marker_errors(figures)]]
 
 

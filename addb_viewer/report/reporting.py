@@ -107,8 +107,8 @@ def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
     found = kept(results)
     if found is None:
         return DiagnosisShown()
-    figures, made_of = found
-    changed = _changed(fit, made_of, figures["trials"])
+    figures, made_from = found
+    changed = _changed(fit, made_from, figures["trials"])
     if changed:
         return DiagnosisShown(
             absent=f"A diagnosis is kept, but since then these have changed: {', '.join(changed)}. {AGAIN}"
@@ -117,13 +117,13 @@ def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
     return DiagnosisShown(figures, "", decision_in_words(state), state.standings, state.gain)
 
 
-def _changed(fit: Fit, made_of: Mapping[str, Mapping], trials: list[str]) -> list[str]:
+def _changed(fit: Fit, made_from: Mapping[str, Mapping], trials: list[str]) -> list[str]:
     """What the diagnosis was made of and the fit was not."""
-    then, now = made_of["provenance"], fit.provenance
+    then, now = made_from["provenance"], fit.provenance
     changed = other_recordings(then, now)
     if _reviews(then, trials) != _reviews(now, trials):
         changed.append("the flags")
-    if made_of["settings"] != fit.settings:
+    if made_from["settings"] != fit.settings:
         changed.append("the settings")
     return changed
 

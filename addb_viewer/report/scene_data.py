@@ -183,7 +183,7 @@ def _arrow(arrow: Arrow, played: slice) -> dict[str, object]:
         "start": packed(arrow.start[played], POSITION_STEP_M).as_json(),
         "force": packed(arrow.force[played], FORCE_STEP_N).as_json(),
         "color": _hex(arrow.color),
-        "demanded": arrow.is_demanded,
+        "required": arrow.is_required,
         "scale": arrow.metres_per_newton,
     }
 

@@ -130,8 +130,8 @@ def _arrow(arrow: Arrow, frame: int, camera: Camera, taken: list[tuple[float, fl
     neck = ends[1] - head * along
     sides = [neck + 0.45 * head * across, ends[1], neck - 0.45 * head * across]
     corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in sides)
-    color = (INK if arrow.is_demanded else arrow.color).on_any_page
-    dashes = ' stroke-dasharray="5 4"' if arrow.is_demanded else ""
+    color = (INK if arrow.is_required else arrow.color).on_any_page
+    dashes = ' stroke-dasharray="5 4"' if arrow.is_required else ""
     figure = _figure(float(np.linalg.norm(arrow.force[frame])), ends[1], taken)
     return Safe(
         f'<g class="arrow" style="stroke:{color};fill:{color}"><path d="M{ends[0][0]:.1f} {ends[0][1]:.1f}'

@@ -8,9 +8,9 @@ from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_part import diagnosis_part
 from addb_viewer.report.floor import plates_of
 from addb_viewer.report.frames_table import frames_part
-from addb_viewer.report.in_short import in_short
 from addb_viewer.report.joints_part import joints_part
-from addb_viewer.report.made_of import recorded, repeat_part
+from addb_viewer.report.key_findings import key_findings
+from addb_viewer.report.made_from import recorded, repeat_part
 from addb_viewer.report.markup import Safe, data_script, element, joined, part, swatch
 from addb_viewer.report.moments import moments_of
 from addb_viewer.report.motion_part import changed_part, strides_part
@@ -18,16 +18,16 @@ from addb_viewer.report.page import page_html
 from addb_viewer.report.quality import (
     SOURCE,
     bounds_of,
+    held_out_table,
     quality_table,
     stored_list,
-    withheld_table,
     worse_than_markers,
 )
 from addb_viewer.report.scene_data import scene_of
 from addb_viewer.report.still_picture import still_picture
 from addb_viewer.report.timeline import timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
-from addb_viewer.text.withheld_words import rest_words
+from addb_viewer.text.held_out_words import rest_words
 from addb_viewer.trial_view.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
 from addb_viewer.trial_view.recording import TrialRecord
 from solver.capture.atomic import write_whole
@@ -81,7 +81,7 @@ def subject_page(report: SubjectReport) -> str:
     )
     parts = [part(name, words, content) for name, words, content in shown]
     data = data_script("scene-data", scene_of(recording, report.kept))
-    body = joined((head, element("main", in_short(report), *parts), data))
+    body = joined((head, element("main", key_findings(report), *parts), data))
     return page_html(f"{recording.subject} — addb-viewer report", body, PLAYER)
 
 
@@ -117,11 +117,11 @@ def _quality(report: SubjectReport) -> Safe:
             class_="fine",
         ),
     ]
-    if foretold := [of["name"] for of in figures if of.get("forces_foretold")]:
+    if predicted := [of["name"] for of in figures if of.get("forces_predicted")]:
         pieces.append(
             element(
                 "p",
-                f"{', '.join(foretold)}: no measured force is used. Ground forces and joint torques are "
+                f"{', '.join(predicted)}: no measured force is used. Ground forces and joint torques are "
                 "predicted from the motion and the mass. No measurement confirms them, and there is no "
                 "residual.",
             )
@@ -129,21 +129,21 @@ def _quality(report: SubjectReport) -> Safe:
     if (stored := stored_list(figures)) is not None:
         pieces += [element("h3", "Figures stored in the recording's file"), stored]
     pieces.append(changed_part(figures))
-    withheld = withheld_table(figures)
+    held_out = held_out_table(figures)
     force_N, moment_Nm = bounds_of(report.recording.fit.mass_kg, report.recording.fit.height_m)
-    if withheld is not None:
+    if held_out is not None:
         pieces += [
-            element("h3", "Withheld forces"),
+            element("h3", "Held-out forces"),
             element(
                 "p",
                 "A low residual alone proves nothing: distorting the motion lowers it, too. So the fit is "
                 "repeated without the forces of every third block of 0.22 s or every third whole step, and "
-                "has to predict them; six layouts of blocks withhold every known frame but the ends. "
+                "has to predict them; six layouts of blocks hold out every known frame but the ends. "
                 "For comparison: the markers alone with the fitted mass, low-passed at the cut-off of 3 to "
                 "30 Hz that is best on the other frames. All figures are RMS errors. The bounds above are "
                 f"{force_N:.0f} N and {moment_Nm:.1f} N·m for this person.",
             ),
-            withheld,
+            held_out,
         ]
         worse = worse_than_markers(figures)
         if worse is not None:
@@ -209,7 +209,7 @@ def _legend() -> Safe:
         (GREEN, "force on the right foot"),
         (PURPLE, "on the left foot"),
         (ORANGE, "of no foot"),
-        (INK, "dashed: demanded by the motion, not measured"),
+        (INK, "dashed: required by the motion, not measured"),
         (RESIDUAL, "residual, at the centre of mass"),
         (BLUE, "markers: blue fits, vermilion is 4 cm off"),
     )

@@ -10,13 +10,13 @@ from addb_viewer.report.frames_kept import frames_words
 from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.trial_view.chart_html import axis_html, chart_html
 from addb_viewer.trial_view.charts import BEFORE, Chart, Line, charts_of
-from addb_viewer.trial_view.happenings import Lane as Happenings
-from addb_viewer.trial_view.happenings import Stretch, lanes_of
 from addb_viewer.trial_view.lanes import Block, Lane
 from addb_viewer.trial_view.lanes_html import lanes_html
 from addb_viewer.trial_view.recording import TrialRecord
 from addb_viewer.trial_view.residual_charts import residual_charts
 from addb_viewer.trial_view.span import Span
+from addb_viewer.trial_view.trial_events import Lane as Happenings
+from addb_viewer.trial_view.trial_events import Stretch, lanes_of
 from solver.dynamics.thresholds import Thresholds
 
 HEIGHT = 96  # [pixel] of a chart

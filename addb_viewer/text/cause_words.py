@@ -7,7 +7,6 @@ from addb_viewer.text.diagnosis_vocabulary import (
     about,
     amounts,
     certainty,
-    leads_of,
     listed,
     ranges_of,
     rivals_of,
@@ -15,10 +14,11 @@ from addb_viewer.text.diagnosis_vocabulary import (
     sentence,
     share,
     target_in_words,
+    tentative_of,
     title,
 )
 from addb_viewer.text.sections import Section
-from solver.diagnosis.causes.about import Mend
+from solver.diagnosis.causes.about import CorrectedBy
 
 LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
 TO_FLAG = " To flag: "  # before each command that somebody may copy
@@ -53,7 +53,7 @@ def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
         rows.append(("could also be", _could_also_be(effect, rivals)))
         told_apart = dict.fromkeys(r["separate_by"] for r in rivals if r["separate_by"])
         rows.append(("to tell, record", "; or ".join(told_apart)))
-    kind = "Lead" if effect in leads_of(figures) else "Cause"
+    kind = "Tentative cause" if effect in tentative_of(figures) else "Cause"
     heading = f"{kind} {k + 1} of {len(figures['effects'])}: {title(effect)}"
     return Section(heading, rows=tuple(row for row in rows if row[1]))
 
@@ -87,7 +87,7 @@ def instead_of(effect: Figures, rival: Figures) -> str:
 
 
 def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:
-    if about(effect).mend is not Mend.FLAGGED:
+    if about(effect).corrected_by is not CorrectedBy.FLAGGED:
         return []
     several = effect["target"].startswith("plate_") or "+" in effect["target"]
     foot = "both" if several else effect["target"]

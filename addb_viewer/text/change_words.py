@@ -56,7 +56,7 @@ def change_sentence(change: Figures | None) -> str:
     return "; ".join(parts)
 
 
-def change_in_short(change: Figures | None) -> str:
+def change_key_findings(change: Figures | None) -> str:
     """The same in a few words."""
     if change is None or change["joints_rms_deg"] is None:
         return ""

@@ -42,14 +42,14 @@ def about(effect: Mapping[str, Any]) -> About:
     return ABOUT.get(id, About(id))
 
 
-def leads_of(figures: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+def tentative_of(figures: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Causes that are likelier wrong than right: no names, but where to look; a kept old answer has none."""
-    return [effect for effect in figures["effects"] if effect.get("told_as") == "lead"]
+    return [effect for effect in figures["effects"] if effect.get("told_as") == "tentative"]
 
 
 def names_of(figures: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """All others."""
-    return [effect for effect in figures["effects"] if effect.get("told_as") != "lead"]
+    return [effect for effect in figures["effects"] if effect.get("told_as") != "tentative"]
 
 
 def ranges_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[tuple[str, int, int]]:

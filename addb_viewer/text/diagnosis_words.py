@@ -11,12 +11,12 @@ from typing import Any
 from addb_viewer.text.cause_words import TO_FLAG, cause
 from addb_viewer.text.detectable_words import what_would_be_found
 from addb_viewer.text.diagnosis_vocabulary import about, title
+from addb_viewer.text.direct_check_words import what_the_files_say
 from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.remainder_words import what_next, what_remains
 from addb_viewer.text.residual_words import looked_for, what_is_wrong, without_advice
 from addb_viewer.text.sections import Section
 from addb_viewer.text.verdict_words import verdict
-from addb_viewer.text.witness_words import what_the_files_say
 
 ON_A_SCREEN = ("how large", "when", "what to do")  # of a cause
 MOST_CAUSES = 4  # on a screen of 40 lines

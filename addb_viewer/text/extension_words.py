@@ -9,13 +9,13 @@ from addb_viewer.text.holding_up_words import before_and_after
 from addb_viewer.text.sections import Section
 
 LEAST_KG = 0.05  # of a mass that changes
-CHANCE = "There are too few withheld blocks to tell whether that is chance."
+CHANCE = "There are too few held-out blocks to tell whether that is chance."
 
 Figures = Mapping[str, Any]
 
 
 def what_accepting_changes(told: Figures) -> Section:
-    """The trajectory fit without and with the causes: withheld forces, markers, mass, joint torques.
+    """The trajectory fit without and with the causes: held-out forces, markers, mass, joint torques.
 
     Args:
         told: in the shape of `accept --json`.
@@ -23,8 +23,8 @@ def what_accepting_changes(told: Figures) -> Section:
     rows = [
         (label, before_and_after(told[name], unit, factor, digits))
         for label, name, unit, factor, digits in (
-            ("force", "heldout_linear_residual_N", "N", 1.0, 0),
-            ("moment", "heldout_angular_residual_Nm", "N·m", 1.0, 1),
+            ("force", "held_out_linear_residual_N", "N", 1.0, 0),
+            ("moment", "held_out_angular_residual_Nm", "N·m", 1.0, 1),
             ("markers", "marker_rms_m", "mm", 1e3, 1),
             ("body mass", "mass_kg", "kg", 1.0, 1),
         )
@@ -36,16 +36,16 @@ def what_accepting_changes(told: Figures) -> Section:
 
 
 def _how(told: Figures) -> str:
-    blocks = told["heldout_blocks"]
+    blocks = told["held_out_blocks"]
     if not blocks:
         return (
             "Trajectories fitted to markers and forces without → with the causes. Too few frames have forces "
-            "to withhold any."
+            "to hold out any."
         )
-    drops = [told["heldout_linear_drop_N"], told["heldout_angular_drop_Nm"]]
+    drops = [told["held_out_linear_drop_N"], told["held_out_angular_drop_Nm"]]
     text = (
         f"Trajectories fitted to markers and forces without → with the causes. Forces and moments are those "
-        f"on {told['heldout_frames']} frames in {blocks} blocks that were withheld from both fits; for joint "
+        f"on {told['held_out_frames']} frames in {blocks} blocks held out from both fits; for joint "
         f"torques the root mean square of their change is given, in brackets as a share of the torque itself."
     )
     if drops[0] is None:

@@ -1,4 +1,4 @@
-"""Whether causes hold up on stretches that were hidden: force and moment foretold without and with them.
+"""Whether causes hold up on stretches that were hidden: force and moment predicted without and with them.
 
 Takes the plain values of `diagnose --json`.
 """
@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from addb_viewer.text.diagnosis_vocabulary import about, names_of
-from addb_viewer.text.residual_words import in_markers, put_right
-from solver.diagnosis.causes.about import Course
+from addb_viewer.text.residual_words import corrected_causes, in_markers
+from solver.diagnosis.causes.about import TimeHistory
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 AS_BEFORE = 0.05  # relative: less than that is no difference
-FORETOLD = (  # what, its key, unit
-    ("force", "heldout_linear_residual_N", "N"),
-    ("moment", "heldout_angular_residual_Nm", "N·m"),
+PREDICTED = (  # what, its key, unit
+    ("force", "held_out_linear_residual_N", "N"),
+    ("moment", "held_out_angular_residual_Nm", "N·m"),
 )
 STEP = 0.1  # of a figure: what its last digit may be at most
 MOST_DIGITS = 2
@@ -34,7 +34,7 @@ class Change:
 
 def changes(gain: Figures) -> list[Change]:
     """Of force and moment, those that are told."""
-    return [_change(what, gain[key], unit) for what, key, unit in FORETOLD if key in gain]
+    return [_change(what, gain[key], unit) for what, key, unit in PREDICTED if key in gain]
 
 
 def digits_of(figure: float) -> int:
@@ -47,8 +47,8 @@ def changes_in_words(gain: Figures) -> str:
     return "; ".join(change.words for change in changes(gain))
 
 
-def is_lead(figures: Figures) -> bool:
-    """Whether the causes are no more than a lead, since hidden stretches do not speak for them.
+def is_tentative(figures: Figures) -> bool:
+    """Whether the causes are no more than tentative, since hidden stretches do not speak for them.
 
     They do where force or moment surely falls and neither rises. Of what lies in the markers, has a force of
     its own each time, or is a steady weight, they cannot tell; nor where masses that are adjusted to the rest
@@ -59,7 +59,7 @@ def is_lead(figures: Figures) -> bool:
         not told
         or not names_of(figures)
         or in_markers(figures)
-        or put_right(figures)
+        or corrected_causes(figures)
         or now_and_then(figures)
         or only_weights(figures)
     ):
@@ -75,12 +75,12 @@ def is_certain(figures: Figures) -> bool:
 
 def now_and_then(figures: Figures) -> bool:
     """Whether a cause has a force of its own each time."""
-    return any(about(effect).course is Course.NOW_AND_THEN for effect in figures["effects"])
+    return any(about(effect).time_history is TimeHistory.NOW_AND_THEN for effect in figures["effects"])
 
 
 def speeds_up(figures: Figures) -> bool:
     """Whether a cause is a belt or platform that accelerates."""
-    return any(about(effect).course is Course.ALL_ALONG for effect in figures["effects"])
+    return any(about(effect).time_history is TimeHistory.ALL_ALONG for effect in figures["effects"])
 
 
 def only_weights(figures: Figures) -> bool:
@@ -91,7 +91,7 @@ def only_weights(figures: Figures) -> bool:
 
 def was_ordinary(figures: Figures) -> bool:
     """Whether force on hidden stretches was no more than in sound recordings without the causes."""
-    force = figures["gain"].get("heldout_linear_residual_N")
+    force = figures["gain"].get("held_out_linear_residual_N")
     return force is not None and bool(force["before"] <= figures["remaining"]["noise_floor_N"])
 
 
@@ -100,12 +100,12 @@ def unforeseeable(figures: Figures) -> str:
     if now_and_then(figures):
         return (
             "The force of a step or a contact is different each time and cannot be predicted when its frames "
-            "are withheld, so these figures stay high there, or rise. The evidence for it is the place, time "
+            "are held out, so these figures stay high there, or rise. The evidence for it is the place, time "
             "and sign of the force."
         )
     if speeds_up(figures):
         return (
-            "How a belt accelerates in a withheld stretch cannot be predicted: a force error that stays high "
+            "How a belt accelerates in a held-out stretch cannot be predicted: a force error that stays high "
             "is evidence neither for the belt nor against it."
         )
     if only_weights(figures):

@@ -8,22 +8,22 @@ from typing import Any
 
 from addb_viewer.text.diagnosis_vocabulary import capital
 from addb_viewer.text.gain_words import (
-    FORETOLD,
+    PREDICTED,
     changes,
     changes_in_words,
     digits_of,
-    is_lead,
+    is_tentative,
     unforeseeable,
     was_ordinary,
 )
-from addb_viewer.text.residual_words import in_markers, put_right
+from addb_viewer.text.residual_words import corrected_causes, in_markers
 from addb_viewer.text.sections import Section
 
 CERTAIN_PER_CENT = 95
 HOLDS_UP = "Does it hold up?"
 MARKER_ERROR = "marker_rms_m"
 FOR_MARKERS = (
-    "Forces predicted on withheld stretches do not test markers. The evidence for a fault of markers is how "
+    "Forces predicted on held-out stretches do not test markers. The evidence for a fault of markers is how "
     "these move relative to the others."
 )
 TAKEN_IN = (
@@ -40,7 +40,7 @@ def what_it_gains(figures: Figures) -> Section:
     if not gain:
         return Section(HOLDS_UP)
     judged = not in_markers(figures)
-    told = [(*foretold, 1.0) for foretold in FORETOLD] if judged else []
+    told = [(*predicted, 1.0) for predicted in PREDICTED] if judged else []
     if MARKER_ERROR in gain and gain[MARKER_ERROR]["after"] != gain[MARKER_ERROR]["before"]:
         told.append(("markers", MARKER_ERROR, "mm", 1e3))
     rows = [
@@ -55,7 +55,7 @@ def what_it_gains(figures: Figures) -> Section:
             lines.append("Distance of markers from the model, without → with the named causes.")
     elif changes(gain):
         lines.append(
-            "Stretches of at most about half a second were withheld and predicted from the rest of the "
+            "Stretches of at most about half a second were held out and predicted from the rest of the "
             "recording, without → with the named causes. These are the errors. They are not comparable with "
             "the residual at the top: here masses and soft tissue are first adjusted to the rest of the "
             "recording."
@@ -80,17 +80,18 @@ def _worth(figures: Figures) -> str:
     told, each = changes_in_words(gain), changes(gain)
     said = [f"{capital(told)}."]
     holds = each[0].surely_falls and not any(change.rises for change in each)
-    if put_right(figures):
+    if corrected_causes(figures):
         said.append("The evidence for the cause is what the plate read while nobody stood on it.")
     elif not holds and unforeseeable(figures):
         said.append(unforeseeable(figures))
-    elif not any(change.surely_falls for change in each) and not is_lead(figures):
+    elif not any(change.surely_falls for change in each) and not is_tentative(figures):
         said.append(TAKEN_IN)
     elif was_ordinary(figures):
         said.append("The force error is ordinary there without them as well, so it does not decide.")
-    if is_lead(figures):
+    if is_tentative(figures):
         one = len(figures["effects"]) == 1
         said.append(
-            f"Take the {'cause as a lead, not as a finding' if one else 'causes as leads, not as findings'}."
+            f"Take the {'cause' if one else 'causes'} as tentative, not as "
+            f"{'a finding' if one else 'findings'}."
         )
     return " ".join(said)

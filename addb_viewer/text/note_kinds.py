@@ -33,7 +33,7 @@ class NotesOfKind:
         return self.kind.heading + (f" ({len(self.notes)})" if len(self.notes) > 1 else "")
 
     @property
-    def in_short(self) -> str:
+    def key_findings(self) -> str:
         """One sentence for all of them; markers by name, the farthest first."""
         if self.kind is FAR_MARKERS:
             return f"{self.heading}: {_farthest(self.notes)}; slipped, swapped or mislabelled?"

@@ -9,29 +9,29 @@ from typing import Any
 from addb_viewer.text.diagnosis_vocabulary import (
     CONFIDENT,
     about,
-    leads_of,
     names_of,
     newtons,
     rivals_of,
     target_in_words,
+    tentative_of,
     upward,
 )
-from addb_viewer.text.gain_words import is_lead, now_and_then, speeds_up
+from addb_viewer.text.gain_words import is_tentative, now_and_then, speeds_up
 from addb_viewer.text.residual_words import (
     WITHIN,
+    corrected_on_reading,
     is_whole,
     moment_Nm,
-    nothing_mends,
-    put_right_on_reading,
+    nothing_corrects,
     ratios,
     times,
 )
 from addb_viewer.text.sections import Section
-from solver.diagnosis.causes.about import Mend
+from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 
 OF_A_CLASS = ("plate", "time")  # what is off the list and can be told as such
-SWINGS = "swings"  # says a course that swings evenly
+SWINGS = "swings"  # says a time history that swings evenly
 MOST = 0.5  # of an error that is left where most of it is explained
 CHECKED = "First do what each cause says under 'what to do'; if that confirms it, "
 MORE = 1.1  # times what is ordinary, from which on the ratio is told
@@ -110,15 +110,15 @@ def what_next(figures: Figures) -> Section:
     """What to do with this recording, in the program."""
     several = len(figures.get("trials", ())) > 1
     recording = "these recordings" if several else "this recording"
-    corrected = [e for e in figures["effects"] if put_right_on_reading(e)]
+    corrected = [e for e in figures["effects"] if corrected_on_reading(e)]
     in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
     exchanged = [e for e in figures["effects"] if about(e).in_markers and e not in in_the_markers]
     also = " else" if corrected or exchanged else ""
     as_recorded = f"Until then, fits correct nothing{also} in {recording}."
-    slipped = [e for e in in_the_markers if not nothing_mends(e)]
+    slipped = [e for e in in_the_markers if not nothing_corrects(e)]
     apart = len(corrected) + len(in_the_markers) + len(exchanged)
     lines = []
-    unmeasured = any(about(e).mend is Mend.FLAGGED for e in figures["effects"])
+    unmeasured = any(about(e).corrected_by is CorrectedBy.FLAGGED for e in figures["effects"])
     if unmeasured:
         lines.append("Flag the frames of the unmeasured step first, as shown above, or repeat the trial.")
     if corrected:
@@ -135,17 +135,21 @@ def what_next(figures: Figures) -> Section:
         )
     if slipped:
         lines.append("Correct the markers and diagnose again.")
-    if leads_of(figures):
+    if tentative_of(figures):
         lines.append(
-            "Look into what is only a lead by what stands there under 'what to do'. Beside named causes "
+            "Look into what is only tentative by what stands there under 'what to do'. Beside named causes "
             "`addb-viewer accept` leaves it out."
         )
     if len(names_of(figures)) > apart:
-        lead = "First check what is only a lead, see above. If it is confirmed, " if is_lead(figures) else ""
+        lead = (
+            "First check what is only tentative, see above. If it is confirmed, "
+            if is_tentative(figures)
+            else ""
+        )
         if any(rivals_of(figures, e) and e["confidence"] < CONFIDENT for e in names_of(figures)):
             lead = (
                 f"{'Then' if unmeasured else 'First'} tell apart the causes that look alike here, see above. "
-                + ("Then check what is only a lead. " if lead else "")
+                + ("Then check what is only tentative. " if lead else "")
                 + "If those named first are confirmed, "
             )
         which = "the other causes" if apart else "the causes"
@@ -172,7 +176,7 @@ def _mostly_turns(figures: Figures) -> bool:
 
 def explains_most(figures: Figures) -> bool:
     """Whether causes take half of what force is off by on hidden stretches, or more."""
-    force = figures["gain"].get("heldout_linear_residual_N")
+    force = figures["gain"].get("held_out_linear_residual_N")
     return force is None or bool(force["after"] <= MOST * force["before"])
 
 
@@ -192,12 +196,12 @@ def _left(figures: Figures) -> str:
         )
     left, floor = remaining["linear_residual_N"], remaining["noise_floor_N"]
     with_them = " with the causes" if figures["effects"] else ""
-    text = f"On withheld stretches the force error is {newtons(left)}{with_them}"
+    text = f"On held-out stretches the force error is {newtons(left)}{with_them}"
     if left > MORE * floor:
         text += f", {times(left / floor)} times the {newtons(floor)} of a recording without faults."
     else:
         text += f"; a recording without faults would have about {newtons(floor)}."
-    moment = gain.get("heldout_angular_residual_Nm")
+    moment = gain.get("held_out_angular_residual_Nm")
     return text if moment is None else f"{text} The moment error is {moment_Nm(moment['after'])}."
 
 

@@ -16,7 +16,7 @@ from addb_viewer.text.diagnosis_vocabulary import (
     upward,
 )
 from addb_viewer.text.sections import Section
-from solver.diagnosis.causes.about import Mend
+from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import ABOUT
 from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 
@@ -68,7 +68,7 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
     ]
     if in_markers(figures):
         lines.append(_of_the_markers(figures))
-    if put_right(figures):
+    if corrected_causes(figures):
         lines.append("That is with the fault left in, as in the files: the unloaded plate itself shows it.")
     weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
     if figures["verdict"] == "explained":
@@ -92,35 +92,35 @@ def is_whole(figures: Figures) -> bool:
 
 
 def in_markers(figures: Figures) -> bool:
-    """Whether every cause that is not put right on reading lies in the markers."""
-    left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
+    """Whether every cause that is not corrected on reading lies in the markers."""
+    left = [effect for effect in figures["effects"] if not corrected_on_reading(effect)]
     return bool(left) and all(about(effect).in_markers for effect in left)
 
 
-def nothing_mends(effect: Figures) -> bool:
+def nothing_corrects(effect: Figures) -> bool:
     """Whether a cause stays in the recording whatever is done afterwards."""
-    return about(effect).mend is Mend.NOTHING
+    return about(effect).corrected_by is CorrectedBy.NOTHING
 
 
 def _of_the_markers(figures: Figures) -> str:
-    """With or without the markers' faults, of which only some can be mended."""
-    mended = any(about(e).in_markers and not nothing_mends(e) for e in figures["effects"])
+    """With or without the markers' faults, of which only some can be corrected."""
+    corrected = any(about(e).in_markers and not nothing_corrects(e) for e in figures["effects"])
     return (
         "Forces are compared with slipped or swapped markers corrected; these show in the markers alone."
-        if mended
+        if corrected
         else "Forces are compared with these markers as recorded; their motion shows the fault."
     )
 
 
-def put_right_on_reading(effect: Figures) -> bool:
+def corrected_on_reading(effect: Figures) -> bool:
     """Whether every fit is without a cause already."""
     return TAKEN_OFF in effect.get("sentence", "")
 
 
-def put_right(figures: Figures) -> bool:
+def corrected_causes(figures: Figures) -> bool:
     """Whether every cause is one that reading the files puts right."""
     effects = figures["effects"]
-    return bool(effects) and all(map(put_right_on_reading, effects))
+    return bool(effects) and all(map(corrected_on_reading, effects))
 
 
 def _against(figures: Figures, residual: Figures) -> str:
@@ -132,7 +132,7 @@ def _against(figures: Figures, residual: Figures) -> str:
     ]
     if more:
         return f"That is {listed(more)}.{_most_of_all(residual, max(force, moment))}"
-    if figures["verdict"] == "clean" or in_markers(figures) or put_right(figures):
+    if figures["verdict"] == "clean" or in_markers(figures) or corrected_causes(figures):
         return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
     return (
         "The size alone is ordinary. What shows the fault is its pattern: it varies with the motion, in all "
@@ -218,14 +218,14 @@ def _directions(axes: Sequence[Figures]) -> str:
     return f"{text}; on average {_mean_in_words(mean, size)}"
 
 
-def _mean_in_words(demanded_N: Sequence[float], size: float) -> str:
+def _mean_in_words(required_N: Sequence[float], size: float) -> str:
     """What the plates measured beyond what the body demands, or short of it."""
-    way = upward(demanded_N)
+    way = upward(required_N)
     if way in ("up", "down"):
         more = "more" if way == "down" else "less"
         asked = "the weight and motion of the modelled body require"
         return f"the plates measured {newtons(size)} {more} upward than {asked}"
-    measured = upward([-f for f in demanded_N])
+    measured = upward([-f for f in required_N])
     return f"the plates measured {newtons(size)} more {measured} than the modelled body's motion requires"
 
 

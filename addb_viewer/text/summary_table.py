@@ -11,14 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from addb_viewer.text.change_words import change_sentence
+from addb_viewer.text.held_out_words import cutoff_words, held_out_words, worse_words
 from addb_viewer.text.note_kinds import by_kind
 from addb_viewer.text.stored_words import stored_words
-from addb_viewer.text.withheld_words import cutoff_words, withheld_words, worse_words
 from solver.dynamics.thresholds import Thresholds
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
-_MOST_DECISIONS = 5  # lines: with what is withheld, noted, written and not used, a screen's end has ten
-_MOST_WITHHELD = 10  # lines
+_MOST_DECISIONS = 5  # lines: with what is held out, noted, written and not used, a screen's end has ten
+_MOST_HELD_OUT = 10  # lines
 _MASKS = {
     "review": "the review",
     "review.json": "the imported review.json",
@@ -79,13 +79,16 @@ def _print_all(console: Console, figures: dict[str, Any]) -> None:
 
 
 def after_table(figures: dict[str, Any]) -> list[str]:
-    """How well withheld forces are foretold, what needs a decision, what else is noted: seven lines at most.
+    """How well held-out forces are predicted, what needs a decision, what else is noted: seven lines at most.
 
     Args:
         figures: as `solver.fitting.summary.summary` found them.
     """
     kinds = by_kind(figures["notes"])
-    decisions = [*_about_trials(figures["trials"]), *(found.in_short for found in kinds if found.kind.decide)]
+    decisions = [
+        *_about_trials(figures["trials"]),
+        *(found.key_findings for found in kinds if found.kind.decide),
+    ]
     shown, left = decisions[:_MOST_DECISIONS], len(decisions) - _MOST_DECISIONS
     rest = [f"{left} more to decide"] if left > 0 else []
     rest += _chosen_by_people(figures["trials"])
@@ -93,7 +96,7 @@ def after_table(figures: dict[str, Any]) -> list[str]:
         rest.append("figures stored in the file")
     rest += [found.heading for found in kinds if not found.kind.decide]
     return [
-        *_withheld_at_worst(figures["trials"]),
+        *_held_out_at_worst(figures["trials"]),
         *(f"! {line}" for line in shown),
         *([f"also noted (--notes): {'; '.join(rest)}"] if rest else []),
     ]
@@ -116,36 +119,36 @@ def _chosen_by_people(trials: Sequence[dict[str, Any]]) -> list[str]:
     return [f"frames chosen by {' and '.join(chose)}"] if chose else []
 
 
-def _withheld_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:
-    """The trial whose withheld force is missed by most, against the markers alone."""
-    with_any = [trial for trial in trials if trial["heldout"] is not None]
+def _held_out_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:
+    """The trial whose held-out force is missed by most, against the markers alone."""
+    with_any = [trial for trial in trials if trial["held_out"] is not None]
     if not with_any:
         return []
-    worst = max(with_any, key=lambda trial: trial["heldout"]["linear_residual"]["rms_N"])
-    heldout = worst["heldout"]
+    worst = max(with_any, key=lambda trial: trial["held_out"]["linear_residual"]["rms_N"])
+    held_out = worst["held_out"]
     of = f", worst of {len(with_any)}" if len(with_any) > 1 else ""
     return [
-        f"withheld forces ({worst['name']}{of}): error on {heldout['frames']} frames "
-        f"{heldout['linear_residual']['rms_N']:.1f} N, {heldout['angular_residual']['rms_Nm']:.1f} N·m"
-        f"{_markers_alone(heldout, cutoffs=False)}"
+        f"held-out forces ({worst['name']}{of}): error on {held_out['frames']} frames "
+        f"{held_out['linear_residual']['rms_N']:.1f} N, {held_out['angular_residual']['rms_Nm']:.1f} N·m"
+        f"{_markers_alone(held_out, cutoffs=False)}"
     ]
 
 
-def print_withheld(figures: dict[str, Any], *, notes: bool = False) -> None:
-    """Print how well forces were foretold on all layouts that have been judged.
+def print_held_out(figures: dict[str, Any], *, notes: bool = False) -> None:
+    """Print how well forces were predicted on all layouts that have been judged.
 
     Args:
         figures: as `solver.fitting.summary.summary` found them.
         notes: of every trial, however many there are; else where the fit is the worse of the two comes first.
     """
     console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
-    lines = [line for trial in figures["trials"] for line in _withheld(trial)]
-    if not notes and len(lines) > _MOST_WITHHELD:
+    lines = [line for trial in figures["trials"] for line in _held_out(trial)]
+    if not notes and len(lines) > _MOST_HELD_OUT:
         lines.sort(key=lambda line: not line.style)
-        left = len(lines) - _MOST_WITHHELD + 1
-        lines = [*lines[:-left], Text(f"and {left} more on withheld forces (--notes)")]
+        left = len(lines) - _MOST_HELD_OUT + 1
+        lines = [*lines[:-left], Text(f"and {left} more on held-out forces (--notes)")]
     if lines:
-        console.print("withheld forces in every layout judged (an error above: of the first one alone):")
+        console.print("held-out forces in every layout judged (an error above: of the first one alone):")
     for line in lines:
         console.print(line, soft_wrap=True)
 
@@ -187,47 +190,50 @@ def _row(trial: dict[str, Any]) -> list[Text]:
 
 
 def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
-    """What a low residual does not say: whose mask it is, and how well withheld forces are predicted."""
+    """What a low residual does not say: whose mask it is, and how well held-out forces are predicted."""
     for trial in trials:
         parts = []
         if trial["mask_source"] != "none":
             chose = [_MASKS[source] for source in trial["mask_source"].split(" + ")]
             parts.append(f"frames chosen by {' and '.join(chose)}")
-        if trial.get("forces_foretold"):
+        if trial.get("forces_predicted"):
             parts.append("no measured force: forces and torques are predicted from the motion, no residual")
-        heldout = trial["heldout"]
-        if heldout is not None:
-            linear, angular = heldout["linear_residual"], heldout["angular_residual"]
+        held_out = trial["held_out"]
+        if held_out is not None:
+            linear, angular = held_out["linear_residual"], held_out["angular_residual"]
             parts.append(
-                f"error on {heldout['frames']} frames whose force was withheld {linear['rms_N']:.1f} N, "
-                f"{angular['rms_Nm']:.1f} N·m{_markers_alone(heldout)}"
+                f"error on {held_out['frames']} frames whose force was held out {linear['rms_N']:.1f} N, "
+                f"{angular['rms_Nm']:.1f} N·m{_markers_alone(held_out)}"
             )
-            if heldout.get("learnt"):
-                own = heldout["motion_only_linear_residual"], heldout["motion_only_angular_residual"]
+            if held_out.get("learnt"):
+                own = held_out["motion_only_linear_residual"], held_out["motion_only_angular_residual"]
                 parts.append(
-                    f"predicted with learnt {', '.join(heldout['learnt'])}; from the fit's own motion alone "
+                    f"predicted with learnt {', '.join(held_out['learnt'])}; from the fit's own motion alone "
                     f"{own[0]['rms_N']:.1f} N, {own[1]['rms_Nm']:.1f} N·m"
                 )
         if parts:
             yield Text(f"{trial['name']}: {'; '.join(parts)}")
         yield from (Text(f"{trial['name']}: {words}") for words in stored_words(trial.get("stored", ())))
-        yield from _withheld(trial)
+        yield from _held_out(trial)
 
 
-def _withheld(trial: dict[str, Any]) -> Iterator[Text]:
-    """A trial's layouts of withheld forces so far, and where the fit is worse than the markers alone."""
-    for said in withheld_words(trial):
+def _held_out(trial: dict[str, Any]) -> Iterator[Text]:
+    """A trial's layouts of held-out forces so far, and where the fit is worse than the markers alone."""
+    for said in held_out_words(trial):
         yield Text(f"{trial['name']}: {said}")
     for said in worse_words(trial):
         yield Text(f"{trial['name']}: {said}", style="red")
 
 
-def _markers_alone(heldout: dict[str, Any], *, cutoffs: bool = True) -> str:
+def _markers_alone(held_out: dict[str, Any], *, cutoffs: bool = True) -> str:
     """Of the first layout; an older version's markers are no fair comparison, and not shown."""
-    hz = heldout.get("markers_cutoff_hz")
+    hz = held_out.get("markers_cutoff_hz")
     if hz is None:
         return ""
-    linear, angular = heldout["kinematics_only_linear_residual"], heldout["kinematics_only_angular_residual"]
+    linear, angular = (
+        held_out["kinematics_only_linear_residual"],
+        held_out["kinematics_only_angular_residual"],
+    )
     at = f" at {cutoff_words(hz)}" if cutoffs else ""
     return f" (markers alone{at} {linear['rms_N']:.1f} N, {angular['rms_Nm']:.1f} N·m)"
 

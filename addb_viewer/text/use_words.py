@@ -16,10 +16,10 @@ from addb_viewer.text.diagnosis_vocabulary import (
     target_in_words,
     trials_of_causes,
 )
-from addb_viewer.text.gain_words import is_lead, now_and_then
+from addb_viewer.text.gain_words import is_tentative, now_and_then
 from addb_viewer.text.note_kinds import FAR_MARKERS, PELVIS, by_kind
-from addb_viewer.text.residual_words import is_whole, nothing_mends, put_right, put_right_on_reading
-from solver.diagnosis.causes.about import Mend
+from addb_viewer.text.residual_words import corrected_causes, corrected_on_reading, is_whole, nothing_corrects
+from solver.diagnosis.causes.about import CorrectedBy
 
 Figures = Mapping[str, Any]
 
@@ -33,11 +33,11 @@ def use(figures: Figures) -> str:
 
 
 def trials_in_question(figures: Figures) -> list[str]:
-    """Trials that the causes act on, where that is the whole story; else all."""
+    """Trials that the causes act on, where that is all there is; else all."""
     concerned = trials_of_causes(figures)
-    told = figures["verdict"] == "explained" and is_whole(figures) and not is_lead(figures)
-    flesh = any(map(nothing_mends, figures["effects"]))  # slides in every trial
-    return concerned if concerned and told and not flesh else list(figures.get("trials", ()))
+    told = figures["verdict"] == "explained" and is_whole(figures) and not is_tentative(figures)
+    soft_tissue = any(map(nothing_corrects, figures["effects"]))  # slides in every trial
+    return concerned if concerned and told and not soft_tissue else list(figures.get("trials", ()))
 
 
 def _doubted_angles(figures: Figures) -> str:
@@ -46,9 +46,9 @@ def _doubted_angles(figures: Figures) -> str:
     said = ""
     for of_kind in by_kind(figures.get("notes", ())):
         if of_kind.kind is FAR_MARKERS:
-            said += f" But there are {of_kind.in_short} {near}"
+            said += f" But there are {of_kind.key_findings} {near}"
         elif of_kind.kind is PELVIS:
-            said += f" But there is {of_kind.in_short}."
+            said += f" But there is {of_kind.key_findings}."
     return said
 
 
@@ -64,7 +64,7 @@ def _use(figures: Figures) -> str:
             f"not for joint torques, before {rest} is understood; for joint angles with care, since the "
             "motion may be at fault as well."
         )
-    if put_right(figures):
+    if corrected_causes(figures):
         return (
             "as it is, since this program corrects the fault when it reads the files. The fault is still in "
             "the files: correct them for other programs."
@@ -72,9 +72,9 @@ def _use(figures: Figures) -> str:
     if not names_of(figures):
         return (
             "for joint angles as it is; for joint torques with care, before somebody has looked whether it "
-            "is what the lead says."
+            "is what the tentative cause says."
         )
-    left = [effect for effect in names_of(figures) if not put_right_on_reading(effect)]
+    left = [effect for effect in names_of(figures) if not corrected_on_reading(effect)]
     of_markers = _near_markers([effect for effect in left if about(effect).in_markers])
     of_forces = [effect for effect in left if not about(effect).in_markers]
     if not of_forces:
@@ -85,13 +85,14 @@ def _use(figures: Figures) -> str:
 
 def _near_markers(effects: Sequence[Figures]) -> str:
     """What faults of markers leave of the joints beside them; empty where there are none."""
-    flesh = [target_in_words(effect["target"]) for effect in effects if nothing_mends(effect)]
+    soft_tissue = [target_in_words(effect["target"]) for effect in effects if nothing_corrects(effect)]
     said = []
-    if flesh:
+    if soft_tissue:
         said.append(
-            f"not for angles and torques of the joints at the {listed(flesh)}: this cannot be corrected later"
+            f"not for angles and torques of the joints at the {listed(soft_tissue)}: this cannot be "
+            "corrected later"
         )
-    labels = [label for e in effects if not nothing_mends(e) for label in e["target"].split("+")]
+    labels = [label for e in effects if not nothing_corrects(e) for label in e["target"].split("+")]
     if labels:
         near = f"for angles and torques of the joints near {listed(labels)}"
         corrected = "this marker is corrected" if len(labels) == 1 else "these markers are corrected"
@@ -100,17 +101,17 @@ def _near_markers(effects: Sequence[Figures]) -> str:
 
 
 def _of_forces(figures: Figures, effects: Sequence[Figures]) -> str:
-    if all(about(effect).mend is Mend.FLAGGED for effect in effects):
+    if all(about(effect).corrected_by is CorrectedBy.FLAGGED for effect in effects):
         return "outside the frames named below; flag these first."
     doubted = any(about(effect).doubts_angles for effect in effects)
     angles = "" if doubted else "for joint angles as it is; "
-    rest_of = [effect for effect in effects if about(effect).mend is not Mend.FLAGGED]
+    rest_of = [effect for effect in effects if about(effect).corrected_by is not CorrectedBy.FLAGGED]
     if len(rest_of) < len(effects):
         angles += "never for joint torques in the frames of the unmeasured step; elsewhere "
     if any(_other_causes(figures, effect) for effect in rest_of):
         return f"{angles}not for joint torques, before it is known which cause it is."
     causes = "the cause" if len(rest_of) == 1 else "the causes"
-    whole = is_whole(figures) or now_and_then(figures)  # a step's own force no hidden stretch foretells
+    whole = is_whole(figures) or now_and_then(figures)  # a step's own force no hidden stretch predicts
     rest = "" if whole else ", and then with care, since not all is explained (see what remains)"
     return f"{angles}for joint torques only with {causes} corrected (see what next){rest}."
 

@@ -8,15 +8,15 @@ from addb_viewer.text.diagnosis_vocabulary import (
     CONFIDENT,
     about,
     certainty,
-    leads_of,
     listed,
     names_of,
     percent,
     rivals_of,
     share,
+    tentative_of,
     title,
 )
-from addb_viewer.text.gain_words import changes_in_words, is_certain, is_lead
+from addb_viewer.text.gain_words import changes_in_words, is_certain, is_tentative
 from addb_viewer.text.remainder_words import explains_most
 from addb_viewer.text.residual_words import is_whole
 from addb_viewer.text.sections import Section
@@ -39,17 +39,17 @@ Figures = Mapping[str, Any]
 
 
 def verdict(figures: Figures) -> Section:
-    """Sound, wrong and why, or wrong and nobody knows why; and whether the names are more than a lead."""
-    effects, leads = names_of(figures), leads_of(figures)
+    """Sound, wrong and why, or wrong and nobody knows why; and whether the names are more than tentative."""
+    effects, tentative = names_of(figures), tentative_of(figures)
     text = _judged(figures, _numbered(figures, effects))
-    if leads:
+    if tentative:
         also = "Besides, a" if effects else "A"
-        also += " lead" if len(leads) == 1 else " few leads"
-        text += f" {also}, likelier wrong than right: {_numbered(figures, leads)}."
+        also += " tentative cause" if len(tentative) == 1 else " few tentative causes"
+        text += f" {also}, likelier wrong than right: {_numbered(figures, tentative)}."
     text += _how_likely(figures)
     whose = [_at_fault(figures)] if effects else []
     early = [ENDED_EARLY] if figures.get("ended_early") else []
-    doubt = [_only_a_lead(figures)] if is_lead(figures) else []
+    doubt = [_only_tentative(figures)] if is_tentative(figures) else []
     return Section("Verdict", (text, *whose, *early, *doubt, use(figures)))
 
 
@@ -59,7 +59,7 @@ def headline(figures: Figures) -> str:
     Args:
         figures: in the shape of `diagnose --json`.
     """
-    doubt = " Take that as a lead, not as a finding." if is_lead(figures) else ""
+    doubt = " Take that as tentative, not as a finding." if is_tentative(figures) else ""
     return _judged(figures, "") + _how_likely(figures) + doubt
 
 
@@ -72,7 +72,7 @@ def _judged(figures: Figures, named: str) -> str:
         return f"Nothing wrong was found in {of}."
     if figures["verdict"] == "explained" and not effects:
         return f"{wrong}, and no cause is likelier than all others together."
-    if figures["verdict"] == "explained" and is_lead(figures):
+    if figures["verdict"] == "explained" and is_tentative(figures):
         best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
         return f"{wrong}. Of all that were tried, {best}{namely}."
     if figures["verdict"] == "explained":
@@ -100,7 +100,7 @@ def _by_size_alone(figures: Figures) -> bool:
 
 def _numbered(figures: Figures, effects: Sequence[Figures]) -> str:
     """Causes in short, with the numbers that they have on the page where there are several."""
-    short = [_in_short(figures, effect) for effect in effects]
+    short = [_key_findings(figures, effect) for effect in effects]
     if len(short) == 1:
         return short[0]
     places = [k for k, one in enumerate(figures["effects"], start=1) if any(one is e for e in effects)]
@@ -121,7 +121,7 @@ def _at_fault(figures: Figures) -> str:
     """Recording, model or movement; of a cause whose place another may take, either."""
     groups: dict[str, list[int]] = {}
     for k, effect in enumerate(figures["effects"], start=1):
-        if effect in leads_of(figures):
+        if effect in tentative_of(figures):
             continue
         others = rivals_of(figures, effect) if effect["confidence"] < CONFIDENT else ()
         faults = dict.fromkeys(about(one).at_fault for one in (effect, *others))
@@ -140,10 +140,11 @@ def _how_surely(figures: Figures) -> str:
     return "certainly " if is_certain(figures) else "very likely " if nats >= LIKELY_NATS else "probably "
 
 
-def _only_a_lead(figures: Figures) -> str:
+def _only_tentative(figures: Figures) -> str:
     one = len(names_of(figures)) == 1
     taken = (
-        f"{'It is a lead, not a finding' if one else 'They are leads, not findings'}: on withheld stretches "
+        f"{'It is tentative, not a finding' if one else 'They are tentative, not findings'}: on held-out "
+        "stretches "
     )
     taken += f"{changes_in_words(figures['gain'])}."
     if any(effect["confidence"] >= CONFIDENT for effect in figures["effects"]):
@@ -151,7 +152,7 @@ def _only_a_lead(figures: Figures) -> str:
     return taken
 
 
-def _in_short(figures: Figures, effect: Figures) -> str:
+def _key_findings(figures: Figures, effect: Figures) -> str:
     """A cause with how sure its name is, or with what may be in its place."""
     rivals = rivals_of(figures, effect)
     if rivals and effect["confidence"] < CONFIDENT:

@@ -108,10 +108,10 @@ def _arrow(arrow: Arrow, effect: Figures, replay: Replay, bare: Picture) -> Pict
         return _plates(Plates(), effect, replay, bare)
     place = _on_body(replay, effect["target"], _vector(effect, arrow.point))
     marked = replace(bare, bodies=_bodies(replay, effect["target"]), place=place)
-    course = _course(effect, replay)
+    time_history = _time_history(effect, replay)
     if isinstance(arrow.force, Band):
         marked = replace(marked, anchor=_vector(effect, arrow.force.anchor))
-    force = _force(arrow.force, effect, replay, place) if course is None else course
+    force = _force(arrow.force, effect, replay, place) if time_history is None else time_history
     if force is None or place is None:
         return marked if arrow.like_ground_force else bare
     drawn = _with_force(marked, place, force)
@@ -263,16 +263,16 @@ def _labelled(bare: Picture, mean_N: float) -> str:
     return f"{bare.label}, {mean_N:.0f} N"
 
 
-def _course(effect: Figures, replay: Replay) -> Float[np.ndarray, "frames 3"] | None:
+def _time_history(effect: Figures, replay: Replay) -> Float[np.ndarray, "frames 3"] | None:
     """The force over time as it was fitted [N], NaN where it does not act; None: only its mean is known."""
-    own = [c for c in effect.get("courses", ()) if c["trial"] == replay.name and c["force_N"]]
+    own = [c for c in effect.get("time_histories", ()) if c["trial"] == replay.name and c["force_N"]]
     if not own:
         return None
     force = np.full((replay.frames, 3), np.nan)
-    for course in own:
-        samples = np.array(course["force_N"])
-        at = course["start"] + course["step"] * np.arange(len(samples))
-        frames = np.arange(at[0], min(at[-1] + course["step"], replay.frames))
+    for time_history in own:
+        samples = np.array(time_history["force_N"])
+        at = time_history["start"] + time_history["step"] * np.arange(len(samples))
+        frames = np.arange(at[0], min(at[-1] + time_history["step"], replay.frames))
         force[frames] = np.stack([np.interp(frames, at, samples[:, i]) for i in range(3)], axis=1)
     return force
 

@@ -73,9 +73,9 @@ def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisSta
     found = kept(results)
     if found is None:
         return state
-    figures, made_of = found
+    figures, made_from = found
     now = provenance_of(subject, [t for t in subject.trials if t.name in figures["trials"]])
-    changed = other_recordings(made_of["provenance"], now)
+    changed = other_recordings(made_from["provenance"], now)
     return replace(state, figures=figures, changed=tuple(changed))
 
 

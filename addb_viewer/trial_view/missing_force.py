@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.dynamics.force_prediction.missing_wrench import inferred_wrenches
+from solver.dynamics.force_prediction.missing_wrench import wrenches_by_motion
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fitting.fit import TrialFit
 from solver.skeleton.skeleton import Skeleton
@@ -43,27 +43,27 @@ class MissingForce:
 
 def missing_force(
     demand: Float[np.ndarray, "frames 3"],
-    foretold: Float[np.ndarray, "frames feet 3"],
+    predicted: Float[np.ndarray, "frames feet 3"],
     measured: Float[np.ndarray, "frames feet 3"],
     counts: Bool[np.ndarray, "frames feet"],
 ) -> MissingForce:
-    """Required of a foot is its foretold force where it does not count, else what the other feet leave.
+    """Required of a foot is its predicted force where it does not count, else what the other feet leave.
 
     Args:
         demand: what the motion requires of all feet together [N].
-        foretold: what it requires of each foot whose force does not count [N].
+        predicted: what it requires of each foot whose force does not count [N].
         measured: [N], whether it counts or not.
         counts: the fit's mask.
     """
-    used = np.where(counts[:, :, None], measured, foretold)
+    used = np.where(counts[:, :, None], measured, predicted)
     left = demand - used.sum(axis=1)
-    vectors = np.where(counts[:, :, None], left[:, None], foretold - measured)
+    vectors = np.where(counts[:, :, None], left[:, None], predicted - measured)
     return MissingForce(
         np.linalg.norm(vectors, axis=2), np.linalg.norm(demand - measured.sum(axis=1), axis=1)
     )
 
 
-def foretold_wrenches(trial: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "rows feet 6"] | None:
+def predicted_wrenches(trial: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "rows feet 6"] | None:
     """What the motion requires of feet whose force is missing [N, N·m]; None where no foot's ever is.
 
     Args:
@@ -72,20 +72,20 @@ def foretold_wrenches(trial: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, 
     """
     if trial.dynamics is None or trial.contacts is None or trial.mask is None or trial.mask.counts.all():
         return None
-    kept = trial.dynamics.wrench_foretold_ground
+    kept = trial.dynamics.wrench_predicted_ground
     return (
-        kept if kept is not None else inferred_wrenches(skeleton, trial.dynamics, trial.contacts, trial.mask)
+        kept if kept is not None else wrenches_by_motion(skeleton, trial.dynamics, trial.contacts, trial.mask)
     )
 
 
 def missing_force_of(
-    trial: TrialFit, foretold: Float[np.ndarray, "rows feet 6"] | None
+    trial: TrialFit, predicted: Float[np.ndarray, "rows feet 6"] | None
 ) -> MissingForce | None:
     """Of a fitted trial, on the fit's rows; None where no foot is known, or no dynamics.
 
     Args:
         trial: fitted.
-        foretold: by `foretold_wrenches`.
+        predicted: by `predicted_wrenches`.
     """
     if trial.dynamics is None or trial.contacts is None or trial.mask is None:
         return None
@@ -93,7 +93,7 @@ def missing_force_of(
     counted = counted_wrenches(trial.contacts.wrench_ground, trial.mask)[:, :, :3]
     return missing_force(
         trial.dynamics.residual_root[:, :3] + counted.sum(axis=1),
-        np.zeros_like(measured) if foretold is None else foretold[:, :, :3],
+        np.zeros_like(measured) if predicted is None else predicted[:, :, :3],
         measured,
         trial.mask.counts,
     )

@@ -78,9 +78,9 @@ def _joint_chart(quantity: JointQuantity, replay: Replay, before: Replay | None)
             Line(BEFORE, was.values(before.joints, column), SIDE_COLORS[side], dotted=True)
             for side, column in was.columns
         ]
-    foretold = quantity.kind.rests_on_forces and replay.joints.foretold
+    predicted = quantity.kind.rests_on_forces and replay.joints.predicted
     for side, column in quantity.columns:
-        label = " ".join(filter(None, (side, "predicted" if foretold else "")))
+        label = " ".join(filter(None, (side, "predicted" if predicted else "")))
         lines.append(Line(label, quantity.values(replay.joints, column), SIDE_COLORS[side]))
     shaded = None
     if quantity.kind.rests_on_forces and replay.residual is not None:
@@ -108,7 +108,7 @@ def _chart_json(name: str, chart: Chart, overlaid: Sequence[dict[str, Any]]) -> 
     if others:
         low, high = min(low, *others), max(high, *others)
     peaks = peaks_beyond(chart, slice(None), high) if chart.runs_off else []
-    in_short = short_labels([line.label for line in chart.lines])
+    key_findings = short_labels([line.label for line in chart.lines])
     return {
         "id": name,
         "title": chart.title,
@@ -122,7 +122,7 @@ def _chart_json(name: str, chart: Chart, overlaid: Sequence[dict[str, Any]]) -> 
             *(
                 _line_json(line.label, line.color, line.values, chart.unit)
                 | {"style": _style(line), "short": short}
-                for line, short in zip(chart.lines, in_short, strict=True)
+                for line, short in zip(chart.lines, key_findings, strict=True)
             ),
         ],
     }

@@ -87,7 +87,7 @@ class MarkerReplay:
 
 
 @dataclass(frozen=True)
-class DemandedForce:
+class RequiredForce:
     """Of one foot; NaN on frames on which its force was measured and counts."""
 
     foot: str
@@ -150,7 +150,7 @@ class BodyReplay:
 
 @dataclass(frozen=True)
 class ResidualReplay:
-    """What F = ma still lacks: demanded external wrench less the measured one."""
+    """What F = ma still lacks: required external wrench less the measured one."""
 
     force: Float[np.ndarray, "frames 3"]  # [N]
     moment: Float[np.ndarray, "frames 3"]  # [N·m] about the root joint's centre
@@ -161,7 +161,7 @@ class ResidualReplay:
     counted: Float[np.ndarray, "frames 3"] | None = None  # [N] sum of the measured forces that count
 
     @property
-    def demanded(self) -> Float[np.ndarray, "frames 3"] | None:
+    def required(self) -> Float[np.ndarray, "frames 3"] | None:
         """What the motion demands from outside in all [N]."""
         return None if self.counted is None else self.counted + self.force
 
@@ -174,7 +174,7 @@ class JointReplay:
     rotates: tuple[bool, ...]  # True: an angle and a torque; False: a displacement and a force
     position: Float[np.ndarray, "frames dofs"]  # [rad or m] of the motion that torques were computed on
     torque: Float[np.ndarray, "frames dofs"] | None = None  # [N·m or N]
-    foretold: bool = False  # the torques rest on no measured force at all
+    predicted: bool = False  # the torques rest on no measured force at all
     speed: Float[np.ndarray, "frames dofs"] | None = None  # [rad/s or m/s]
     power: Float[np.ndarray, "frames dofs"] | None = None  # [W] positive where the joint delivers work
     limits: tuple[tuple[float, float], ...] = ()  # [rad or m] of each coordinate; empty: not known
@@ -213,7 +213,7 @@ class Replay:
     residual: ResidualReplay | None = None
     joints: JointReplay | None = None
     joint_loads: JointLoads | None = None
-    demanded: tuple[DemandedForce, ...] = ()  # of feet whose force is missing
+    required: tuple[RequiredForce, ...] = ()  # of feet whose force is missing
     missing: MissingForce | None = None
     forces: ForceUse = field(default_factory=ForceUse)
     label_faults: tuple[LabelFault, ...] = ()  # repaired in the measured markers

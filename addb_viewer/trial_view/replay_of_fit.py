@@ -8,17 +8,17 @@ from jaxtyping import Bool, Float, Int
 
 from addb_viewer.jobs.suggested_activities import suggestions_of
 from addb_viewer.trial_view.joint_loads import JointLoads, joint_loads, large_joint_load
-from addb_viewer.trial_view.missing_force import MissingForce, foretold_wrenches, missing_force_of
+from addb_viewer.trial_view.missing_force import MissingForce, missing_force_of, predicted_wrenches
 from addb_viewer.trial_view.replay import (
     BodyReplay,
     BodySize,
-    DemandedForce,
     ForceUse,
     JointCentre,
     JointReplay,
     MarkerReplay,
     PlateReplay,
     Replay,
+    RequiredForce,
     ResidualReplay,
 )
 from solver.capture.capture import Capture, ForcePlate
@@ -74,7 +74,7 @@ def fitted_replay(
     on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
     feet: tuple[str, ...] = ()
     plates, notes = bare.plates, bare.notes
-    foretold = foretold_wrenches(trial, skeleton)
+    predicted = predicted_wrenches(trial, skeleton)
     if trial.contacts is not None:
         notes = (*notes, *trial.contacts.notes)
         feet = trial.contacts.foot_bodies
@@ -94,8 +94,8 @@ def fitted_replay(
         residual=_residual(trial, person, on_fit),
         joints=joint_replay(shown, skeleton, bare.times),
         joint_loads=_joint_loads(shown, skeleton, on_fit, large_torque),
-        demanded=demanded_forces(trial, skeleton, foretold, on_fit.floats),
-        missing=_missing(trial, foretold, on_fit),
+        required=required_forces(trial, skeleton, predicted, on_fit.floats),
+        missing=_missing(trial, predicted, on_fit),
         forces=_force_use(trial, skeleton, given),
         label_faults=trial.label_faults,
         suggested=suggestions_of(trial, skeleton),
@@ -210,7 +210,7 @@ def joint_replay(trial: TrialFit, skeleton: Skeleton, times: Float[np.ndarray, "
         tuple(coordinate.motion != "translation" for coordinate in skeleton.free_coordinates),
         floats(motion.q),
         None if trial.dynamics is None else floats(trial.dynamics.joint_torques),
-        foretold=trial.forces_foretold,
+        predicted=trial.forces_predicted,
         speed=floats(motion.velocity),
         power=None if power is None else floats(power),
         limits=tuple(coordinate.range for coordinate in skeleton.free_coordinates),
@@ -249,9 +249,9 @@ def _force_use(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> Force
 
 
 def _missing(
-    trial: TrialFit, foretold: Float[np.ndarray, "rows feet 6"] | None, on_fit: _Clock
+    trial: TrialFit, predicted: Float[np.ndarray, "rows feet 6"] | None, on_fit: _Clock
 ) -> MissingForce | None:
-    found = missing_force_of(trial, foretold)
+    found = missing_force_of(trial, predicted)
     return found and MissingForce(on_fit.floats(found.of_feet), on_fit.floats(found.of_all))
 
 
@@ -259,18 +259,18 @@ FARTHEST_M = 0.25  # [m] from the foot's origin: about a foot's length; farther,
 SMALLEST_N = 20.0  # [N] upwards; below it the centre of pressure is noise
 
 
-def demanded_forces(
+def required_forces(
     trial: TrialFit,
     skeleton: Skeleton,
     wrenches: Float[np.ndarray, "rows feet 6"] | None,
     at_frames: Callable[[Float[np.ndarray, "rows 3"]], Float[np.ndarray, "frames 3"]],
-) -> tuple[DemandedForce, ...]:
+) -> tuple[RequiredForce, ...]:
     """The forces of all feet that miss one on some frame; none without dynamics.
 
     Args:
         trial: fitted.
         skeleton: of the fit.
-        wrenches: by `foretold_wrenches`.
+        wrenches: by `predicted_wrenches`.
         at_frames: from the fit's rows to the recording's frames.
     """
     if wrenches is None or trial.contacts is None or trial.mask is None:
@@ -284,7 +284,7 @@ def demanded_forces(
         force = wrenches[:, i, :3].copy()
         point = acting_point(wrenches[:, i], p_ground_body[:, skeleton.body_index(foot)])
         force[counts] = np.nan
-        found.append(DemandedForce(foot, at_frames(force), at_frames(point)))
+        found.append(RequiredForce(foot, at_frames(force), at_frames(point)))
     return tuple(found)
 
 

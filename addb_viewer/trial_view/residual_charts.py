@@ -22,14 +22,14 @@ def residual_charts(figures: Figures, replay: Replay) -> tuple[Chart, ...]:
         replay: the trial.
     """
     trial = _of_trial(figures, replay.name)
-    if trial is None or not trial["course"]["time_s"]:
+    if trial is None or not trial["time_history"]["time_s"]:
         return ()
-    course = trial["course"]
-    times = replay.times[0] + np.array(course["time_s"])
+    time_history = trial["time_history"]
+    times = replay.times[0] + np.array(time_history["time_s"])
     told = _told(times, replay.times)
 
     def at_frames(name: str) -> Float[np.ndarray, " frames"]:
-        return np.where(told, np.interp(replay.times, times, np.array(course[name])), np.nan)
+        return np.where(told, np.interp(replay.times, times, np.array(time_history[name])), np.nan)
 
     charts = []
     for what, unit, suffix in (("force", "N", "N"), ("moment", "N·m", "Nm")):

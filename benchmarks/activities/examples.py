@@ -9,7 +9,7 @@ from solver.gait.activity import Activity, Kind
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
-SIMULATED = "simulated"  # source of made-up people
+SIMULATED = "simulated"  # source of synthetic people
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from solver.gait.activity import LEARNT
 from solver.gait.activity_features import NAMES
 from solver.gait.activity_model import FILE, Weights
 
-RIDGE = 0.001  # on weights, of a mean log-likelihood; smaller ones foretell left-out sources hardly better
+RIDGE = 0.001  # on weights, of a mean log-likelihood; smaller ones predict left-out sources hardly better
 TARGET = Path(solver.gait.__file__).parent / FILE
 
 

@@ -1,4 +1,4 @@
-"""What puppets do of which there is no recording: stairs, ramps, lunges, jumps, one foot, starts and ends.
+"""What kinematic gaits do without a recording of it: stairs, ramps, lunges, jumps, one foot, starts and ends.
 
 Sizes are drawn from the ranges beside them; where a range is from a code or a paper, that is named.
 """
@@ -8,7 +8,16 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from benchmarks.activities.examples import SIMULATED, Example
-from benchmarks.activities.puppets import LONG_S, RATE, Hips, Plant, Puppet, earlier, puppet, steps
+from benchmarks.activities.kinematic_gaits import (
+    LONG_S,
+    RATE,
+    Hips,
+    Plant,
+    Puppet,
+    earlier,
+    kinematic_gait,
+    steps,
+)
 from benchmarks.activities.simulated import FEET, load_of
 from solver.common.gravity import GRAVITY
 from solver.gait.activity import Activity, Kind
@@ -39,7 +48,7 @@ Scene = tuple[str, Activity, Kind | None, Sequence[Plant], float, Hips | None, t
 def performed() -> Iterator[Example]:
     """All of all persons."""
     for seed in PERSONS:
-        somebody = puppet(seed)
+        somebody = kinematic_gait(seed)
         rng = np.random.default_rng([seed, 1])
         model = RigidBodyModel(somebody.skeleton)
         before: tuple[Sequence[Plant], Motion] | None = None

@@ -126,7 +126,7 @@ def _tracked(folder: str, trials: Sequence[str]) -> dict[str, tuple[Skeleton, Tr
     ) -> Fit:
         raise _TrackedError(groundwork.skeleton, fits)  # type: ignore[attr-defined]
 
-    with patch.object(pipeline, "obeying_reviews", ends):
+    with patch.object(pipeline, "apply_reviews", ends):
         try:
             pipeline.solve(subject, settings_for(subject.folder), trials=trials)
         except _TrackedError as found:

@@ -1,4 +1,4 @@
-"""Made-up people who walk, run, sprint, squat, stand and land, on floor and belt."""
+"""Synthetic people who walk, run, sprint, squat, stand and land, on floor and belt."""
 
 from collections.abc import Container, Iterator
 from dataclasses import replace

@@ -9,9 +9,9 @@ from pathlib import Path
 from benchmarks.diagnosis.curves import PAGE as CURVES_PAGE
 from benchmarks.diagnosis.curves import curves
 from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, write_findable, write_findable_still
+from benchmarks.diagnosis.matched_synthetics import estimate_matched_synthetics
 from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
 from benchmarks.diagnosis.score import load, report
-from benchmarks.diagnosis.twins import estimate_twins
 from benchmarks.recordings import data_folder
 from solver.simulate.faults.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
 from solver.simulate.faults.hidden import UNSIZED
@@ -30,8 +30,8 @@ size, or the larger one at which the recording's wrench balance loses {nats:g} n
 "nothing is wrong" (`information.py`). Where that takes more than {largest:g} reference sizes, this recording
 cannot tell this effect and the case is left out; so is, in a real one, a plate's gain, a support or a load
 where nobody weighed the person. The injected difference is counted from what the finder estimates in the
-untouched recording, named there or not (`twins.py`); parts of a vector are held to its length. Where that is
-of the other sign and leaves less than a third of it, the case is listed and left out of the rates.
+untouched recording, named there or not (`matched_synthetics.py`); parts of a vector are held to its length.
+Where it is of the other sign and leaves less than a third of it, the case is listed and left out of rates.
 
 {tables}
 """
@@ -72,7 +72,7 @@ def main() -> None:
             only=given.only,
             workers=given.workers,
         )
-        estimate_twins(given.out.resolve())
+        estimate_matched_synthetics(given.out.resolve())
     else:
         score(given)
 

@@ -60,7 +60,7 @@ def write_findable(out: Path, data: Path, case: RealCase) -> None:
         return write_real(out, data, replace(case, size=size))
 
     if sized(case.id):
-        _grow(out, case.name, case.size, out / "subjects" / case.twin, written)
+        _grow(out, case.name, case.size, out / "subjects" / case.matched_synthetic, written)
     else:
         written(case.size)
 

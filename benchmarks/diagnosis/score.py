@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.diagnosis.judge import ABOUT_ONE, Verdict, judged, same, scale_of
+from benchmarks.diagnosis.matched_synthetics import read_matched_synthetics
 from benchmarks.diagnosis.rates import rate, smallest_found, table
 from benchmarks.diagnosis.sureness import sureness
-from benchmarks.diagnosis.twins import read_twins
 
 OUTCOMES = ("right", "class", "right_but_more", "id_only", "wrong", "unexplained", "missed", "failed")
 MADE_UP = ("single", "pair", "unknown", "clean")  # kinds of which all that is wrong is known
@@ -46,12 +46,12 @@ class Scored:
 
 def load(out: Path) -> list[Scored]:
     """Every answered case."""
-    scored, twins = [], read_twins(out)
+    scored, matched_synthetics = [], read_matched_synthetics(out)
     for path in sorted((out / "results").glob("*.json")):
         truth = json.loads((out / "truth" / path.name).read_text())
         answer = json.loads(path.read_text())
         verdict = judged(truth, answer["diagnosis"])
-        scored.append(Scored(truth, answer, verdict, twins.get(truth["case"], {})))
+        scored.append(Scored(truth, answer, verdict, matched_synthetics.get(truth["case"], {})))
     return scored
 
 
@@ -225,7 +225,7 @@ def real(cases: Sequence[Scored]) -> str:
     injected = [s for s in cases if s.truth["effects"]]
     if not injected:
         return ""
-    twins = {s.truth["case"]: s for s in cases if not s.truth["effects"]}
+    matched_synthetics = {s.truth["case"]: s for s in cases if not s.truth["effects"]}
     rows, named, near, counted, cancelled = [], 0, 0, 0, 0
     for s in injected:
         hidden = s.truth["effects"][0]
@@ -255,7 +255,7 @@ def real(cases: Sequence[Scored]) -> str:
         )
     alone = [
         [name, (t.answer["diagnosis"] or {}).get("verdict", "failed"), " ".join(t.verdict.named)]
-        for name, t in sorted(twins.items())
+        for name, t in sorted(matched_synthetics.items())
     ]
     head = ["recording", "injected", "target", "size", "answer", "named", "difference within 20 %"]
     return "\n\n".join(

@@ -18,7 +18,7 @@ from solver.common.progress import silent
 from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.causes.effect import Candidate, Eta
 from solver.diagnosis.diagnose import repaired_balance
-from solver.diagnosis.noise.rungs import Rung
+from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.terms import Term
 from solver.fitting.settings import settings_for
@@ -38,7 +38,7 @@ def undecidable(out: Path, truth: Mapping[str, Any], figures: Mapping[str, Any])
         figures: of the answer.
     """
     id, size = TRUE_CAUSES.get(str(truth["kind"]), ("", ""))
-    names = [effect for effect in figures["effects"] if effect.get("told_as") != "lead"]
+    names = [effect for effect in figures["effects"] if effect.get("told_as") != "tentative"]
     others = [a for a in figures["alternatives"] if names and a["instead_of"] == _key(names[0])]
     if len(names) != 1 or len(others) >= LARGEST_CLASS or id not in [a["id"] for a in others]:
         return False
@@ -67,11 +67,11 @@ def distance_nats(balance: Balance, true: Candidate, eta: Eta, other: Candidate)
     term = balance.term(true, eta)
     assert term is not None
     assert term.fixed is not None
-    rung, fixed = balance.solve([term]).rung, term.fixed
+    noise_scale, fixed = balance.solve([term]).noise_scale, term.fixed
 
     def left(at: Eta) -> float:
         instead = balance.term(other, at) if other.admissible(at) else None
-        return np.inf if instead is None else _left(balance, rung, fixed, instead)
+        return np.inf if instead is None else _left(balance, noise_scale, fixed, instead)
 
     best = min(other.starts(balance.scenes), key=left)
     if not best:
@@ -80,9 +80,9 @@ def distance_nats(balance: Balance, true: Candidate, eta: Eta, other: Candidate)
     return float(found.fun)
 
 
-def _left(balance: Balance, rung: Rung, true: np.ndarray, other: Term) -> float:
+def _left(balance: Balance, noise_scale: NoiseScale, true: np.ndarray, other: Term) -> float:
     apart = true if other.fixed is None else true - other.fixed
-    y, B = (rung.whitened(balance.basis.turned(part)) for part in (apart, other.columns))
+    y, B = (noise_scale.whitened(balance.basis.turned(part)) for part in (apart, other.columns))
     B = B * WIDER * other.prior_std
     x = np.linalg.solve(B.T @ B + np.eye(B.shape[1]), B.T @ y)
     return 0.5 * float(y @ (y - B @ x))

@@ -11,15 +11,15 @@ from benchmarks.faults.editor.kinds import CLEAN
 from benchmarks.faults.names import NAMES, Names
 
 VERY_SURE = 0.97  # what the page calls very sure begins no lower
-LEAD = 0.9  # below it a name is a lead, not a finding
+TENTATIVE_BELOW = 0.9  # below it a name is tentative, not a finding
 SIZE_WITHIN = 0.3  # of the true size; or
 DEVIATIONS = 3.0  # of the stated ones
 OVERLAP = 0.5  # of the frames of an event
 TIMED = ("off_plate_step",)  # causes that are events
 OF_ONE_MARKER = ("marker_slip", "marker_swap")
 ROUNDING = 1e-6
-FAULTED = ("right", "right_but_more", "class", "lead", "unexplained", "missed", "wrong", "failed")
-UNTOUCHED = ("silent", "unexplained", "lead", "alarm", "failed")
+FAULTED = ("right", "right_but_more", "class", "tentative", "unexplained", "missed", "wrong", "failed")
+UNTOUCHED = ("silent", "unexplained", "tentative", "alarm", "failed")
 PASS_CUTOFF = (2**0.5 - 1) ** -0.25  # of each of two passes, over that at which both together are 3 dB
 STATED = {  # by a size of the truth: parameters that state it, what they say then, and their period
     "gain": (("gain_error", lambda gain: gain - 1, 0.0), ("factor", lambda gain: gain, 0.0)),
@@ -39,7 +39,7 @@ class Verdict:
     outcome: str  # one of FAULTED, or of UNTOUCHED where nothing was done
     named: tuple[str, ...]  # id, target and confidence
     very_sure_and_wrong: bool = False
-    leads: int = 0  # likelier wrong than right, and told so: no names
+    tentative_count: int = 0  # likelier wrong than right, and told so: no names
     beside: tuple[tuple[str, str], ...] = ()  # id and target of names that are not the fault's
     seconds_cpu: float = float("nan")
     also_alone: bool = False  # these names its recording gets as well where nothing was done
@@ -54,30 +54,31 @@ def judged(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Verdict:
         return Verdict(case, kind, "failed", (), seconds_cpu=seconds)
     found = figures["effects"]
     named = tuple(
-        f"{e['id']} {e['target']} {e['confidence']:.2f}{' (a lead)' if _is_lead(e) else ''}" for e in found
+        f"{e['id']} {e['target']} {e['confidence']:.2f}{' (a tentative)' if _is_tentative(e) else ''}"
+        for e in found
     )
-    names = [e for e in found if not _is_lead(e)]
+    names = [e for e in found if not _is_tentative(e)]
     if kind == CLEAN:
         worth = [1.0] * len(found)
         outcome = _of_clean(found, figures["verdict"])
     else:
         others = figures.get("alternatives", ())
         worth = [0.0 if _in_a_class(e, truth, NAMES[kind], others) else 1.0 for e in found]
-        of_names = [wrong for e, wrong in zip(found, worth, strict=True) if not _is_lead(e)]
+        of_names = [wrong for e, wrong in zip(found, worth, strict=True) if not _is_tentative(e)]
         outcome = _of_faulted(names, of_names, truth, figures)
     sure = any(wrong and e["confidence"] >= VERY_SURE for e, wrong in zip(found, worth, strict=True))
     beside = [(e["id"], str(e["target"])) for e, w in zip(found, worth, strict=True) if w and e in names]
     return Verdict(case, kind, outcome, named, sure, len(found) - len(names), tuple(beside), seconds)
 
 
-def _is_lead(effect: Mapping[str, Any]) -> bool:
+def _is_tentative(effect: Mapping[str, Any]) -> bool:
     """Whether the answer itself calls it likelier wrong than right; old answers call nothing so."""
-    return effect.get("told_as") == "lead"
+    return effect.get("told_as") == "tentative"
 
 
 def _of_clean(found: Sequence[Mapping[str, Any]], verdict: str) -> str:
     if found:
-        return "alarm" if any(e["confidence"] >= LEAD for e in found) else "lead"
+        return "alarm" if any(e["confidence"] >= TENTATIVE_BELOW for e in found) else "tentative"
     return "unexplained" if verdict == "unexplained" else "silent"
 
 
@@ -88,34 +89,34 @@ def _of_faulted(
     figures: Mapping[str, Any],
 ) -> str:
     names = NAMES[truth["kind"]]
-    hit = any(_is_right(e, truth, names) for e in found) or _is_mended(truth, figures["notes"], names)
+    hit = any(_is_right(e, truth, names) for e in found) or _is_corrected(truth, figures["notes"], names)
     if hit:
         return "right_but_more" if any(wrong) else "right"
     if any(wrong):
         return "wrong"
-    if found or _is_witnessed(truth, figures, names):
+    if found or _is_checked(truth, figures, names):
         return "class"
     if figures["effects"]:
-        return "lead"
+        return "tentative"
     return "unexplained" if figures["verdict"] == "unexplained" else "missed"
 
 
-def _is_mended(truth: Mapping[str, Any], notes: Sequence[str], names: Names) -> bool:
+def _is_corrected(truth: Mapping[str, Any], notes: Sequence[str], names: Names) -> bool:
     """Whether reading put it right, and said so."""
-    if not names.mended:
+    if not names.corrected:
         return False
     plate = re.escape(f"ground_force_{truth['plate']}")
-    return any(re.search(names.mended.format(plate=plate), note) for note in notes)
+    return any(re.search(names.corrected.format(plate=plate), note) for note in notes)
 
 
-def _is_witnessed(truth: Mapping[str, Any], figures: Mapping[str, Any], names: Names) -> bool:
-    """Whether the loudest witness speaks for the fault's class, at its plate; "clean" undoes that."""
-    loud = [w for w in figures.get("witnesses", ()) if w["speaks_for"]]
+def _is_checked(truth: Mapping[str, Any], figures: Mapping[str, Any], names: Names) -> bool:
+    """Whether the loudest direct check speaks for the fault's class, at its plate; "clean" undoes that."""
+    loud = [w for w in figures.get("direct_checks", ()) if w["speaks_for"]]
     if not loud or figures["verdict"] == "clean":
         return False
     first = max(loud, key=lambda w: max(w["nats"].values()))
     at_its_plate = truth["plate"] is None or f"plate_{truth['plate']}" in str(first["target"]).split("+")
-    return at_its_plate and bool(set(first["speaks_for"]) & set(names.witnessed))
+    return at_its_plate and bool(set(first["speaks_for"]) & set(names.checked))
 
 
 def _is_right(effect: Mapping[str, Any], truth: Mapping[str, Any], names: Names) -> bool:

@@ -1,6 +1,6 @@
 """What counts as the right name of each kind of fault, and what as a name of its class.
 
-Where no name is given, a witness that speaks for the fault's class, louder than all others, tells the class.
+Where no name is given, the loudest direct check tells the class, if it speaks for one.
 
 A class holds what nobody could tell from the fault by this recording or would act on in the same way: the ids
 of a branch of the catalogue. A cause that is added for one of these faults is added to what is right.
@@ -13,12 +13,12 @@ from solver.diagnosis.causes.catalogue import ABOUT, MARKER_IDS
 
 @dataclass(frozen=True)
 class Names:
-    """Ids that are right, ids of the class, and words of the notes where reading mends the fault itself."""
+    """Ids that are right, ids of the class, and words of notes where reading corrects the fault."""
 
     right: tuple[str, ...]
     of_class: tuple[str, ...] = ()
-    mended: str = ""  # regular expression; {plate} is the plate's name in the files
-    witnessed: tuple[str, ...] = ()  # classes that a witness may speak for instead of a name
+    corrected: str = ""  # regular expression; {plate} is the plate's name in the files
+    checked: tuple[str, ...] = ()  # classes that a direct check may speak for instead of a name
 
 
 def _in_branch(trunk: str) -> tuple[str, ...]:
@@ -37,15 +37,15 @@ GEOMETRY = ("plate_turned_or_mirrored", "plate_place")
 NAMES = {
     "tared_under_load": Names(("zero_level", "plate_bias"), PLATE, ZERO),
     "zero_level": Names(("zero_level", "plate_bias"), PLATE, ZERO),
-    "turned_half": Names(("plate_turn", "plate_yaw"), PLATE, witnessed=GEOMETRY),
-    "turned_quarter": Names(("plate_turn", "plate_yaw"), PLATE, witnessed=GEOMETRY),
-    "mirrored": Names(("plate_mirror",), PLATE, witnessed=GEOMETRY),
-    "shifted": Names(("plate_position",), PLATE, witnessed=GEOMETRY),
-    "pounds": Names(("plate_units", "plate_gain"), PLATE, witnessed=("plate_scale",)),
-    "half_gain": Names(("plate_units", "plate_gain"), PLATE, witnessed=("plate_scale",)),
-    "quarter_gain": Names(("plate_units", "plate_gain"), PLATE, witnessed=("plate_scale",)),
+    "turned_half": Names(("plate_turn", "plate_yaw"), PLATE, checked=GEOMETRY),
+    "turned_quarter": Names(("plate_turn", "plate_yaw"), PLATE, checked=GEOMETRY),
+    "mirrored": Names(("plate_mirror",), PLATE, checked=GEOMETRY),
+    "shifted": Names(("plate_position",), PLATE, checked=GEOMETRY),
+    "pounds": Names(("plate_units", "plate_gain"), PLATE, checked=("plate_scale",)),
+    "half_gain": Names(("plate_units", "plate_gain"), PLATE, checked=("plate_scale",)),
+    "quarter_gain": Names(("plate_units", "plate_gain"), PLATE, checked=("plate_scale",)),
     "sign": Names(("plate_sign",), PLATE, "{plate}: forces point downwards.*sign is turned"),
-    "exchanged_plates": Names(("plate_swap", "plate_exchange"), PLATE, witnessed=GEOMETRY),
+    "exchanged_plates": Names(("plate_swap", "plate_exchange"), PLATE, checked=GEOMETRY),
     "late": Names(("clock_offset",), CLOCK),
     "two_lags": Names(("clock_offset", "trial_clocks"), CLOCK),
     "one_plate_late": Names(("plate_clock",), CLOCK),

@@ -25,8 +25,8 @@ stretch of a real recording into whose files one fault was edited, by an editor 
 solver (`benchmarks/faults/editor`); or one that was changed without harm (axes turned and moved, another
 stretch, half the samples of force), or not at all. The program is asked as a person asks it:
 `addb-viewer diagnose FOLDER --json FILE`. *Right*: the fault's name, at its place and within 30 % of its size
-or three stated deviations; or mended on reading, with a note that says so. *Class*: names that belong to
-the same place and kind only (`names.py`), or no name, and the loudest witness speaks for it; right where the
+or three stated deviations; or corrected on reading, with a note that says so. *Class*: names that belong to
+the same place and kind only (`names.py`), or no name, and the loudest direct check says so; right where the
 answer lists at most three, the fault among them, and the recording tells no more (`distance.py`: D below
 5 nats, from the edit itself). *Wrong*: any other name, and not the right one. A *lead* is no name: the answer
 itself calls it likelier wrong than right. *Very sure*: a confidence of 97 % or more. Rates come with their
@@ -50,7 +50,7 @@ By their raw files, without a model of the body (`soundness.py`). Every contact 
 plate: seen in markers and forces, frame by frame. *Carried*: mean force less what the markers' mean rise
 asks for. *Empty*: what a plate without load reads. *Off*: typical distance of a loaded centre of pressure
 from the nearest foot marker. *Lag*: of the forces behind the markers' acceleration, by correlation; the
-method itself is good to about 12 ms, since flesh and shoes yield. Left out: a treadmill walk and a sprint
+method itself is good to about 12 ms, as soft tissue and shoes yield. Left out: a treadmill walk and a sprint
 whose clocks stand off from all others by this measure, a landing whose plates carry half a person,
 stretches with steps beside the plates. One doubt is open: in the standing recording pressures lie 8 to
 11 cm before the ankles, no marker shows the trunk, and the file's moments contradict its pressures (they
@@ -167,18 +167,18 @@ def summary(verdicts: Sequence[Verdict]) -> str:
             rate(sum(v.outcome == "right_but_more" and v.also_alone for v in faulted), len(faulted)),
         ],
         [
-            "faults: right, and a lead with it",
-            rate(sum(v.outcome == "right" and v.leads > 0 for v in faulted), len(faulted)),
+            "faults: right, and tentative with it",
+            rate(sum(v.outcome == "right" and v.tentative_count > 0 for v in faulted), len(faulted)),
         ],
         ["faults: its class", rate(said["class"], len(faulted))],
-        ["faults: nothing but a lead", rate(said["lead"], len(faulted))],
+        ["faults: nothing but tentative", rate(said["tentative"], len(faulted))],
         ["faults: unexplained", rate(said["unexplained"], len(faulted))],
         ["faults: missed", rate(said["missed"], len(faulted))],
         ["faults: wrong", rate(said["wrong"], len(faulted))],
         ["faults: a wrong name, very sure", rate(sum(v.very_sure_and_wrong for v in faulted), len(faulted))],
         ["left alone: nothing said", rate(alarms["silent"], len(clean))],
         ["left alone: unexplained", rate(alarms["unexplained"], len(clean))],
-        ["left alone: a lead", rate(alarms["lead"], len(clean))],
+        ["left alone: tentative", rate(alarms["tentative"], len(clean))],
         ["left alone: an alarm", rate(alarms["alarm"], len(clean))],
         ["left alone: an alarm, very sure", rate(sum(v.very_sure_and_wrong for v in clean), len(clean))],
         ["no answer", rate(said["failed"] + alarms["failed"], len(verdicts))],

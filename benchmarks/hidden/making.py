@@ -22,7 +22,7 @@ from solver.simulate.faults.files import Recording, write_recording
 from solver.simulate.faults.hidden import Hidden, Truth
 from solver.skeleton.forward import cross
 
-WITHHELD_FROM = 0.8  # share of the frames after which the forces are not handed out
+HELD_OUT_FROM = 0.8  # share of the frames after which the forces are not handed out
 LEAST_SEEN = 0.5  # of an event's frames that lie before
 TRIES = 4  # at another place, before another effect is hidden
 FILE_TIME_S = 946684800  # 1 January 2000, of every file
@@ -71,9 +71,9 @@ def cut(recording: Recording) -> Recording:
     return replace(recording, trials=tuple(_cut(trial) for trial in recording.trials))
 
 
-def first_withheld(trial: Capture) -> int:
+def first_held_out(trial: Capture) -> int:
     """The first marker frame whose forces are not handed out."""
-    return int(np.ceil(WITHHELD_FROM * trial.markers.frames))
+    return int(np.ceil(HELD_OUT_FROM * trial.markers.frames))
 
 
 def total_wrench(trial: Capture, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times 6"]:
@@ -109,11 +109,11 @@ def _is_seen(effect: Hidden, recording: Recording) -> bool:
         return True
     trial = next(t for t in recording.trials if t.name == effect.trial)
     frames = np.concatenate([np.arange(a, b) for a, b in effect.frames])
-    return float(np.mean(frames < first_withheld(trial))) >= LEAST_SEEN
+    return float(np.mean(frames < first_held_out(trial))) >= LEAST_SEEN
 
 
 def _cut(trial: Capture) -> Capture:
-    until = trial.markers.times[first_withheld(trial)]
+    until = trial.markers.times[first_held_out(trial)]
     plates = []
     for plate in trial.plates:
         kept = int(np.searchsorted(plate.times, until - 1e-9))
@@ -129,13 +129,13 @@ def _cut(trial: Capture) -> Capture:
 
 
 def _truth_of(group: str, truth: Truth, recording: Recording) -> dict[str, Any]:
-    """The truth's file: which answers are right, what was hidden, and the forces that were withheld."""
+    """The truth's file: which answers are right, what was hidden, and the forces that were held out."""
     return {
         "case": truth.case,
         "group": group,
         "accepted": _accepted(group, truth),
         "effects": [effect.as_json() for effect in truth.effects],
-        "withheld": {trial.name: _withheld(trial) for trial in recording.trials},
+        "held_out": {trial.name: _held_out(trial) for trial in recording.trials},
         **truth.world,
     }
 
@@ -146,9 +146,9 @@ def _accepted(group: str, truth: Truth) -> list[str]:
     return {CLEAN: [NONE], INSIDE: own, OUTSIDE: [*own, SOMETHING_ELSE]}[group]
 
 
-def _withheld(trial: Capture) -> dict[str, Any]:
-    """What the plates read on the withheld frames; moments about a point amid the markers of each frame."""
-    frames = np.arange(first_withheld(trial), trial.markers.frames)
+def _held_out(trial: Capture) -> dict[str, Any]:
+    """What the plates read on the held-out frames; moments about a point amid the markers of each frame."""
+    frames = np.arange(first_held_out(trial), trial.markers.frames)
     about = np.nanmean(trial.markers.positions_ground[frames], axis=1)
     read = total_wrench(trial, trial.markers.times[frames])
     moment = read[:, 3:] - cross(about, read[:, :3])

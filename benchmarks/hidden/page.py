@@ -63,16 +63,16 @@ On the {count} cases that every row has answered: {groups}.{few}
 - *Best single cause*: markers fitted without forces, motion and forces low-passed at 10 Hz, each cause by
   itself as columns of the wrench residual, at every target; probabilities from exp(−BIC/2) of frames 0.1 s
   apart. No prior, nothing unknown, no faults of markers or of their scale, no swinging mass. What a plate's
-  own fault would do to the withheld forces it does not say. Its filter also takes up what noise of the
+  own fault would do to the held-out forces it does not say. Its filter also takes up what noise of the
   markers leaves in the motion, in squats most of all; a lower cutoff would help it there.
 - *Torso shifted*: the same fit; the torso's mass, and its centre along two of its axes, make the mean
   vertical force and the mean horizontal moments vanish. That is the idea of OpenSim's residual reduction,
   not its program. It names nothing.
-- *Motion alone*: the same fit with nothing changed, which the two before have to beat in withheld forces.
+- *Motion alone*: the same fit with nothing changed, which the two before have to beat in held-out forces.
 
 {table}
 
-Intervals of 95 %: Wilson's for rates, bootstrap over cases for the others. Withheld are the forces of each
+Intervals of 95 %: Wilson's for rates, bootstrap over cases for the others. Held-out are the forces of each
 trial's last fifth, as the plates read them, with what is wrong with them.
 """
 
@@ -129,7 +129,7 @@ def _by_size(truths: Mapping[str, Any], judged: Mapping[str, Judged]) -> str:
     for case, one in judged.items():
         for effect in truths[case]["effects"]:
             if effect["id"] in CAUSES and effect["parameters"]:
-                activity = "squat" if min(truths[case]["withheld"]).startswith("squat") else "walk"
+                activity = "squat" if min(truths[case]["held_out"]).startswith("squat") else "walk"
                 rows.setdefault((activity, effect["size"]), []).append(one)
     lines = [
         [
@@ -173,8 +173,8 @@ def _judged(answers: Mapping[str, Any], truths: Mapping[str, Any]) -> list[Judge
 
 
 def _column(row: str, judged: list[Judged]) -> dict[str, str]:
-    """Figures by name; a row that names nothing has only those of withheld forces."""
+    """Figures by name; a row that names nothing has only those of held-out forces."""
     told = {name.split(" (")[0]: figure for name, figure in figures(judged)}
     if row not in NAMING_NOTHING:
         return told
-    return {name: figure if name.startswith("withheld") else "-" for name, figure in told.items()}
+    return {name: figure if name.startswith("held_out") else "-" for name, figure in told.items()}

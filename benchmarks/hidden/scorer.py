@@ -1,4 +1,4 @@
-"""Answers against the truth: naming, calibration, alarms, and forces on withheld frames. Needs NumPy only."""
+"""Answers against the truth: naming, calibration, alarms, and forces on held-out frames. Needs NumPy only."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -33,7 +33,7 @@ class Judged:
     accepted: float  # probability of what is right
     brier: float
     parameters: tuple[bool, ...]  # stated ones of a right name: within a tenth
-    force_N: float | None  # RMS on withheld frames
+    force_N: float | None  # RMS on held-out frames
     moment_Nm: float | None
 
     @property
@@ -72,7 +72,7 @@ def judge(truth: Mapping[str, Any], answer: Answer) -> Judged:
     said, accepted = answer.likeliest, truth["accepted"]
     right = sum(answer.probabilities.get(name, 0.0) for name in accepted)
     others = [p for name, p in answer.probabilities.items() if name not in accepted]
-    force, moment = _errors(truth["withheld"], answer.withheld)
+    force, moment = _errors(truth["held_out"], answer.held_out)
     return Judged(
         group=truth["group"],
         outcome=_outcome(said, accepted),
@@ -129,7 +129,7 @@ def figures(judged: Sequence[Judged]) -> list[tuple[str, str]]:
         predicted = [j for j in part if j.force_N is not None]
         for what, of in (("force [N]", "force_N"), ("torque [N·m]", "moment_Nm")):
             median = _bootstrap(predicted, lambda js, of=of: float(np.median([getattr(j, of) for j in js])))
-            rows.append((f"withheld {what}, median RMS, {title} ({len(predicted)} predicted)", median))
+            rows.append((f"held-out {what}, median RMS, {title} ({len(predicted)} predicted)", median))
     return rows
 
 
@@ -152,12 +152,12 @@ def _near(truth: Mapping[str, Any], answer: Answer) -> tuple[bool, ...]:
 
 
 def _errors(
-    withheld: Mapping[str, Any], predicted: Mapping[str, np.ndarray]
+    held_out: Mapping[str, Any], predicted: Mapping[str, np.ndarray]
 ) -> tuple[float | None, float | None]:
     """RMS of force and of moment about the truth's points, over all scored frames of the predicted trials."""
     forces, moments = [], []
     for trial, rows in predicted.items():
-        true, scored = withheld[trial], withheld[trial]["scored"]
+        true, scored = held_out[trial], held_out[trial]["scored"]
         about = np.array(true["about_m"])
         moment = rows[:, 3:] - np.cross(about, rows[:, :3])
         forces.append((rows[:, :3] - np.array(true["force_N"]))[scored])

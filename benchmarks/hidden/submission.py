@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.hidden.classes import CAUSES
 
 SUM_TOLERANCE = 0.01
-KEYS = {"probabilities", "parameters", "withheld"}
+KEYS = {"probabilities", "parameters", "held_out"}
 SERIES = ("force_N", "moment_Nm")
 
 
@@ -23,12 +23,12 @@ class SubmissionError(Exception):
 class Answer:
     """One case: probabilities of all names, parameters of the likeliest, forces by trial.
 
-    `withheld[trial]` has a row per withheld frame: force [N], moment about the ground origin [N·m].
+    `held_out[trial]` has a row per held-out frame: force [N], moment about the ground origin [N·m].
     """
 
     probabilities: dict[str, float]
     parameters: dict[str, float] = field(default_factory=dict)
-    withheld: dict[str, np.ndarray] = field(default_factory=dict)
+    held_out: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def likeliest(self) -> str:
@@ -82,19 +82,19 @@ def _answer(case: str, raw: Any, truth: Mapping[str, Any]) -> Answer:
     return Answer(
         {name: value / total for name, value in probabilities.items()},
         _numbers(case, "parameters", raw.get("parameters", {})),
-        _withheld(case, raw.get("withheld", {}), truth["withheld"]),
+        _held_out(case, raw.get("held_out", {}), truth["held_out"]),
     )
 
 
-def _withheld(case: str, raw: Any, wanted: Mapping[str, Any]) -> dict[str, np.ndarray]:
+def _held_out(case: str, raw: Any, wanted: Mapping[str, Any]) -> dict[str, np.ndarray]:
     if not isinstance(raw, dict):
-        raise SubmissionError(f"{case}: withheld holds an object for each trial.")
+        raise SubmissionError(f"{case}: held-out holds an object for each trial.")
     found = {}
     for trial, series in raw.items():
         if trial not in wanted:
-            raise SubmissionError(f"{case}: withheld.{trial}: no such trial; {', '.join(wanted)} is known.")
+            raise SubmissionError(f"{case}: held out.{trial}: no such trial; {', '.join(wanted)} is known.")
         found[trial] = np.concatenate(
-            [_rows(case, f"withheld.{trial}", key, series, wanted[trial]["frames"]) for key in SERIES], axis=1
+            [_rows(case, f"held_out.{trial}", key, series, wanted[trial]["frames"]) for key in SERIES], axis=1
         )
     return found
 

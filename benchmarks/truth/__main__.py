@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.recordings import data_folder
-from benchmarks.truth import recorded, simulated, synthetic_subject, twins
+from benchmarks.truth import matched_synthetics, recorded, simulated, synthetic_subject
 from benchmarks.truth.page import page
 from solver.capture.atomic import write_whole
 from solver.common.errors import SolverError
 
 HERE = Path(__file__).parent
 SOLVER = HERE.parents[1] / "solver"
-PARTS = ("synthetic", "simulated", "recorded", "twins")
+PARTS = ("synthetic", "simulated", "recorded", "matched_synthetics")
 WORDS = ("__main__.py", "page.py", "tables.py", "account.py", "pooling.py")  # change no figure
 
 
@@ -42,8 +42,8 @@ class Case:
             return synthetic_subject.runs()
         if self.part == "simulated":
             return simulated.runs(self.of, self.person)
-        if self.part == "twins":
-            return twins.runs(self.of)
+        if self.part == "matched_synthetics":
+            return matched_synthetics.runs(self.of)
         return recorded.runs(self.of)
 
 
@@ -55,7 +55,7 @@ def cases() -> list[Case]:
         for person in range(simulated.PERSONS)
     ]
     there = [folder for folder in recorded.ACTIVITY if (data_folder() / folder).is_dir()]
-    whole = people + [Case(part, folder) for part in ("recorded", "twins") for folder in there]
+    whole = people + [Case(part, folder) for part in ("recorded", "matched_synthetics") for folder in there]
     return [*whole, Case("synthetic")] if (data_folder() / synthetic_subject.FOLDER).is_dir() else whole
 
 

@@ -15,8 +15,8 @@ from benchmarks.truth.pooling import (
     grouped,
     kept_movement,
     mass_shares,
+    matched_synthetic_bands,
     pooled,
-    twin_bands,
 )
 from benchmarks.truth.recorded import LIMIT_HZ
 from benchmarks.truth.tables import FLEXIONS, ratio_of_best
@@ -31,7 +31,10 @@ TOLD_HZ = {"walk": 4.0, "run": 6.0, "sprint": 6.0, "jump": 6.0, "squat": 2.0, "s
 
 
 def account(
-    known: Sequence[Run], own_markers: Sequence[Run], references: Sequence[Run], twins: Sequence[Run]
+    known: Sequence[Run],
+    own_markers: Sequence[Run],
+    references: Sequence[Run],
+    matched_synthetics: Sequence[Run],
 ) -> str:
     """Short plain sentences; those without figures are left out."""
     own = [r for r in known if r["model"] == "own"]
@@ -41,8 +44,8 @@ def account(
         *_smoothly(own),
         *_gains(own_markers),
         *_phases(own_markers),
-        *_kept(own_markers, twins),
-        *_twins(twins),
+        *_kept(own_markers, matched_synthetics),
+        *_matched_synthetics(matched_synthetics),
         *_experts(references),
         *_masses(known, own_markers),
     ]
@@ -109,13 +112,13 @@ def _smoothly(own: Sequence[Run]) -> list[str]:
     """How the error of the torques grows with the noise."""
     found = []
     for (activity,), runs in grouped(own, "activity").items():
-        course = []
+        time_history = []
         for (size,), group in grouped(runs, "skin_mm").items():
             ours, best = pooled(group, OURS, "torque"), best_cutoff(group, "torque")
             if ours is not None and best is not None and size in (0.0, 1.0, 3.0, 10.0):
-                course.append(f"{ours:.1f} ({best[1]:.1f})")
-        if course:
-            found.append(f"{activity} {', '.join(course)}")
+                time_history.append(f"{ours:.1f} ({best[1]:.1f})")
+        if time_history:
+            found.append(f"{activity} {', '.join(time_history)}")
     return (
         [
             "**Torques as the skin moves more** (0, 1, 3, 10 mm; in brackets the marker fit at its best), "
@@ -165,9 +168,9 @@ def _phases(own_markers: Sequence[Run]) -> list[str]:
     ]
 
 
-def _kept(own_markers: Sequence[Run], twins: Sequence[Run]) -> list[str]:
+def _kept(own_markers: Sequence[Run], matched_synthetics: Sequence[Run]) -> list[str]:
     """Ranges and peak speeds against what is asked for, and whether the missing part was movement."""
-    told = kept_movement(own_markers, twins, FLEXIONS)
+    told = kept_movement(own_markers, matched_synthetics, FLEXIONS)
     sentences = []
     for figure, asked in ASKED_PERCENT.items():
         those = [k for k in told if k.figure == figure]
@@ -185,7 +188,7 @@ def _kept(own_markers: Sequence[Run], twins: Sequence[Run]) -> list[str]:
         sentences.append(
             f"**{figure.capitalize()} on real recordings** against the marker fit below the limit: within "
             f"{asked:g} % for {len(those) - len(beyond)} of {len(those)} joints. Of the other {len(beyond)} "
-            f"the fit is nearer to the truth than those markers in both twins in {nearer}.{others}"
+            f"the fit is nearer to the truth than those markers in both synthetics in {nearer}.{others}"
         )
     return sentences
 
@@ -196,26 +199,28 @@ def _listed(items: Sequence[str]) -> str:
     return few if len(items) <= MOST_LISTED else f"{few}; and {len(items) - MOST_LISTED} more"
 
 
-def _twins(twins: Sequence[Run]) -> list[str]:
+def _matched_synthetics(matched_synthetics: Sequence[Run]) -> list[str]:
     """Whether a gain below 1 is right, by recordings whose truth is known and whose noise is a real one's."""
-    if not twins:
+    if not matched_synthetics:
         return []
     means = []
     for kind in KINDS:
-        ratios = [ratio_of_best([r], kind) for r in twins]
+        ratios = [ratio_of_best([r], kind) for r in matched_synthetics]
         means.append(f"{geometric_mean([r for r in ratios if r is not None]):.2f} in {kind}s")
     worse = []
     told = []
-    for (recording, trial, activity), pair in grouped(twins, "recording", "trial", "activity").items():
-        bands = [b for b in twin_bands(pair, LIMIT_HZ[activity]) if b.is_bent]
+    for (recording, trial, activity), pair in grouped(
+        matched_synthetics, "recording", "trial", "activity"
+    ).items():
+        bands = [b for b in matched_synthetic_bands(pair, LIMIT_HZ[activity]) if b.is_bent]
         told += bands
         worse += [f"{recording} {trial} {b.joint} from {b.low_Hz:g} Hz" for b in bands if not b.is_nearer]
     others = f" The others: {_listed(worse)}." if worse else ""
     return [
-        f"**Twins of real recordings** ({len(twins)}, known motion under the recording's noise and forces): "
+        f"**Matched synthetics** ({len(matched_synthetics)}, known motion under recorded noise and forces): "
         f"our errors over those of the marker fit at its best cut-off, geometric mean: {', '.join(means)}. "
         f"Of {len(told)} joints and bands in which a recording's gain leaves 0.95 to 1.05 below the limit of "
-        f"its activity, our error there is the smaller one in both twins in {len(told) - len(worse)}.{others}"
+        f"its activity, our error there is smaller in both synthetics in {len(told) - len(worse)}.{others}"
     ]
 
 

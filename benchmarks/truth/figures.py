@@ -1,9 +1,9 @@
-"""How far a course is from the truth: errors, peaks, lag, ranges; gain and phase by frequency."""
+"""How far a time history is from the truth: errors, peaks, lag, ranges; gain and phase by frequency."""
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from benchmarks.truth.course import Course
+from benchmarks.truth.time_history import TimeHistory
 from solver.dynamics.band_gain import band_gains
 
 TURNING = (
@@ -37,7 +37,7 @@ def inner(frames: int, rate: float) -> Bool[np.ndarray, " frames"]:
     return kept
 
 
-def figures(estimate: Course, truth: Course, forces_count: Bool[np.ndarray, " frames"]) -> Figures:
+def figures(estimate: TimeHistory, truth: TimeHistory, forces_count: Bool[np.ndarray, " frames"]) -> Figures:
     """Figures by kind and coordinate, for those that both have.
 
     Args:
@@ -111,18 +111,18 @@ def _alike(later: Float[np.ndarray, " some"], earlier: Float[np.ndarray, " other
     return float(np.sum(a * b) / size) if size > 0 else 0.0
 
 
-def gains(course: Course, marker_fit: Course) -> dict[str, list[dict[str, float]]]:
-    """Gain and phase of a course against the marker fit by joint and frequency band, both sides together.
+def gains(time_history: TimeHistory, marker_fit: TimeHistory) -> dict[str, list[dict[str, float]]]:
+    """Gain and phase of a time history against the marker fit by joint and frequency band, sides together.
 
-    As `solver.dynamics.band_gain` has them. Phase is positive where the course leads. `content` is the marker
+    As `solver.dynamics.band_gain` has them. Phase is positive where it leads. `content` is the marker
     fit's own root mean square in the band [°]: where it is tiny, gain is that of noise.
     """
     found: dict[str, list[dict[str, float]]] = {}
     for joint, stem in FLEXION.items():
-        dofs = _both(stem, course)
+        dofs = _both(stem, time_history)
         if not dofs:
             continue
-        ours = course.angle[:, [course.dofs.index(d) for d in dofs]]
+        ours = time_history.angle[:, [time_history.dofs.index(d) for d in dofs]]
         theirs = marker_fit.angle[:, [marker_fit.dofs.index(d) for d in dofs]]
         found[joint] = [
             {
@@ -132,19 +132,19 @@ def gains(course: Course, marker_fit: Course) -> dict[str, list[dict[str, float]
                 "phase_deg": DEGREES * band.phase_rad,
                 "content_deg": DEGREES * band.content,
             }
-            for band in band_gains(ours, theirs, course.rate, BANDS_HZ)
+            for band in band_gains(ours, theirs, time_history.rate, BANDS_HZ)
         ]
     return found
 
 
-def error_by_band(course: Course, truth: Course) -> dict[str, list[dict[str, float]]]:
-    """Root mean square of a course's error by joint and frequency band [°], both sides together."""
+def error_by_band(time_history: TimeHistory, truth: TimeHistory) -> dict[str, list[dict[str, float]]]:
+    """Root mean square of a time history's error by joint and frequency band [°], both sides together."""
     found: dict[str, list[dict[str, float]]] = {}
     for joint, stem in FLEXION.items():
-        dofs = [d for d in _both(stem, truth) if d in course.dofs]
+        dofs = [d for d in _both(stem, truth) if d in time_history.dofs]
         if not dofs:
             continue
-        ours, true = (c.angle[:, [c.dofs.index(d) for d in dofs]] for c in (course, truth))
+        ours, true = (c.angle[:, [c.dofs.index(d) for d in dofs]] for c in (time_history, truth))
         error = ours - true
         found[joint] = [
             {"low_Hz": g.low_Hz, "high_Hz": g.high_Hz, "error_deg": DEGREES * g.content}
@@ -153,8 +153,8 @@ def error_by_band(course: Course, truth: Course) -> dict[str, list[dict[str, flo
     return found
 
 
-def _both(stem: str, course: Course) -> list[str]:
-    return [d for d in (f"{stem}_r", f"{stem}_l") if d in course.dofs]
+def _both(stem: str, time_history: TimeHistory) -> list[str]:
+    return [d for d in (f"{stem}_r", f"{stem}_l") if d in time_history.dofs]
 
 
 def _rms(values: Float[np.ndarray, " frames"]) -> float:

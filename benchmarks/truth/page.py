@@ -115,20 +115,20 @@ The laboratory's way:
 ### Twins: what gain is right
 
 A gain below 1 may be motion that is lost or noise that is gone; the recording itself cannot tell. So each has
-two twins whose motion is known (`benchmarks/truth/twins.py`): the recording's own gaps, forces that miss what
+two matched synthetics whose motion is known (`matched_synthetics.py`): its gaps, forces that miss what
 the real ones miss, and the bench's skin movement, as large and as fast on each segment as the fit finds the
-recording's. The *calm* twin moves as the reported fit does, under the recorded forces. The *lively* one moves
+recording's. The *calm* one moves as the reported fit does, under the recorded forces. The *lively* one moves
 as the real marker fit does, far above the bands below: noise of the real markers counts as its motion. The
 truth of the recording lies between them.
 
-In each cell: the recording's own gain; *right*: that of the twins' truth against their marker fits, calm and
+In each cell: the recording's gain; *right*: that of the synthetics' truth against their marker fits, calm and
 lively; then our error in the band and that of the marker fit at the cut-off that is best for the band [°].
 
-{twin_gains}
+{matched_synthetic_gains}
 
 Errors of whole trials; ours / unfiltered marker fit / marker fit at its best cut-off.
 
-{twins}
+{matched synthetics}
 
 ### Lengths against models scaled by hand
 
@@ -147,10 +147,12 @@ def page(cases: Sequence[Mapping], versions: Mapping[str, str]) -> str:
     """
     known = [_named(run, case) for case in cases if case["part"] in KNOWN for run in case["runs"]]
     known.sort(key=_order)
-    real = [run for case in cases if case["part"] in ("recorded", "twins") for run in case["runs"]]
+    real = [
+        run for case in cases if case["part"] in ("recorded", "matched_synthetics") for run in case["runs"]
+    ]
     kinds = {
         kind: [r for r in real if r["kind"] == kind]
-        for kind in ("own markers", "reference", "lengths", "twin")
+        for kind in ("own markers", "reference", "lengths", "matched_synthetic")
     }
     first = [r for r in known if r["model"] == "own" and r["person"] == 0 and r["skin_mm"] in (0.0, 5.0)]
     references = kinds["reference"]
@@ -159,7 +161,7 @@ def page(cases: Sequence[Mapping], versions: Mapping[str, str]) -> str:
         python=platform.python_version(),
         version=_versions(cases, versions),
         minutes=sum(case["cpu_seconds"] for case in cases) / 60,
-        account=account(known, kinds["own markers"], references, kinds["twin"]),
+        account=account(known, kinds["own markers"], references, kinds["matched_synthetic"]),
         referee=_referee(cases),
         persons=len({r["person"] for r in known if r["activity"] != "synthetic walk"}),
         skin=tables.DETAILED_SKIN_MM,
@@ -175,8 +177,8 @@ def page(cases: Sequence[Mapping], versions: Mapping[str, str]) -> str:
         own_markers=tables.own_marker_table(kinds["own markers"]),
         real_gains=tables.gain_table(kinds["own markers"], ("recording", "trial"), OURS),
         laboratory_gains=tables.gain_table(kinds["own markers"], ("recording", "trial"), LABORATORY),
-        twin_gains=tables.twin_gain_table(kinds["twin"]),
-        twins=tables.twin_table(kinds["twin"]),
+        matched_synthetic_gains=tables.matched_synthetic_gain_table(kinds["matched_synthetic"]),
+        matched_synthetics=tables.matched_synthetic_table(kinds["matched_synthetic"]),
         lengths=tables.length_table(kinds["lengths"]),
         faults=_faults(cases),
     )

@@ -84,14 +84,14 @@ def mass_shares(run: Run) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class TwinBand:
-    """What both twins of a recording say of a joint in a frequency band."""
+class MatchedSyntheticBand:
+    """What both matched synthetics of a recording say of a joint in a frequency band."""
 
     joint: str
     low_Hz: float
     gain: float  # of the recording itself
-    right: tuple[float, ...]  # of the truth against the marker fit, by twin
-    ours_deg: tuple[float, ...]  # error, by twin
+    right: tuple[float, ...]  # of the truth against the marker fit, by matched synthetic
+    ours_deg: tuple[float, ...]  # error, by matched synthetic
     markers_deg: tuple[float, ...]  # of the marker fit at the cut-off that is best for the band
 
     @property
@@ -101,15 +101,15 @@ class TwinBand:
 
     @property
     def is_nearer(self) -> bool:
-        """In both twins the fit is nearer to the truth than the markers at any cut-off, within 5 %."""
+        """In both synthetics the fit is nearer to the truth than the markers at any cut-off, within 5 %."""
         return all(a <= 1.05 * b for a, b in zip(self.ours_deg, self.markers_deg, strict=True))
 
 
-def twin_bands(pair: Sequence[Run], limit_Hz: float) -> list[TwinBand]:
-    """Of both twins of one recording, in bands below the limit.
+def matched_synthetic_bands(pair: Sequence[Run], limit_Hz: float) -> list[MatchedSyntheticBand]:
+    """Of both matched synthetics of one recording, in bands below the limit.
 
     Args:
-        pair: the runs of the twins.
+        pair: the runs of the matched synthetics.
         limit_Hz: up to which a gain of 1 is asked for.
     """
     found = []
@@ -120,7 +120,7 @@ def twin_bands(pair: Sequence[Run], limit_Hz: float) -> list[TwinBand]:
                 continue
             errors = [{w: t[joint][k]["error_deg"] for w, t in r["errors_by_band"].items()} for r in pair]  # type: ignore[attr-defined]
             found.append(
-                TwinBand(
+                MatchedSyntheticBand(
                     joint,
                     band["low_Hz"],
                     band["gain"],
@@ -142,15 +142,19 @@ class Kept:
     figure: str  # "range of motion" or "peak speed"
     percent: float
     is_kept: bool  # within what is asked for
-    is_nearer: bool | None  # in both twins the fit is nearer to the truth than those markers; None: no twins
+    is_nearer: (
+        bool | None
+    )  # in both synthetics the fit is nearer to the truth than those markers; None: no synthetics
 
 
 ASKED_PERCENT = {"range of motion": 2.0, "peak speed": 4.0}
 
 
-def kept_movement(own_markers: Sequence[Run], twins: Sequence[Run], joints: Sequence[str]) -> list[Kept]:
-    """Ranges of motion and peak speeds of the recordings that were fitted to forces, and what twins say."""
-    pairs = grouped(twins, "recording", "trial")
+def kept_movement(
+    own_markers: Sequence[Run], matched_synthetics: Sequence[Run], joints: Sequence[str]
+) -> list[Kept]:
+    """Ranges of motion and peak speeds of recordings fitted to forces, and what synthetics say."""
+    pairs = grouped(matched_synthetics, "recording", "trial")
     found = []
     for run in (r for r in own_markers if r["fitted_to_forces"]):
         where = (str(run["recording"]), str(run["trial"]))
@@ -159,14 +163,16 @@ def kept_movement(own_markers: Sequence[Run], twins: Sequence[Run], joints: Sequ
                 percent = _over(run["against_marker_fit_below_limit"], figure, joint)
                 if percent is None:
                     continue
-                nearer = [_is_nearer(twin, figure, joint) for twin in pairs.get(where, [])]
+                nearer = [
+                    _is_nearer(matched_synthetic, figure, joint) for matched_synthetic in pairs.get(where, [])
+                ]
                 told = all(nearer) if nearer else None
                 found.append(Kept(*where, joint, figure, percent, abs(percent) <= asked, told))
     return found
 
 
-def _is_nearer(twin: Run, figure: str, joint: str) -> bool:
-    tables: dict[str, object] = twin["against_marker_fit_below_limit"]  # type: ignore[assignment]
+def _is_nearer(matched_synthetic: Run, figure: str, joint: str) -> bool:
+    tables: dict[str, object] = matched_synthetic["against_marker_fit_below_limit"]  # type: ignore[assignment]
     ours, true = (_over(tables[who], figure, joint) for who in (OURS, "truth"))
     return ours is not None and true is not None and abs(ours - true) <= abs(true)
 

@@ -7,10 +7,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from benchmarks.recordings import data_folder, scaled_reference_models, without_model
-from benchmarks.truth.course import Course, course_of
 from benchmarks.truth.figures import figures
 from benchmarks.truth.run import gains_of
 from benchmarks.truth.segments import length_errors_mm, mass_ratios
+from benchmarks.truth.time_history import TimeHistory, time_history_of
 from benchmarks.truth.ways import OURS, all_ways, bench_settings
 from solver.capture.capture import Subject
 from solver.capture.formats.storage import read_storage
@@ -132,7 +132,7 @@ def _own_markers(folder: str, fit: Fit, trial: TrialFit, settings: Settings) -> 
     ways = all_ways(fit, trial, settings, activity)
     raw = ways.raw_marker_fit
     smooth = low_pass(raw.angle, raw.rate, LIMIT_HZ[activity], settings.conditioning.order)
-    below_limit = course_of(Motion(raw.dofs, smooth, raw.rate))
+    below_limit = time_history_of(Motion(raw.dofs, smooth, raw.rate))
     return {
         "kind": "own markers",
         "recording": folder,
@@ -141,7 +141,7 @@ def _own_markers(folder: str, fit: Fit, trial: TrialFit, settings: Settings) -> 
         "model": fit.subject.model.name if fit.subject.model else "default body",
         "fitted_to_forces": trial.kinematics_only is not None,
         "gains": gains_of(ways),
-        "against_marker_fit_below_limit": figures(ways.courses[OURS], below_limit, ways.forces_count),
+        "against_marker_fit_below_limit": figures(ways.time_histories[OURS], below_limit, ways.forces_count),
         "mass_ratios": mass_ratios(fit.skeleton, fit.groundwork.skeleton) if fit.groundwork else {},
         "notes": list(fit.notes),
     }
@@ -179,7 +179,7 @@ def _against_reference(reference: Reference, fit: Fit, settings: Settings) -> di
     if reference.model is not None:
         own = load_skeleton(data_folder() / reference.folder / "reference" / reference.model)
     ways = all_ways(fit, trial, settings, activity, own)
-    truth = reference_course(reference, trial, own or fit.skeleton)
+    truth = reference_time_history(reference, trial, own or fit.skeleton)
     return {
         "kind": "reference",
         "recording": reference.folder,
@@ -189,11 +189,14 @@ def _against_reference(reference: Reference, fit: Fit, settings: Settings) -> di
         "angles": reference.angles,
         "torques": reference.torques,
         "model": reference.model or (fit.subject.model.name if fit.subject.model else "default body"),
-        "ways": {name: figures(course, truth, ways.forces_count) for name, course in ways.courses.items()},
+        "ways": {
+            name: figures(time_history, truth, ways.forces_count)
+            for name, time_history in ways.time_histories.items()
+        },
     }
 
 
-def reference_course(reference: Reference, trial: TrialFit, skeleton: Skeleton) -> Course:
+def reference_time_history(reference: Reference, trial: TrialFit, skeleton: Skeleton) -> TimeHistory:
     """What somebody made of it, on the trial's frames; NaN where the files say nothing."""
     folder = data_folder() / reference.folder / "reference"
     table = read_storage(folder / reference.angles)
@@ -205,12 +208,12 @@ def reference_course(reference: Reference, trial: TrialFit, skeleton: Skeleton) 
     )
     times, inside = trial.motion.times, _covered(trial.motion.times, table.times)
     frames = np.flatnonzero(inside)
-    course = np.full((3, len(times), len(dofs)), np.nan)
+    time_history = np.full((3, len(times), len(dofs)), np.nan)
     motion = Motion(dofs, CubicSpline(table.times, q)(times[frames]), trial.motion.rate)
-    course[0, frames] = motion.q
-    course[1, frames] = motion.low_passed(REFERENCE_FILTER_HZ).velocity
+    time_history[0, frames] = motion.q
+    time_history[1, frames] = motion.low_passed(REFERENCE_FILTER_HZ).velocity
     torque = _reference_torques(reference, times, dofs)
-    return Course(dofs, trial.motion.rate, course[0], course[1], course[2], torque)
+    return TimeHistory(dofs, trial.motion.rate, time_history[0], time_history[1], time_history[2], torque)
 
 
 def _reference_torques(reference: Reference, times: np.ndarray, dofs: tuple[str, ...]) -> np.ndarray | None:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.truth.course import Course, torques_of
 from benchmarks.truth.run import against_truth
 from benchmarks.truth.skin import skin_movement
+from benchmarks.truth.time_history import TimeHistory, torques_of
 from benchmarks.truth.ways import all_ways, bench_settings
 from solver.capture.capture import Capture, Markers
 from solver.capture.subject.subject import open_subject
@@ -95,14 +95,14 @@ def with_wrong_masses(skeleton: Skeleton, rng: np.random.Generator) -> Skeleton:
     )
 
 
-def true_course(trial: SyntheticTrial, rate: float) -> Course:
+def true_time_history(trial: SyntheticTrial, rate: float) -> TimeHistory:
     """Exact derivatives, and torques under the exact reactions of the ground."""
     motion = trial.frames(rate)
     q, v, a = trial.motion.state(motion.times)
-    course = Course(motion.dofs, rate, q, v, a)
+    time_history = TimeHistory(motion.dofs, rate, q, v, a)
     wrench = trial.reactions(motion.times).wrench_ground
     exact = _WithDerivatives(q, v, a)
-    return course.with_torque(torques_of(trial.body.skeleton, exact, wrench, FEET))  # type: ignore[arg-type]
+    return time_history.with_torque(torques_of(trial.body.skeleton, exact, wrench, FEET))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -131,8 +131,8 @@ def _run(labels: dict[str, object], truth: Truth, *, own: bool, skin_mm: float) 
         fit = solve(subject, settings)
         own_model = load_skeleton(folder / "own.osim") if own else None
         ways = all_ways(fit, fit.trials[0], settings, activity, own_model)
-    course = true_course(truth.trial, rate)
-    return against_truth(labels, fit, ways, course, truth.trial.body.skeleton)
+    time_history = true_time_history(truth.trial, rate)
+    return against_truth(labels, fit, ways, time_history, truth.trial.body.skeleton)
 
 
 def recorded(

@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 
 from benchmarks.recordings import data_folder
-from benchmarks.truth.course import Course, course_of, torques_of
 from benchmarks.truth.figures import figures
 from benchmarks.truth.run import against_truth
 from benchmarks.truth.skin import skin_movement
+from benchmarks.truth.time_history import TimeHistory, time_history_of, torques_of
 from benchmarks.truth.ways import all_ways, bench_settings
 from solver.capture.capture import Capture, Subject
 from solver.capture.formats.storage import read_storage
@@ -30,7 +30,7 @@ SKINS = 3  # draws of the skin
 def runs() -> Iterator[dict[str, object]]:
     """Each amount of skin movement, for each skin."""
     subject, capture, model = recording()
-    truth, settings = true_course(model, capture), bench_settings()
+    truth, settings = true_time_history(model, capture), bench_settings()
     off = float(np.sqrt(np.mean([f["rms"] ** 2 for f in referee().values() if f["rms"] is not None])))
     for person in range(SKINS):
         moved = skin(model, capture, truth, person)
@@ -50,14 +50,14 @@ def recording() -> tuple[Subject, Capture, Skeleton]:
     return subject, read_trial(subject.trials[0], bench_settings().reading), load_skeleton(subject.model)
 
 
-def true_course(model: Skeleton, capture: Capture) -> Course:
+def true_time_history(model: Skeleton, capture: Capture) -> TimeHistory:
     """Coordinates from coordinates.sto, torques from OpenSim's own inverse dynamics in id.sto."""
     folder = data_folder() / FOLDER
     motion = true_motion(model, capture)
     forces = read_storage(folder / "id.sto")
     columns = [next(x for x in forces.labels if x in (f"{d}_moment", f"{d}_force")) for d in model.dofs]
     torque = np.stack([forces.column(label) for label in columns], axis=1)
-    return course_of(motion, torque)
+    return time_history_of(motion, torque)
 
 
 def true_motion(model: Skeleton, capture: Capture) -> Motion:
@@ -72,7 +72,7 @@ def true_motion(model: Skeleton, capture: Capture) -> Motion:
 def referee() -> dict[str, dict[str, float | None]]:
     """Our inverse dynamics on the true motion under the recorded forces, against OpenSim's in id.sto."""
     _, capture, model = recording()
-    truth = true_course(model, capture)
+    truth = true_time_history(model, capture)
     wrench = np.stack(
         [np.concatenate([p.force_ground, p.moment_ground], axis=1) for p in capture.plates], axis=1
     )
@@ -81,7 +81,7 @@ def referee() -> dict[str, dict[str, float | None]]:
     return figures(truth.with_torque(ours), truth, everywhere)["torque"]
 
 
-def skin(model: Skeleton, capture: Capture, truth: Course, person: int) -> np.ndarray:
+def skin(model: Skeleton, capture: Capture, truth: TimeHistory, person: int) -> np.ndarray:
     """Movement of root mean square 1 of the recorded markers; zero for those that the model does not know."""
     match = match_markers(model, [capture.markers])
     bodies = {m.name: m.body for m in model.markers}

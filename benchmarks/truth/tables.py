@@ -6,16 +6,16 @@ from benchmarks.truth.figures import BANDS_HZ
 from benchmarks.truth.pooling import (
     JOINTS,
     KINDS,
+    MatchedSyntheticBand,
     Run,
-    TwinBand,
     best_cutoff,
     grouped,
     lag,
     mass_shares,
+    matched_synthetic_bands,
     peak_percent,
     pooled,
     range_percent,
-    twin_bands,
 )
 from benchmarks.truth.recorded import LIMIT_HZ
 from benchmarks.truth.ways import LABORATORY, MARKER_FIT, OURS, at_cutoff
@@ -218,30 +218,30 @@ def own_marker_table(runs: Sequence[Run]) -> str:
     )
 
 
-def twin_gain_table(runs: Sequence[Run]) -> str:
-    """What gain each recording has, what its twins say is right, and whose error is smaller there."""
+def matched_synthetic_gain_table(runs: Sequence[Run]) -> str:
+    """What gain each recording has, what its synthetics say is right, and whose error is smaller there."""
     bands = [(low, high) for low, high in BANDS_HZ if high <= max(LIMIT_HZ.values())]
     rows = []
     for (recording, trial, activity), pair in grouped(runs, "recording", "trial", "activity").items():
-        told = twin_bands(pair, LIMIT_HZ[activity])
+        told = matched_synthetic_bands(pair, LIMIT_HZ[activity])
         for joint in dict.fromkeys(b.joint for b in told):
             of_band = {b.low_Hz: b for b in told if b.joint == joint}
-            cells = [_twin_cell(of_band[low]) if low in of_band else "" for low, _ in bands]
+            cells = [_matched_synthetic_cell(of_band[low]) if low in of_band else "" for low, _ in bands]
             rows.append([recording, trial, joint, *cells])
     return markdown(("recording", "trial", "joint", *(f"{low:g}–{high:g} Hz" for low, high in bands)), rows)
 
 
-def _twin_cell(band: TwinBand) -> str:
+def _matched_synthetic_cell(band: MatchedSyntheticBand) -> str:
     right = " ".join(f"{gain:.2f}" for gain in band.right)
     ours, markers = (" ".join(f"{e:.2f}" for e in x) for x in (band.ours_deg, band.markers_deg))
     return f"{band.gain:.2f}; right {right}; {ours} ({markers})"
 
 
-def twin_table(runs: Sequence[Run]) -> str:
-    """Errors of the twins, all of legs and trunk."""
+def matched_synthetic_table(runs: Sequence[Run]) -> str:
+    """Errors of the matched synthetics, all of legs and trunk."""
     rows = []
     for run in runs:
-        cells = [str(run[label]) for label in ("recording", "trial", "twin")]
+        cells = [str(run[label]) for label in ("recording", "trial", "matched_synthetic")]
         for kind in KINDS:
             ways = [pooled([run], way, kind) for way in (OURS, MARKER_FIT)]
             best = best_cutoff([run], kind)
@@ -249,7 +249,7 @@ def twin_table(runs: Sequence[Run]) -> str:
             cells.append(f"{listed} / {best[1]:.{DIGITS[kind]}f} ({best[0]:g} Hz)" if best else "")
         rows.append(cells)
     units = ("angles °", "speeds °/s", "accelerations rad/s²", "torques N·m")
-    return markdown(("recording", "trial", "twin", *units), rows)
+    return markdown(("recording", "trial", "matched_synthetic", *units), rows)
 
 
 def length_table(runs: Sequence[Run]) -> str:

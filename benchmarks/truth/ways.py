@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
-from benchmarks.truth.course import Course, course_of, torques_of
+from benchmarks.truth.time_history import TimeHistory, time_history_of, torques_of
 from solver.capture.plates.conditioning import condition, shared_cutoff
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.common.filters import low_pass
@@ -37,15 +37,15 @@ LONGEST_FILLED_GAP_S = 0.2
 class Ways:
     """All ways of one trial."""
 
-    courses: dict[str, Course]
-    raw_marker_fit: Course  # without any filter
+    time_histories: dict[str, TimeHistory]
+    raw_marker_fit: TimeHistory  # without any filter
     forces_count: Bool[np.ndarray, " frames"]
 
 
 def bench_settings(settings: Settings | None = None) -> Settings:
-    """Without the withheld blocks, which the bench does not read."""
+    """Without the held-out blocks, which the bench does not read."""
     chosen = settings or Settings()
-    return replace(chosen, trajectory=replace(chosen.trajectory, heldout=False))
+    return replace(chosen, trajectory=replace(chosen.trajectory, held_out=False))
 
 
 def at_cutoff(cutoff_Hz: float) -> str:
@@ -74,10 +74,10 @@ def all_ways(
     counts = trial.dynamics.used if trial.dynamics else np.zeros(before.frames, dtype=bool)
     filters = settings.conditioning
     own_filter = replace(filters, cutoff_Hz=shared_cutoff(before.rate, filters))
-    courses = {
-        OURS: course_of(trial.dynamics.motion, trial.dynamics.joint_torques)
+    time_histories = {
+        OURS: time_history_of(trial.dynamics.motion, trial.dynamics.joint_torques)
         if trial.dynamics
-        else course_of(trial.motion),
+        else time_history_of(trial.motion),
         MARKER_FIT: _filtered(before, trial, skeleton, own_filter),
     }
     laboratory_skeleton = skeleton if own_model is None else with_mass(work.match.skeleton(own_model), mass)
@@ -86,19 +86,23 @@ def all_ways(
     q = inverse_kinematics(laboratory_skeleton, markers, before.rate, settings.kinematics)
     motion = Motion(laboratory_skeleton.dofs, q, before.rate, before.start_time)
     laboratory_filter = replace(filters, cutoff_Hz=cutoff, order=LABORATORY_ORDER)
-    courses[LABORATORY] = course_of(motion, _torques(motion, trial, laboratory_skeleton, laboratory_filter))
+    time_histories[LABORATORY] = time_history_of(
+        motion, _torques(motion, trial, laboratory_skeleton, laboratory_filter)
+    )
     for hertz in CUTOFFS_HZ:
         if hertz < before.rate / 2:
-            courses[at_cutoff(hertz)] = _filtered(before, trial, skeleton, replace(filters, cutoff_Hz=hertz))
-    return Ways(courses, course_of(before), counts)
+            time_histories[at_cutoff(hertz)] = _filtered(
+                before, trial, skeleton, replace(filters, cutoff_Hz=hertz)
+            )
+    return Ways(time_histories, time_history_of(before), counts)
 
 
 def _filtered(
     motion: Motion, trial: TrialFit, skeleton: Skeleton, conditioning: ConditioningSettings
-) -> Course:
+) -> TimeHistory:
     """Motion and forces through one filter."""
     smooth = motion.low_passed(conditioning.cutoff_Hz, conditioning.order)
-    return course_of(smooth, _torques(smooth, trial, skeleton, conditioning))
+    return time_history_of(smooth, _torques(smooth, trial, skeleton, conditioning))
 
 
 def _torques(

@@ -304,8 +304,8 @@ def _names(trial: FittedTrial, name: str) -> bool:
 
 def _is_fitted(answer: Answer, name: str) -> bool:
     """Under its own name, or under that of another file which is said to hold the same recording."""
-    twin = rf"{re.escape(name)}\.\w+: left out, the trial is read from"
-    read = re.search(twin, answer.visit.everything, re.IGNORECASE)
+    matched_synthetic = rf"{re.escape(name)}\.\w+: left out, the trial is read from"
+    read = re.search(matched_synthetic, answer.visit.everything, re.IGNORECASE)
     return read is not None or any(_names(trial, name) for fit in answer.fits for trial in fit)
 
 

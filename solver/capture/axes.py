@@ -49,7 +49,7 @@ class AxesSettings:
     )
     default_weight: float = setting(0.5, unit="", why="z in C3D files, y in OpenSim's; decides ties only")
     margin: float = setting(
-        1.0, unit="", least=0.0, why="a lead smaller than this over the next axis is ambiguous"
+        1.0, unit="", least=0.0, why="tentative smaller than this over the next axis is ambiguous"
     )
     upright_m: float = setting(
         0.3, unit="m", why="with less between feet and trunk, up and down cannot be distinguished"
@@ -88,8 +88,8 @@ class VerticalAxis:
         """What was found, for the capture's notes."""
         because = f" ({'; '.join(self.evidence)})" if self.evidence else ""
         if not self.certain:
-            mend = "`up` in the trial's table of subject.toml overrides this"
-            return (f"{source}: which axis points up is ambiguous; {self.name} assumed{because}; {mend}",)
+            remedy = "`up` in the trial's table of subject.toml overrides this"
+            return (f"{source}: which axis points up is ambiguous; {self.name} assumed{because}; {remedy}",)
         return (f"{source}: {self.name} points up{because}",)
 
 
@@ -129,7 +129,7 @@ def vertical_axis(
     weights = np.zeros(3)
     weights[AXES.index(default)] = settings.default_weight
     trunk_from_feet = None if markers is None else _trunk_from_feet(markers)
-    clues = [
+    indications = [
         _from_forces(forces, settings),
         _from_corners(corners, settings),
         _from_names(trunk_from_feet, settings),
@@ -137,15 +137,15 @@ def vertical_axis(
         None if markers is None else _from_floor(markers, settings),
         _from_screen(screen_up, settings),
     ]
-    evidence = [clue for clue in clues if clue is not None]
-    for clue in evidence:
-        weights[clue.axis] += clue.weight
+    evidence = [one for one in indications if one is not None]
+    for one in evidence:
+        weights[one.axis] += one.weight
     order = np.argsort(-weights, kind="stable")
     certain = bool(evidence) and bool(weights[order[0]] - weights[order[1]] >= settings.margin)
     axis = int(order[0]) if certain else AXES.index(default)
     sign, sign_sentence = (1, []) if markers is None else _sign(markers, axis, trunk_from_feet, settings)
-    said = [clue.sentence for clue in evidence if clue.axis == axis] + sign_sentence
-    against = [clue.sentence for clue in evidence if clue.axis != axis]
+    said = [one.sentence for one in evidence if one.axis == axis] + sign_sentence
+    against = [one.sentence for one in evidence if one.axis != axis]
     if against:
         said.append("although " + ", ".join(against))
     return VerticalAxis(axis, sign, tuple(said), certain)

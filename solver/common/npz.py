@@ -1,4 +1,4 @@
-"""NumPy's .npz files from strangers: nothing is allocated that the file does not hold, or unpickled."""
+"""Untrusted .npz files of NumPy: nothing is allocated that the file does not hold, or unpickled."""
 
 import math
 import zipfile

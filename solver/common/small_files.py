@@ -1,4 +1,4 @@
-"""TOML and JSON files from strangers: bounded in size and depth before they are parsed."""
+"""TOML and JSON files from untrusted sources: bounded in size and depth before they are parsed."""
 
 import json
 import re

@@ -1,6 +1,6 @@
 """Frames with missing force: what a reviewer should look at, and what a fit leaves out until one has.
 
-Four kinds of evidence meet in one story (`detection_search`): the balance of the whole body, where the
+Four kinds of evidence meet in contact states (`detection_search`): the balance of the whole body, where the
 missing force presses, how the soles move, and which plates are loaded. What plates and centres of pressure
 show by themselves comes beside it.
 """

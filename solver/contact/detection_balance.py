@@ -56,7 +56,7 @@ def jumps(
 
 
 class WholeBody:
-    """Demanded and measured wrenches about the centre of mass, both through one and the same smoother.
+    """Required and measured wrenches about the centre of mass, both through one and the same smoother.
 
     Whittaker's smoother: least squares with a penalty on the third difference. Motion is smoothed and then
     differentiated; a wrench is integrated, smoothed and differentiated likewise. So their difference is that
@@ -64,7 +64,7 @@ class WholeBody:
     hard the impact, and a parabola passes unchanged, also at the ends of the trial.
 
     Attributes:
-        demanded: force [N] and moment about the centre of mass [N·m] that gravity and inertia ask for.
+        required: force [N] and moment about the centre of mass [N·m] that gravity and inertia ask for.
         noise: standard deviation of the vertical force that a complete measurement leaves unexplained [N].
         moment_noise: likewise of horizontal moments [N·m].
         jumping: frames that are bridged, because markers that vanished or came back moved the body.
@@ -78,8 +78,8 @@ class WholeBody:
         self._smoother = _Smoother(motion.tracked & ~self.jumping, motion.rate, cutoff_Hz)
         acceleration = self._smoother.derivative(motion.com_ground, 2)
         turning = self._smoother.derivative(motion.angular_momentum, 1)
-        self.demanded: Float[np.ndarray, "frames 6"] = np.hstack([motion.mass * acceleration, turning])
-        self.demanded[:, UP] += motion.weight
+        self.required: Float[np.ndarray, "frames 6"] = np.hstack([motion.mass * acceleration, turning])
+        self.required[:, UP] += motion.weight
         bounce = motion.mass * _level(acceleration[:, UP], motion.rate, settings.bounce_window_s)
         self.noise = np.hypot(settings.balance_noise * motion.weight, settings.bounce_noise * bounce)
         self.moment_noise = settings.moment_noise_m * (motion.weight + bounce)

@@ -8,14 +8,14 @@ from jaxtyping import Float
 
 from solver.contact.detection_balance import UP
 from solver.contact.detection_settings import DetectionSettings
-from solver.contact.detection_shares import Explained, Ledger
+from solver.contact.detection_shares import Explained, WrenchBalance
 from solver.contact.sole import Sole
 
 Feet = tuple[int, ...]
 
 
 def place_costs(
-    slow: Ledger,
+    slow: WrenchBalance,
     explained: Explained,
     outlines: Sequence[Sole],
     poses: tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]],
@@ -27,7 +27,7 @@ def place_costs(
     its place is known. Between two feet is as good as under one. Nothing missing: no cost.
 
     Args:
-        slow: demanded and measured wrenches.
+        slow: required and measured wrenches.
         explained: what of their difference is known.
         outlines: of the soles.
         poses: orientations and origins of all bodies.

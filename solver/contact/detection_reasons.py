@@ -1,4 +1,4 @@
-"""What the story's states are called, how sure they are, and the numbers they rest on."""
+"""What contact states are called, how sure they are, and the numbers they rest on."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ def proposals_of(
     """A proposal for each contact measured in part, each stretch of lost force, and each force elsewhere.
 
     Args:
-        findings: the story and its evidence.
+        findings: the contact states and their evidence.
         contacts: forces given to feet.
         plates: as recorded; their corners, where all are known, tell what lies beside the plates.
         settings: thresholds.
@@ -44,7 +44,7 @@ def proposals_of(
     for foot in range(len(contacts.foot_bodies)):
         for start, end in judge.lost_stretches(foot):
             yield judge.lost(foot, start, end).widened(findings.border, contacts.frames)
-    for start, end in runs(findings.story.elsewhere):
+    for start, end in runs(findings.contact_states.elsewhere):
         yield judge.elsewhere(start, end).widened(findings.border, contacts.frames)
 
 
@@ -75,21 +75,25 @@ class _Judge:
 
     def lost_stretches(self, foot: int) -> list[tuple[int, int]]:
         """Each as long as the foot may still carry some: it lands and leaves gradually."""
-        clues, lost = self.findings.clues, self.findings.story.lost[:, foot]
-        reach, missing = round(self.settings.rolling_s * clues.rate), self.findings.missing
+        frame_evidence, lost = self.findings.frame_evidence, self.findings.contact_states.lost[:, foot]
+        reach, missing = round(self.settings.rolling_s * frame_evidence.rate), self.findings.missing
         steep_N = self.settings.steep * self.findings.weight
         near = np.zeros_like(lost)
         for start, end in runs(lost):
             before, after = max(0, start - reach), min(len(lost) - 1, end - 1 + reach)
             near[before:start] = missing[start] - missing[before] < steep_N
             near[end : after + 1] = missing[end - 1] - missing[after] < steep_N
-        rolling = near & ~clues.loaded[:, foot] & (clues.ground[:, foot] > self.settings.rolling_odds)
+        rolling = (
+            near
+            & ~frame_evidence.loaded[:, foot]
+            & (frame_evidence.ground[:, foot] > self.settings.rolling_odds)
+        )
         return runs(lost | rolling)
 
     def lost(self, foot: int, start: int, end: int) -> Proposal:
-        part, clues = slice(start, end), self.findings.clues
+        part, frame_evidence = slice(start, end), self.findings.frame_evidence
         off = self._share_off_plates(foot, part)
-        odds = self._sum((clues.missing + clues.ground[:, foot])[part])
+        odds = self._sum((frame_evidence.missing + frame_evidence.ground[:, foot])[part])
         return Proposal(
             (start, end),
             self.contacts.foot_bodies[foot],
@@ -105,7 +109,7 @@ class _Judge:
 
     def elsewhere(self, start: int, end: int) -> Proposal:
         part = slice(start, end)
-        odds = self._sum(self.findings.clues.missing[part])
+        odds = self._sum(self.findings.frame_evidence.missing[part])
         numbers = {**self._balance(part), "log_odds": odds}
         return Proposal((start, end), None, UNMEASURED_EXTERNAL_FORCE, self._confidence(odds), numbers)
 
@@ -115,17 +119,17 @@ class _Judge:
             return NOT_OVER_FORCE_PLATE
         if partly:
             return FORCE_DISCREPANCY
-        if np.median(self.findings.clues.ground[part, foot]) > 0:
+        if np.median(self.findings.frame_evidence.ground[part, foot]) > 0:
             return CONTACT_BUT_NO_FORCE
         total = np.nan_to_num(self.contacts.wrench_raw_ground[part, :, UP]).sum(axis=1)
         return ZERO_WHILE_ACCELERATING if total.mean() < self.settings.nobody_N else FORCE_DISCREPANCY
 
     def _confidence(self, log_odds: float) -> float:
-        """0.5 for what the story barely needs, 1 for what nothing else explains."""
+        """0.5 for what the contact states barely need, 1 for what nothing else explains."""
         return 1.0 - 0.5 * exp(-max(0.0, log_odds) / self.settings.sure_odds)
 
     def _sum(self, odds: Float[np.ndarray, " some"]) -> float:
-        return float(odds.sum()) / (self.settings.steady_s * self.findings.clues.rate)
+        return float(odds.sum()) / (self.settings.steady_s * self.findings.frame_evidence.rate)
 
     def _balance(self, part: slice) -> dict[str, float]:
         missing, error = self.findings.missing[part], self.findings.error[part]

@@ -1,4 +1,4 @@
-"""From motion and forces to one story: the evidence is weighed, and weighed again with what it taught."""
+"""From motion and forces to contact states: evidence is weighed, and again with what it taught."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,8 +12,13 @@ from solver.contact.detection_balance import UP, BodyMotion, WholeBody
 from solver.contact.detection_motion import ground_odds, slip_speeds, touching_unloaded
 from solver.contact.detection_place import place_costs
 from solver.contact.detection_settings import DetectionSettings
-from solver.contact.detection_shares import Explained, Ledger
-from solver.contact.detection_states import Clues, Story, likeliest_story, missing_odds
+from solver.contact.detection_shares import Explained, WrenchBalance
+from solver.contact.detection_states import (
+    ContactStates,
+    FrameEvidence,
+    likeliest_contact_states,
+    missing_odds,
+)
 from solver.contact.sole import Sole, soles
 from solver.contact.wrenches import TWO_FEET, ContactWrenches
 from solver.kinematics.motion import Motion
@@ -21,7 +26,7 @@ from solver.skeleton.forward import body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
-ROUNDS = 3  # of telling the story and learning from it; the third rarely changes anything
+ROUNDS = 3  # of finding the contact states and learning from them; the third rarely changes anything
 
 
 @dataclass(frozen=True)
@@ -35,10 +40,10 @@ class RecordedContact:
 
 @dataclass(frozen=True)
 class Findings:
-    """The story and what it rests on."""
+    """The contact states and what they rest on."""
 
-    story: Story
-    clues: Clues
+    contact_states: ContactStates
+    frame_evidence: FrameEvidence
     missing: Float[np.ndarray, " frames"]  # [N] vertical force that nothing explains
     error: Float[np.ndarray, " frames"]  # [N] its standard deviation
     weight: float  # of the body [N]
@@ -56,7 +61,7 @@ def search(
     tracked: Bool[np.ndarray, " frames"],
     settings: DetectionSettings,
 ) -> Findings:
-    """Find the story that fits balance, place, motion and loads best.
+    """Find the contact states that fit balance, place, motion and loads best.
 
     Args:
         skeleton: scaled, with the person's mass.
@@ -74,7 +79,7 @@ def search(
     slip = slip_speeds(corners, contacts.in_contact, rate, settings)
     ground = ground_odds(slip, settings)
     recorded = recorded_contacts(contacts.in_contact, rate, settings)
-    fast, slow = _ledgers(_body_motion(skeleton, motion, tracked), contacts, recorded, settings)
+    fast, slow = _wrench_balances(_body_motion(skeleton, motion, tracked), contacts, recorded, settings)
     unloaded = touching_unloaded(contacts, ground, fast.body.motion.weight, rate, settings)
     ground = np.where(unloaded, np.minimum(ground, 0.0), ground)
     loaded = contacts.in_contact | (shared[:, None] & (ground > 0))
@@ -83,7 +88,7 @@ def search(
     explained = Explained.nothing(len(recorded), settings)
     for _ in range(ROUNDS):
         missing, error = fast.missing(explained)[:, UP], fast.error(explained)
-        clues = Clues(
+        frame_evidence = FrameEvidence(
             missing=_clipped(_any_force(missing, error, fast.body, settings), known, settings),
             partly=_clipped(_part_of_force(missing, error, contacts, rate, settings), known, settings),
             ground=ground,
@@ -91,12 +96,12 @@ def search(
             loaded=loaded,
             rate=rate,
         )
-        story = likeliest_story(clues, settings)
-        unmeasured = (story.lost & ~loaded).any(axis=1) | story.elsewhere | ~known | jumping
+        contact_states = likeliest_contact_states(frame_evidence, settings)
+        unmeasured = (contact_states.lost & ~loaded).any(axis=1) | contact_states.elsewhere | ~known | jumping
         explained = slow.explain(~_around(unmeasured, 0.5 * rate / settings.place_cutoff_Hz), settings)
     return Findings(
-        story=story,
-        clues=clues,
+        contact_states=contact_states,
+        frame_evidence=frame_evidence,
         missing=missing,
         error=error,
         weight=fast.body.motion.weight,
@@ -138,17 +143,19 @@ def _body_motion(skeleton: Skeleton, motion: Motion, tracked: Bool[np.ndarray, "
     return BodyMotion(com, angular, tracked, motion.rate, skeleton.mass, gravity)
 
 
-def _ledgers(
+def _wrench_balances(
     body: BodyMotion,
     contacts: ContactWrenches,
     recorded: Sequence[RecordedContact],
     settings: DetectionSettings,
-) -> tuple[Ledger, Ledger]:
+) -> tuple[WrenchBalance, WrenchBalance]:
     """A fast one for when something is missing, and a slow one for where and how much of which contact."""
     wrench = np.nan_to_num(contacts.wrench_raw_ground)
     own = [(contact.start, wrench[contact.start : contact.end, contact.foot]) for contact in recorded]
     fast, slow = (
-        Ledger.of(WholeBody(body, cutoff, settings), wrench.sum(axis=1), own, [c.foot for c in recorded])
+        WrenchBalance.of(
+            WholeBody(body, cutoff, settings), wrench.sum(axis=1), own, [c.foot for c in recorded]
+        )
         for cutoff in (settings.balance_cutoff_Hz, settings.place_cutoff_Hz)
     )
     return fast, slow
@@ -194,7 +201,7 @@ def _clipped(
 
 
 def _places(
-    slow: Ledger,
+    slow: WrenchBalance,
     explained: Explained,
     outlines: Sequence[Sole],
     poses: tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]],

@@ -111,7 +111,7 @@ class DetectionSettings:
         why="a still foot may be without a load for so long, as in a slow double support; a standing foot "
         "carries something",
     )
-    # ---- the likeliest story
+    # ---- the likeliest contact states
     most_missing: float = setting(
         2.0, unit="", why="body weights: missing forces are assumed to be anything from none to this"
     )

@@ -23,7 +23,7 @@ class Explained:
     """What the regression found.
 
     `missing` is the share of each contact's measured force that has to be added to it; nothing for contacts
-    that are held to be whole. `trial` explains missing force that is none: b · measured + c · (demanded −
+    that are held to be whole. `trial` explains missing force that is none: b · measured + c · (required −
     weight), b for the entered mass and the plates' gains, c for markers on soft tissue and a stiff trunk,
     which exaggerate how the centre of mass bounces; where the centre of mass lies beside the model's; and
     plates that run late.
@@ -43,8 +43,8 @@ class Explained:
 
 
 @dataclass(frozen=True)
-class Ledger:
-    """Demanded and measured wrenches about the centre of mass, as one balance sees them."""
+class WrenchBalance:
+    """Required and measured wrenches about the centre of mass, as one balance sees them."""
 
     body: WholeBody
     measured: Float[np.ndarray, "frames 6"]  # of all feet
@@ -58,7 +58,7 @@ class Ledger:
         measured_ground: Float[np.ndarray, "frames 6"],
         contacts_ground: Sequence[tuple[int, Float[np.ndarray, "some 6"]]],
         feet: Sequence[int],
-    ) -> "Ledger":
+    ) -> "WrenchBalance":
         """From wrenches as recorded [N, N·m about the ground origin].
 
         Args:
@@ -81,7 +81,7 @@ class Ledger:
 
     def missing(self, explained: Explained) -> Float[np.ndarray, "frames 6"]:
         """Wrench that nothing explains [N, N·m]."""
-        rest = self.body.demanded - self.measured - np.tensordot(explained.trial, self._trial_terms(), 1)
+        rest = self.body.required - self.measured - np.tensordot(explained.trial, self._trial_terms(), 1)
         return rest - (explained.missing @ self.contacts).reshape(rest.shape)
 
     def error(self, explained: Explained) -> Float[np.ndarray, " frames"]:
@@ -149,7 +149,7 @@ class Ledger:
 
     def _trial_terms(self) -> Float[np.ndarray, "5 frames 6"]:
         """Of the errors that last: scale, bounce, centre of mass too far in x and in z, late forces."""
-        support = self.body.demanded[:, UP]
+        support = self.body.required[:, UP]
         terms = np.zeros((TRIAL_TERMS, len(support), 6))
         terms[0] = self.measured
         terms[1, :, UP] = support - self.body.motion.weight
@@ -170,7 +170,7 @@ class Ledger:
         trial = (self._trial_terms() * weigh).reshape(TRIAL_TERMS, -1)
         contacts = self.contacts.copy()
         contacts.data *= weigh.ravel()[contacts.indices]
-        target = ((body.demanded - self.measured) * weigh).ravel()
+        target = ((body.required - self.measured) * weigh).ravel()
         across = contacts @ trial.T
         gram = np.block([[trial @ trial.T, across.T], [across, (contacts @ contacts.T).toarray()]])
         return gram, np.concatenate([trial @ target, contacts @ target])

@@ -1,4 +1,4 @@
-"""The likeliest story of a trial: when each foot was up, measured, or on the ground with force missing."""
+"""The likeliest contact states: when each foot was up, measured, or on the ground with force missing."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Foot(IntEnum):
 
 
 @dataclass(frozen=True)
-class Clues:
+class FrameEvidence:
     """What speaks for and against each state, frame by frame: natural logarithms of odds."""
 
     missing: Float[np.ndarray, " frames"]  # that some force is missing, whichever
@@ -34,7 +34,7 @@ class Clues:
 
 
 @dataclass(frozen=True)
-class Story:
+class ContactStates:
     """The likeliest sequence of states."""
 
     feet: Int[np.ndarray, "frames feet"]  # of `Foot`
@@ -68,45 +68,49 @@ def missing_odds(
     return within - np.log(high - low) + 0.5 * z**2 + 0.5 * np.log(2 * np.pi)
 
 
-def likeliest_story(clues: Clues, settings: DetectionSettings) -> Story:
+def likeliest_contact_states(frame_evidence: FrameEvidence, settings: DetectionSettings) -> ContactStates:
     """Viterbi's path through the joint states of all feet.
 
     Args:
-        clues: the evidence.
+        frame_evidence: the evidence.
         settings: costs of the states and of their changes.
     """
-    feet = clues.loaded.shape[1]
+    feet = frame_evidence.loaded.shape[1]
     states = np.array([(*s, elsewhere) for s in product(Foot, repeat=feet) for elsewhere in (0, 1)])
-    cost = np.column_stack([_cost(state, clues, settings) for state in states])
+    cost = np.column_stack([_cost(state, frame_evidence, settings) for state in states])
     change, loss = _change_costs(states, settings)
-    edges = np.diff(clues.loaded, axis=0, prepend=clues.loaded[:1])
-    path = _cheapest_path(cost / (settings.steady_s * clues.rate), change, loss, edges)
-    return Story(feet=states[path, :feet], elsewhere=states[path, feet].astype(bool))
+    edges = np.diff(frame_evidence.loaded, axis=0, prepend=frame_evidence.loaded[:1])
+    path = _cheapest_path(cost / (settings.steady_s * frame_evidence.rate), change, loss, edges)
+    return ContactStates(feet=states[path, :feet], elsewhere=states[path, feet].astype(bool))
 
 
 def _cost(
-    state: Int[np.ndarray, " feet+1"], clues: Clues, settings: DetectionSettings
+    state: Int[np.ndarray, " feet+1"], frame_evidence: FrameEvidence, settings: DetectionSettings
 ) -> Float[np.ndarray, " frames"]:
     """Of one joint state on each frame: minus its log likelihood."""
     feet, elsewhere = state[:-1], bool(state[-1])
-    cost = np.zeros(len(clues.missing))
+    cost = np.zeros(len(frame_evidence.missing))
     for f, foot in enumerate(feet):
-        standing = 0.5 * clues.ground[:, f]
+        standing = 0.5 * frame_evidence.ground[:, f]
         if elsewhere:  # feet in front of a chair rest on the ground without carrying anything
             cost -= np.abs(standing)
         else:
             cost += standing if foot == Foot.UP else -standing
         if foot == Foot.LOST:
-            cost += settings.partly_odds * clues.loaded[:, f]
+            cost += settings.partly_odds * frame_evidence.loaded[:, f]
         else:
-            cost += settings.unloaded_cost * (clues.loaded[:, f] != (foot == Foot.MEASURED))
+            cost += settings.unloaded_cost * (frame_evidence.loaded[:, f] != (foot == Foot.MEASURED))
     lost = tuple(np.flatnonzero(feet == Foot.LOST).tolist())
     if elsewhere:
-        return cost + settings.elsewhere_odds - clues.missing
+        return cost + settings.elsewhere_odds - frame_evidence.missing
     if len(lost) == 1:
-        alone = clues.loaded[:, lost[0]]
-        return cost + clues.place[lost] - np.where(alone, clues.partly[:, lost[0]], clues.missing)
-    return cost + clues.place[lost] - clues.missing if lost else cost
+        alone = frame_evidence.loaded[:, lost[0]]
+        return (
+            cost
+            + frame_evidence.place[lost]
+            - np.where(alone, frame_evidence.partly[:, lost[0]], frame_evidence.missing)
+        )
+    return cost + frame_evidence.place[lost] - frame_evidence.missing if lost else cost
 
 
 def _change_costs(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
 from solver.diagnosis.gain_asked import asked, loose_ends, may_lose
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import confidence, cosine, overlap
@@ -17,11 +17,11 @@ from solver.diagnosis.search.proposals import (
     AgainstAnything,
     AllInPlace,
     BesideUnknown,
+    HeldOut,
     Key,
     Paired,
     Proposal,
     Remainder,
-    Withheld,
 )
 from solver.diagnosis.search.terms import Solved
 
@@ -29,7 +29,7 @@ MOST_BEHIND = 1.0  # T, by which what is on no list has to be ahead for a name t
 LEAST_LIFT_N = 20.0  # of a weight that no plate bears: with less, weighings say nothing
 MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
 
-WITNESSED, POSSIBLE, PAYS = "witnessed", "possible", "pays"
+DIRECT_CHECKED, POSSIBLE, PAYS = "checked", "possible", "pays"
 HOLDS_UP, STANDS_ALONE = "holds up", "stands alone"
 BEATS_THE_UNKNOWN, ON_THE_LIST, NOTABLE, NEEDED = "beats the unknown", "on the list", "notable", "needed"
 DECIDED, LEFT_OVER = "decided", "left over"
@@ -46,29 +46,29 @@ class Decision:
     reason: str
 
 
-def witnessed(p: Proposal) -> Decision:
-    """Whether it is about the plates that witnesses accuse, if any, and the person's weight allows for it."""
-    accused = p.balance.accused
-    plates = " and ".join(sorted(accused))
-    if not about_the_accused(p.keys, p.balance):
-        reason = f"the files by themselves accuse {plates}: nothing else can be told before that"
-        return Decision(WITNESSED, False, None, None, reason)
+def checked(p: Proposal) -> Decision:
+    """Whether it is about the plates that direct checks suspect, if any, and the weight allows for it."""
+    suspect = p.balance.suspect
+    plates = " and ".join(sorted(suspect))
+    if not about_the_suspect(p.keys, p.balance):
+        reason = f"the files by themselves suspect {plates}: nothing else can be told before that"
+        return Decision(DIRECT_CHECKED, False, None, None, reason)
     claimed, beside = _factors(p.solved), _factors(p.without)
     if claimed != beside:
         return _weighed(p, claimed, beside)
     lifts, others = _lifts(p.solved, p.balance), _lifts(p.without, p.balance)
     if max(abs(lifts[trial] - others[trial]) for trial in lifts) > LEAST_LIFT_N:
         return _lifted(p, lifts, others)
-    reason = f"it is about {plates}, which the files accuse by themselves"
+    reason = f"it is about {plates}, which the files suspect by themselves"
     return Decision(
-        WITNESSED, True, None, None, reason if accused else "the files by themselves accuse no plate"
+        DIRECT_CHECKED, True, None, None, reason if suspect else "the files by themselves suspect no plate"
     )
 
 
-def about_the_accused(keys: Iterable[Key], balance: Balance) -> bool:
-    """Whether one of these causes is about a plate that the files accuse; they may accuse none."""
-    accused = balance.accused
-    return not accused or any(not accused.isdisjoint(target.split("+")) for _, target in keys)
+def about_the_suspect(keys: Iterable[Key], balance: Balance) -> bool:
+    """Whether one of these causes is about a plate that the files suspect; they may suspect none."""
+    suspect = balance.suspect
+    return not suspect or any(not suspect.isdisjoint(target.split("+")) for _, target in keys)
 
 
 def _factors(solved: Solved) -> dict[str, float]:
@@ -85,9 +85,9 @@ def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -
     weighings = p.balance.weighings
     if not weighings.tell(claimed, beside):
         reason = "nobody entered a mass, and no other plate weighs the person: nothing tells units from that"
-        return Decision(WITNESSED, False, None, None, reason)
+        return Decision(DIRECT_CHECKED, False, None, None, reason)
     nats = weighings.for_factors(claimed, beside)
-    limit = max(0.0, weighings.of_another_plate(claimed, beside)) - WITNESSES.refuting_nats
+    limit = max(0.0, weighings.of_another_plate(claimed, beside)) - DIRECT_CHECKES.refuting_nats
     plates = [plate for plate in claimed if claimed[plate] != beside.get(plate)]
     with_it, without = (
         ", ".join(f"{mass:.0f}" for mass in weighings.masses_kg(plates, factors)) or "nothing"
@@ -98,19 +98,19 @@ def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -
         f"person weighs elsewhere that is {nats:+.1f} nats likelier; more than {limit:.0f} is asked, "
         "as other plates' units would do so much"
     )
-    return Decision(WITNESSED, nats > limit, nats, limit, reason)
+    return Decision(DIRECT_CHECKED, nats > limit, nats, limit, reason)
 
 
 def _lifted(p: Proposal, lifts_N: dict[str, float], others_N: dict[str, float]) -> Decision:
     """What the plates carry while they bear all, if something else bears so much."""
     mass_kg = p.balance.scenes[0].skeleton.mass
-    nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -WITNESSES.refuting_nats
+    nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -DIRECT_CHECKES.refuting_nats
     carried = ", ".join(f"{w.mass_kg({}):.0f}" for w in p.balance.weighings.weighings) or "nothing"
     reason = (
         f"while they bear all, plates carry {carried} kg of a body of {mass_kg:.0f} kg; that is {nats:+.1f} "
         f"nats likelier with {max(lifts_N.values()):.0f} N lifted, and more than {limit:.0f} is asked"
     )
-    return Decision(WITNESSED, nats > limit, nats, limit, reason)
+    return Decision(DIRECT_CHECKED, nats > limit, nats, limit, reason)
 
 
 def _lifts(solved: Solved, balance: Balance) -> dict[str, float]:
@@ -140,17 +140,17 @@ def pays(p: Proposal) -> Decision:
 
 def holds_up(p: Proposal) -> Decision:
     """Whether it predicts blocks that its fit did not use."""
-    assert isinstance(p, Withheld)
-    limit = p.settings.least_heldout_gain - (0.0 if isinstance(p, Paired) else may_lose(p))
-    nats = p.heldout.best + (0.0 if isinstance(p, Paired) else p.candidate.seen_elsewhere)
-    reason = f"on withheld blocks it gains {nats:.1f} nats; more than {limit:.1f} is asked"
+    assert isinstance(p, HeldOut)
+    limit = p.settings.least_held_out_gain - (0.0 if isinstance(p, Paired) else may_lose(p))
+    nats = p.held_out.best + (0.0 if isinstance(p, Paired) else p.candidate.seen_elsewhere)
+    reason = f"on held-out blocks it gains {nats:.1f} nats; more than {limit:.1f} is asked"
     return Decision(HOLDS_UP, nats > limit, nats, limit, reason)
 
 
 def stands_alone(p: Proposal) -> Decision:
     """Whether it needs no other body mass, and does not undo the others."""
     strain, most = strain_needed(p), most_strain_asked(p)
-    if strain > most and not (isinstance(p, Added) and _leads(p)):
+    if strain > most and not (isinstance(p, Added) and _tentative(p)):
         reason = f"it needs a body {strain:.1f} deviations from the entered mass; {most:.1f} at most"
         return Decision(STANDS_ALONE, False, None, None, reason)
     if sum(term.candidate.about.is_a_clock for term in p.solved.terms) > 1:
@@ -176,24 +176,24 @@ def most_strain_asked(p: Proposal) -> float:
     Without it, the mass is judged at the same scale: a cause that sharpens the balance shows what was
     wrong with the mass already.
     """
-    same_scale = p.balance.solve_at(p.without.terms, p.solved.rung)
+    same_scale = p.balance.solve_at(p.without.terms, p.solved.noise_scale)
     return max(p.settings.most_mass_strain, abs(p.balance.mass_strain(same_scale)) + MORE_STRAIN)
 
 
-def _leads(p: Added) -> bool:
+def _tentative(p: Added) -> bool:
     """Whether nothing else comes near: then it stays, even if the mass is wrong as well."""
     others = [c.odds_gain(p.settings) for c in p.tenable if c is not p.contender]
-    return p.odds - max(others, default=0.0) > p.settings.sure_lead
+    return p.odds - max(others, default=0.0) > p.settings.sure_margin
 
 
 def _undone(solved: Solved) -> float:
     """Cosine, turned round, of what the last cause explains and what the others do."""
-    *others, last = (solved.explained(k, solved.rung) for k in range(len(solved.terms)))
+    *others, last = (solved.explained(k, solved.noise_scale) for k in range(len(solved.terms)))
     return -cosine(last, np.sum(others, axis=0)) if others else 0.0
 
 
 def beats_the_unknown(p: Proposal) -> Decision:
-    """Whether a force of unknown course does worse in its place."""
+    """Whether a force of unknown time history does worse in its place."""
     if isinstance(p, AllInPlace):
         return _all_beat_the_unknown(p)
     assert isinstance(p, BesideUnknown)
@@ -202,7 +202,9 @@ def beats_the_unknown(p: Proposal) -> Decision:
     least = p.settings.least_further_gain + p.settings.beside_unknown_share * max(0.0, p.left.gain)
     ahead = -np.inf if p.beyond is None else p.beyond - p.solved.log_evidence
     passed = not (p.loss <= least and ahead > p.margin)
-    reason = f"beside a force of unknown course it adds {p.loss:.1f} nats; {least:.1f} are asked where that "
+    reason = (
+        f"beside a force of unknown time history it adds {p.loss:.1f} nats; {least:.1f} are asked where that "
+    )
     return Decision(
         BEATS_THE_UNKNOWN, passed, p.loss, least, f"{reason}force does better in its place by {p.margin:.1f}"
     )
@@ -213,9 +215,13 @@ def _all_beat_the_unknown(p: AllInPlace) -> Decision:
         return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows one of the causes as well")
     alone = p.alone()
     if alone is None:
-        return Decision(BEATS_THE_UNKNOWN, True, None, None, "no force of unknown course would do instead")
+        return Decision(
+            BEATS_THE_UNKNOWN, True, None, None, "no force of unknown time history would do instead"
+        )
     lead = p.solved.log_evidence - alone.solved.log_evidence
-    reason = f"all causes are {lead:+.1f} nats ahead of a force of unknown course; {-p.margin:.1f} is asked"
+    reason = (
+        f"all causes are {lead:+.1f} nats ahead of a force of unknown time history; {-p.margin:.1f} is asked"
+    )
     return Decision(BEATS_THE_UNKNOWN, lead >= -p.margin, lead, -p.margin, reason)
 
 
@@ -276,5 +282,5 @@ def left_over(p: Proposal) -> Decision:
     limit = p.settings.least_unknown_gain + loose_ends(p.others, p.settings)
     nats, size = p.contender.gain, f"{p.size_N:.0f} N"
     passed = nats > limit and p.size_N > p.least_N
-    reason = f"a force of unknown course of {size} (from {p.least_N:.0f} N on) gains {nats:.1f} nats"
+    reason = f"a force of unknown time history of {size} (from {p.least_N:.0f} N on) gains {nats:.1f} nats"
     return Decision(LEFT_OVER, passed, nats, limit, f"{reason}; more than {limit:.1f} is asked")

@@ -9,7 +9,8 @@ from jaxtyping import Float
 from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.chances import chances
-from solver.diagnosis.decisions import is_a_lead, is_unexplained
+from solver.diagnosis.corrected_causes import CorrectedCause
+from solver.diagnosis.decisions import is_only_tentative, is_unexplained
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,
@@ -22,10 +23,9 @@ from solver.diagnosis.diagnosis import (
     OffTheList,
     Remaining,
 )
-from solver.diagnosis.force_courses import force_courses
-from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
+from solver.diagnosis.force_histories import force_histories
+from solver.diagnosis.held_out import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
-from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.residual_description import described
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Contender, Found
@@ -37,7 +37,7 @@ from solver.diagnosis.unmodelled.open_world import Held, Standing, Unknown, held
 from solver.diagnosis.unmodelled.outside_list import PLATE, TIME
 from solver.diagnosis.unmodelled.remainder import UnknownForce
 from solver.diagnosis.unmodelled.unexplained import Kept, kept_beside_the_unknown, position, size_N
-from solver.diagnosis.unmodelled.unknown_course import dependence
+from solver.diagnosis.unmodelled.unknown_time_history import dependence
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 BOOTSTRAPS = 400
@@ -46,7 +46,7 @@ MOST_ALTERNATIVES = 2  # with the named cause, as many as anybody can look into
 
 
 def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHING_SEEN) -> Diagnosis:
-    """Verdict, causes with confidence, rivals, gain on withheld blocks, remainder.
+    """Verdict, causes with confidence, rivals, gain on held-out blocks, remainder.
 
     Args:
         balance: of all trials, markers repaired.
@@ -61,8 +61,8 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     if any(_happens_once(balance, solved, k) for k in range(len(solved.terms))):
         short = short_blocks(balance)
         some, guards = (short, 1) if short else (some, 0)
-    before = block_scores(balance, selection.uncorrected, solved.rung, some, guards)
-    after = block_scores(balance, solved.terms, solved.rung, some, guards)
+    before = block_scores(balance, selection.uncorrected, solved.noise_scale, some, guards)
+    after = block_scores(balance, solved.terms, solved.noise_scale, some, guards)
     left = None
     if len(found) == len(kept.found) and not _has_a_class(world.told):
         left = _left_to_tell(balance, kept, selection.trail)
@@ -124,7 +124,7 @@ def _evidence(selection: Selection, last: Solved, seen: SeenInMarkers, settings:
 
 
 def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
-    """Whether a cause acts for a while only: half a second of its course tells nothing of another."""
+    """Whether a cause acts for a while only: half a second of its time history tells nothing of another."""
     term = solved.terms[k]
     x, _ = solved.of(k)
     linear = x[: len(x) - len(term.tangent_mean)]
@@ -187,17 +187,17 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
         confidence=standing.confidence,
         outside_the_list=standing.outside,
         in_its_class=standing.in_its_class,
-        is_lead=is_a_lead(candidate, standing.in_its_class, balance.settings),
+        is_tentative=is_only_tentative(candidate, standing.in_its_class, balance.settings),
         frames=in_view(candidate.frames(balance.scenes, eta, linear), balance.scenes),
         sentence=candidate.sentence.format(target=candidate.target),
         remedy=candidate.remedy.format(target=candidate.target),
         gain_nats=found.contender.gain,
-        heldout_gain_nats=found.heldout_gain,
-        courses=force_courses(candidate, balance.scenes, eta, linear),
+        held_out_gain_nats=found.held_out_gain,
+        time_histories=force_histories(candidate, balance.scenes, eta, linear),
     )
 
 
-def _of_reading(balance: Balance, undone: PutRight) -> NamedEffect:
+def _of_reading(balance: Balance, undone: CorrectedCause) -> NamedEffect:
     contender = undone.contender
     candidate = contender.term.candidate
     return NamedEffect(
@@ -209,12 +209,12 @@ def _of_reading(balance: Balance, undone: PutRight) -> NamedEffect:
         sentence=candidate.sentence.format(target=undone.target),
         remedy=candidate.remedy.format(target=undone.target),
         gain_nats=contender.gain,
-        heldout_gain_nats=float("nan"),
+        held_out_gain_nats=float("nan"),
     )
 
 
 def _together(findings: Sequence[MarkerFinding]) -> list[tuple[MarkerFinding, ...]]:
-    """Flesh that slides in one trial slides in all; what happens once stays by itself."""
+    """Soft tissue that slides in one trial slides in all; what happens once stays by itself."""
     apart: dict[tuple[object, ...], list[MarkerFinding]] = {}
     for k, finding in enumerate(findings):
         own = () if finding.of_the_body else (k,)
@@ -233,7 +233,7 @@ def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
         sentence=finding.sentence.format(target=finding.target),
         remedy=finding.remedy.format(target=finding.target),
         gain_nats=finding.gain,
-        heldout_gain_nats=float("nan"),
+        held_out_gain_nats=float("nan"),
     )
 
 
@@ -271,7 +271,7 @@ def likeness(one: Term, other: Term, solved: Solved) -> float:
     """Cosine of the smallest principal angle between two whitened signatures, nuisances projected out."""
     bases = []
     for term in (one, other):
-        fixed, columns = term.whitened(solved.rung)
+        fixed, columns = term.whitened(solved.noise_scale)
         parts = [columns * term.prior_std]
         if fixed is not None and not columns.shape[1]:
             parts.append(fixed[:, None])
@@ -280,7 +280,7 @@ def likeness(one: Term, other: Term, solved: Solved) -> float:
 
 
 def _gains(before: BlockScores, after: BlockScores) -> dict[str, Gain]:
-    names = ("heldout_linear_residual_N", "heldout_angular_residual_Nm")
+    names = ("held_out_linear_residual_N", "held_out_angular_residual_Nm")
     rng = np.random.default_rng(0)
     sums = np.array([(e.reshape(-1, 2, 3) ** 2).sum(axis=(0, 2)) for e in after.error])
     counts = np.array([len(e) for e in after.error])
@@ -294,11 +294,11 @@ def _gains(before: BlockScores, after: BlockScores) -> dict[str, Gain]:
 
 
 def _noise_floor(balance: Balance, solved: Solved) -> float:
-    """RMS norm of what a withheld block's force may be off by [N], without any cause."""
+    """RMS norm of what a held-out block's force may be off by [N], without any cause."""
     some = blocks(balance)
     variance: list[Float[np.ndarray, "windows 6"]] = []
     for own in some:
-        Q_own = solved.rung.precision_at(slice(int(own[0]), int(own[-1]) + 1))
+        Q_own = solved.noise_scale.precision_at(slice(int(own[0]), int(own[-1]) + 1))
         variance.append(np.diag(np.linalg.inv(Q_own)).reshape(-1, 6))
     return float(np.sqrt(np.concatenate(variance)[:, :3].sum(axis=1).mean()))
 

@@ -12,6 +12,7 @@ from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.checks import (
     BEATS_THE_UNKNOWN,
     DECIDED,
+    DIRECT_CHECKED,
     HOLDS_UP,
     LEFT_OVER,
     NEEDED,
@@ -20,10 +21,10 @@ from solver.diagnosis.checks import (
     PAYS,
     POSSIBLE,
     STANDS_ALONE,
-    WITNESSED,
     Decision,
-    about_the_accused,
+    about_the_suspect,
     beats_the_unknown,
+    checked,
     decided,
     holds_up,
     is_on_the_list,
@@ -35,7 +36,6 @@ from solver.diagnosis.checks import (
     possible,
     stands_alone,
     strain_needed,
-    witnessed,
 )
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Contender
@@ -44,11 +44,11 @@ from solver.diagnosis.search.proposals import (
     AgainstAnything,
     AllInPlace,
     BesideUnknown,
+    HeldOut,
     Kept,
     OnReading,
     Proposal,
     Remainder,
-    Withheld,
 )
 from solver.diagnosis.search.terms import Solved
 from solver.fitting.diagnosis_settings import DiagnosisSettings
@@ -110,7 +110,7 @@ def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) 
         p.contender
         for p in proposals
         if possible(p).passed
-        and about_the_accused(p.keys, balance)
+        and about_the_suspect(p.keys, balance)
         and strain_needed(p) <= most_strain_asked(p)
     )
 
@@ -121,15 +121,15 @@ def is_unexplained(
     """Whether something is left: an unknown force, or a balance worse than any sound recording's.
 
     Args:
-        left: a force of unknown course beside the names.
+        left: a force of unknown time history beside the names.
         told: what is on no list, beside them or instead.
         solved: all names together.
         settings: of the diagnosis.
     """
-    return left is not None or told is not None or solved.rung.scale > settings.unexplained_scale
+    return left is not None or told is not None or solved.noise_scale.scale > settings.unexplained_scale
 
 
-def is_a_lead(candidate: Candidate, in_its_class: float, settings: DiagnosisSettings) -> bool:
+def is_only_tentative(candidate: Candidate, in_its_class: float, settings: DiagnosisSettings) -> bool:
     """Whether a name at the end is likelier wrong than right, whichever of its class it is.
 
     A foot that the motion shows to stand is more than the balance's guess.
@@ -144,20 +144,20 @@ def is_a_lead(candidate: Candidate, in_its_class: float, settings: DiagnosisSett
 
 CHECKS: tuple[Check, ...] = (
     Check(
-        WITNESSED,
-        "is it about the plate that the files accuse, if they do, and does the person's weight allow for it?",
-        (Withheld,),
-        witnessed,
+        DIRECT_CHECKED,
+        "is it about the plate that files suspect, if they do, and does the person's weight allow for it?",
+        (HeldOut,),
+        checked,
     ),
-    Check(POSSIBLE, "can there be such a thing?", (Withheld,), possible),
-    Check(PAYS, "does the balance gain enough by it?", (Withheld, OnReading), pays),
-    Check(HOLDS_UP, "does it predict blocks that its fit did not use?", (Withheld,), holds_up),
+    Check(POSSIBLE, "can there be such a thing?", (HeldOut,), possible),
+    Check(PAYS, "does the balance gain enough by it?", (HeldOut, OnReading), pays),
+    Check(HOLDS_UP, "does it predict blocks that its fit did not use?", (HeldOut,), holds_up),
     Check(
-        STANDS_ALONE, "without another body mass, and without undoing the others?", (Withheld,), stands_alone
+        STANDS_ALONE, "without another body mass, and without undoing the others?", (HeldOut,), stands_alone
     ),
     Check(
         BEATS_THE_UNKNOWN,
-        "does a force of unknown course do better in its place?",
+        "does a force of unknown time history do better in its place?",
         (BesideUnknown, AllInPlace),
         beats_the_unknown,
     ),
@@ -170,7 +170,7 @@ CHECKS: tuple[Check, ...] = (
     Check(
         NOTABLE,
         "is it, and is all that stands beside it, large enough to act on?",
-        (Withheld, Kept, OnReading, BesideUnknown),
+        (HeldOut, Kept, OnReading, BesideUnknown),
         notable,
     ),
     Check(NEEDED, "would the rest do without it?", (Kept,), needed),

@@ -4,7 +4,7 @@ A cause of size x whose parameter the recording alone tells with standard deviat
 With the prior N(0, p²) it gains ½ (y / σ)² / (1 + (σ / p)²) − ½ log det M nats, where M is the information of
 all its parameters in units of their priors. It is found where that exceeds what is asked of a first cause and
 y is large enough to act on. Only causes of few parameters that act all along are asked: a contact or a step
-differs from the next by its course.
+differs from the next by its time history.
 """
 
 from collections.abc import Sequence
@@ -41,8 +41,8 @@ def detectable(balance: Balance, null: Solved, candidates: Sequence[Candidate]) 
         term = balance.term(candidate, least_eta)
         if term is None:
             continue
-        solved = balance.solve_at([refined(balance, term, [], null.rung)], null.rung)
-        needed = least_first_gain(candidate, null.rung.scale, balance.settings)
+        solved = balance.solve_at([refined(balance, term, [], null.noise_scale)], null.noise_scale)
+        needed = least_first_gain(candidate, null.noise_scale.scale, balance.settings)
         needed += handicap(candidate, balance.settings)
         cost = float(np.log(np.diag(solved.root)).sum())  # ½ log det M
         prior = _told(candidate, balance, solved.terms[0], solved.terms[0].prior_std)

@@ -19,9 +19,9 @@ from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.detectable import detectable
 from solver.diagnosis.diagnosis import CLEAN, Diagnosis
-from solver.diagnosis.direct_checks.asking import accused_plates, asked
 from solver.diagnosis.direct_checks.measured import Measured, measured
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
+from solver.diagnosis.direct_checks.run_checks import asked, suspect_plates
 from solver.diagnosis.direct_checks.weighings import weighings
 from solver.diagnosis.marker_causes import SeenInMarkers, as_distances_tell, with_markers_repaired
 from solver.diagnosis.noise.rows import TrialRows, trial_rows
@@ -85,7 +85,7 @@ class LookedAt:
     balance: Balance  # of all trials, markers repaired
     seen: SeenInMarkers
     fit: Fit  # of the repaired markers
-    measured: Sequence[Measured]  # for witnesses, who see markers before any repair
+    measured: Sequence[Measured]  # for direct checks, who see markers before any repair
     entered_mass_kg: float | None
 
 
@@ -107,22 +107,22 @@ def looked_at(
 
 def diagnosis_from(found: LookedAt, progress: Progress = silent) -> Diagnosis:
     """What is said of all that."""
-    witnesses = asked(found.measured, found.entered_mass_kg)
-    seen = as_distances_tell(found.seen, witnesses, found.balance.scenes)
-    balance = found.balance.witnessed(
-        accused_plates(witnesses),
+    direct_checks = asked(found.measured, found.entered_mass_kg)
+    seen = as_distances_tell(found.seen, direct_checks, found.balance.scenes)
+    balance = found.balance.checked(
+        suspect_plates(direct_checks),
         weighings(found.measured, found.entered_mass_kg),
         turns_by_path(found.measured),
     )
     answer = answered(balance, seen, progress)
-    return replace(answer, notes=(*all_notes(found.fit), *seen.notes), witnesses=witnesses)
+    return replace(answer, notes=(*all_notes(found.fit), *seen.notes), direct_checks=direct_checks)
 
 
 def answered(balance: Balance, seen: SeenInMarkers, progress: Progress = silent) -> Diagnosis:
     """What a balance says: all of a diagnosis that comes after the fit.
 
     Args:
-        balance: of all trials, markers repaired, with what witnesses say of the plates.
+        balance: of all trials, markers repaired, with what direct checks say of the plates.
         seen: causes that the markers showed before.
         progress: told the fraction done; may raise `Cancelled`.
     """
@@ -151,14 +151,14 @@ def causes_of(balance: Balance, progress: Progress = silent) -> tuple[Balance, S
     selection = select(balance, candidates_of(balance.scenes), progress, candidates_of)
     shifting = [f for f in selection.found if shifts_time(f, balance)]
     while shifting and not selection.ended_early:
-        heard = without_the_unheard(balance, shifting)
-        if heard is None:
+        is_recorded = without_unrecorded(balance, shifting)
+        if is_recorded is None:
             break
-        again = select(heard, candidates_of(heard.scenes), progress, candidates_of)
+        again = select(is_recorded, candidates_of(is_recorded.scenes), progress, candidates_of)
         named = {f.contender.term.candidate.key for f in again.found}
         still = [f for f in shifting if f.contender.term.candidate.key in named]
         if len(still) == len(shifting):
-            return heard, again
+            return is_recorded, again
         shifting = still
     return balance, selection
 
@@ -173,7 +173,7 @@ def repaired_balance(
 ) -> tuple[Balance, SeenInMarkers, Fit]:
     """Fit the markers alone, repair them, and set up the wrench balance.
 
-    Labels are taken as recorded here, so that an exchange is found with its frames, whatever a fit mends by
+    Labels are taken as recorded here, so that an exchange is found with its frames, whatever fits correct by
     itself; and a person's own model is scaled, since its size tells of the capture's (`own_model`).
 
     Arguments and errors as in `diagnose`. The fit that comes along is that of the repaired markers.
@@ -237,7 +237,7 @@ def diagnose_subject(folder: Path) -> dict[str, object]:
     return as_json(diagnose(open_subject(folder, settings.reading), settings))
 
 
-def without_the_unheard(balance: Balance, found: Sequence[Found]) -> Balance | None:
+def without_unrecorded(balance: Balance, found: Sequence[Found]) -> Balance | None:
     """The balance without the frames of which nothing was recorded if the named causes are right.
 
     Forces that are 0.1 s early say nothing of the last 0.1 s. Left as they are, those frames would ask for a
@@ -252,29 +252,29 @@ def without_the_unheard(balance: Balance, found: Sequence[Found]) -> Balance | N
     """
     trials = []
     for trial in balance.trials:
-        lost = _unheard(trial, found)
+        lost = _unrecorded(trial, found)
         whole = not trial.touched_by(lost).any()
         trials.append(trial if whole else trial.without(_with_the_filters_ends(lost, trial, balance)))
     if all(one is other for one, other in zip(trials, balance.trials, strict=True)):
         return None
     if not all(t.windows.count for t in trials):
         return None
-    heard = Balance(trials, balance.settings).witnessed(balance.accused, balance.weighings, balance.paths)
-    heard.evaluations = balance.evaluations
-    return heard
+    is_recorded = Balance(trials, balance.settings).checked(balance.suspect, balance.weighings, balance.paths)
+    is_recorded.evaluations = balance.evaluations
+    return is_recorded
 
 
 def shifts_time(found: Found, balance: Balance) -> bool:
     """Whether a cause reads the recording at other times, some of which lie outside it."""
     term = found.contender.term
-    return any(term.candidate.unheard(scene, term.eta).any() for scene in balance.scenes)
+    return any(term.candidate.unrecorded(scene, term.eta).any() for scene in balance.scenes)
 
 
-def _unheard(trial: TrialRows, found: Sequence[Found]) -> Bool[np.ndarray, " frames"]:
+def _unrecorded(trial: TrialRows, found: Sequence[Found]) -> Bool[np.ndarray, " frames"]:
     lost = np.zeros(trial.scene.frames, dtype=bool)
     for one in found:
         term = one.contender.term
-        lost |= term.candidate.unheard(trial.scene, term.eta)
+        lost |= term.candidate.unrecorded(trial.scene, term.eta)
     return lost
 
 

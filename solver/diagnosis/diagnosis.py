@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.chances import Chances
 from solver.diagnosis.direct_checks.statement import Statement
-from solver.diagnosis.force_courses import ForceCourse
+from solver.diagnosis.force_histories import ForceCourse
 from solver.diagnosis.residual_description import ResidualDescription
 from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.diagnosis_settings import DiagnosisSettings
@@ -26,11 +26,11 @@ class NamedEffect:
     sentence: str
     remedy: str
     gain_nats: float  # of log evidence
-    heldout_gain_nats: float
-    courses: tuple[ForceCourse, ...] = ()  # of a force that acts for a while
+    held_out_gain_nats: float
+    time_histories: tuple[ForceCourse, ...] = ()  # of a force that acts for a while
     outside_the_list: float = float("nan")  # how likely it is something that is on no list; nan: not asked
     in_its_class: float = float("nan")  # confidence, and that of names of the same trace; nan: not asked
-    is_lead: bool = False  # less likely than all else together: no name, but where to look
+    is_tentative: bool = False  # less likely than all else together: no name, but where to look
 
 
 @dataclass(frozen=True)
@@ -117,4 +117,4 @@ class Diagnosis:
     chances: Chances | None = None  # where nothing is named
     decisions: tuple[CauseDecisions, ...] = field(default=())  # of every cause that was proposed
     detectable: tuple[Detectable, ...] = field(default=())  # in a recording in which nothing is wrong
-    witnesses: tuple[Statement, ...] = field(default=())  # what the files say without a model of the body
+    direct_checks: tuple[Statement, ...] = field(default=())  # what the files say without a model of the body

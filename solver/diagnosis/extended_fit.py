@@ -1,4 +1,4 @@
-"""What naming the causes gains: the trajectory fit with and without them, on blocks withheld from both."""
+"""What naming the causes gains: the trajectory fit with and without them, on blocks held out from both."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from solver.common.progress import Progress, part, silent
 from solver.common.runs import runs
 from solver.contact.wrenches import FrameMask
 from solver.diagnosis.diagnosis import Gain
-from solver.dynamics.cross_validation.withheld_layouts import withheld_blocks
+from solver.dynamics.cross_validation.held_out_layouts import hold_out_blocks
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory.extension import Extension, TrialExtension, with_extra_wrench
@@ -21,7 +21,7 @@ from solver.dynamics.trajectory.trial_data import TrialData
 from solver.fitting.dynamics_stage import before_forces, started, trial_data
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import Settings
-from solver.fitting.weighing_stage import weighed
+from solver.fitting.weighing_stage import estimate_mass_and_gains
 from solver.kinematics.marker_matching import MarkerMatch, match_markers
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import marker_positions
@@ -30,8 +30,10 @@ from solver.skeleton.skeleton import Skeleton
 
 BOOTSTRAPS = 400
 FEWEST_BLOCKS = 3  # drawn anew, fewer say nothing of how they scatter
-OWN_COURSE_BLOCKS = 3  # a column that acts for no longer than so many blocks has a time course of its own
-SUB_BLOCK_S = 0.06  # withheld at a time where such a course has to be told by the frames around
+OWN_TIME_HISTORY_BLOCKS = (
+    3  # a column that acts for no longer than so many blocks has a time time history of its own
+)
+SUB_BLOCK_S = 0.06  # held out at a time where such a time history has to be told by the frames around
 LEAST_LEFT = 0.5  # of the recorded force; whatever takes more away explains by silence
 LEAST_PLACED_N = 5.0  # below it nobody asks on which segment a force acts
 
@@ -42,16 +44,18 @@ Block = tuple[int, int, int]  # trial, start, end
 class ExtendedGain:
     """Figures without and with the extension; all of the same frames of the same trials."""
 
-    heldout_linear_residual_N: Gain
-    heldout_angular_residual_Nm: Gain  # about the root joint's centre
-    heldout_linear_drop_N: tuple[float, float] | None  # interval of before − after, of the same blocks
-    heldout_angular_drop_Nm: tuple[float, float] | None  # None: too few blocks, as for the figures' intervals
+    held_out_linear_residual_N: Gain
+    held_out_angular_residual_Nm: Gain  # about the root joint's centre
+    held_out_linear_drop_N: tuple[float, float] | None  # interval of before − after, of the same blocks
+    held_out_angular_drop_Nm: (
+        tuple[float, float] | None
+    )  # None: too few blocks, as for the figures' intervals
     marker_rms_m: Gain
     mass_kg: Gain
     joint_torque_change: dict[str, float]  # RMS by dof [N·m, or N for translations], greatest first
     joint_torque_rms: dict[str, float]  # without the extension, in the same order
-    heldout_frames: int
-    heldout_blocks: int
+    held_out_frames: int
+    held_out_blocks: int
     fit: TrajectoryFit  # of all evidence, with the extension
     before: tuple[Dynamics, ...]  # of the trials of all evidence, without the extension
     after: tuple[Dynamics, ...]  # with it
@@ -64,7 +68,7 @@ def extended_fit(
     """Fit the trajectories with the causes as border columns, and without them, and compare.
 
     Both see the same forces: all that were recorded and that no person took out. Of these, blocks are
-    withheld from two further fits and predicted, as the solve does; where a cause has a course of its own in
+    held out from two further fits and predicted, as the solve does; where a cause has its own time history in
     time, which nothing but the frames around can tell, the blocks are short.
 
     Args:
@@ -86,18 +90,18 @@ def extended_fit(
     told = _fitted(cases, base, settings, part(progress, 0.75, 1.0), blind=True, extension=extension)
     blocks = _blocks(cases, told.dynamics)
     change = _torque_change(base, before, after)
-    linear, angular = (_heldout(blocks, blind, told, axes) for axes in (slice(0, 3), slice(3, 6)))
+    linear, angular = (_held_out(blocks, blind, told, axes) for axes in (slice(0, 3), slice(3, 6)))
     return ExtendedGain(
-        heldout_linear_residual_N=linear[0],
-        heldout_angular_residual_Nm=angular[0],
-        heldout_linear_drop_N=linear[1],
-        heldout_angular_drop_Nm=angular[1],
+        held_out_linear_residual_N=linear[0],
+        held_out_angular_residual_Nm=angular[0],
+        held_out_linear_drop_N=linear[1],
+        held_out_angular_drop_Nm=angular[1],
         marker_rms_m=Gain(_marker_rms(before, cases), _marker_rms(after, cases)),
         mass_kg=Gain(before.fit.skeleton.mass, after.fit.skeleton.mass),
         joint_torque_change=change,
         joint_torque_rms=_torque_rms(base, before, tuple(change)),
-        heldout_frames=sum(end - start for _, start, end in blocks),
-        heldout_blocks=len(blocks),
+        held_out_frames=sum(end - start for _, start, end in blocks),
+        held_out_blocks=len(blocks),
         fit=after.fit,
         before=before.dynamics,
         after=after.dynamics,
@@ -110,13 +114,13 @@ class _Case:
     """A trial with all of its evidence."""
 
     trial: TrialFit  # the marker fit, masked as the evidence is
-    plain: TrialData  # without forces of its own course
+    plain: TrialData  # without forces of its own time history
     extra: TrialExtension
     gain: float
-    withheld: Bool[np.ndarray, " frames"]
+    held_out: Bool[np.ndarray, " frames"]
 
     def data(self, skeleton: Skeleton, settings: Settings, *, blind: bool, extended: bool) -> TrialData:
-        counts = self.plain.counts & ~self.withheld if blind else self.plain.counts
+        counts = self.plain.counts & ~self.held_out if blind else self.plain.counts
         data = started(replace(self.plain, counts=counts), self.trial, skeleton, settings)
         return self.extra.added_to(data, self.gain) if extended else data
 
@@ -143,7 +147,7 @@ def _cases(
         for trial in fit.trials
         if trial.contacts is not None and trial.capture.name in extension.trials
     ]
-    gains = weighed(trials, skeleton, settings, extended=True).gains
+    gains = estimate_mass_and_gains(trials, skeleton, settings, extended=True).gains
     cases = []
     for trial, gain in zip(trials, gains, strict=True):
         extra = extension.trials[trial.capture.name]
@@ -156,18 +160,20 @@ def _cases(
         feet = len(trial.contacts.foot_bodies)
         masked = replace(trial, mask=FrameMask(np.repeat(evidence[:, None], feet, axis=1)))
         data = trial_data(masked, match, gain)
-        cases.append(_Case(masked, data, extra, gain, _withheld(data, extra, settings)))
+        cases.append(_Case(masked, data, extra, gain, _frames_held_out(data, extra, settings)))
     return cases
 
 
-def _withheld(data: TrialData, extra: TrialExtension, settings: Settings) -> Bool[np.ndarray, " frames"]:
-    """Blocks of the usual length, and short ones where a cause has a course of its own."""
+def _frames_held_out(
+    data: TrialData, extra: TrialExtension, settings: Settings
+) -> Bool[np.ndarray, " frames"]:
+    """Blocks of the usual length, and short ones where a cause has a time history of its own."""
     rate, trajectory = data.start.rate, settings.trajectory
     acts = np.abs(extra.columns_ground).max(axis=1) > 0
-    brief = acts.sum(axis=0) <= OWN_COURSE_BLOCKS * trajectory.heldout_block_s * rate
+    brief = acts.sum(axis=0) <= OWN_TIME_HISTORY_BLOCKS * trajectory.held_out_block_s * rate
     own = acts[:, brief].any(axis=1)
-    short = replace(trajectory, heldout_block_s=SUB_BLOCK_S)
-    return withheld_blocks(data.counts & ~own, rate, trajectory) | withheld_blocks(
+    short = replace(trajectory, held_out_block_s=SUB_BLOCK_S)
+    return hold_out_blocks(data.counts & ~own, rate, trajectory) | hold_out_blocks(
         data.counts & own, rate, short
     )
 
@@ -204,15 +210,15 @@ def _fitted(
 
 
 def _blocks(cases: Sequence[_Case], dynamics: Sequence[Dynamics]) -> list[Block]:
-    """Runs of withheld frames that figures count."""
+    """Runs of held-out frames that figures count."""
     return [
         (k, start, end)
         for k, (case, own) in enumerate(zip(cases, dynamics, strict=True))
-        for start, end in runs(case.withheld & own.used)
+        for start, end in runs(case.held_out & own.used)
     ]
 
 
-def _heldout(
+def _held_out(
     blocks: Sequence[Block], before: _Fitted, after: _Fitted, axes: slice
 ) -> tuple[Gain, tuple[float, float] | None]:
     """RMS norms over the blocks' frames; intervals of the latter and of the drop from drawing blocks anew."""

@@ -7,7 +7,7 @@ like x.
 Joint torques ask for more than the balance of the whole body: on which segment it acts. A cause whose target
 is a segment acts there. One that changes what plates read, plate by plate, acts on the foot that stands on
 each. Of any other that is not known; it counts for F = ma and leaves torques to the motion that it changes.
-Causes that lie in the markers alone (a slip, a swap) add no wrench; they are mended in the markers.
+Causes that lie in the markers alone (a slip, a swap) add no wrench; they are corrected in the markers.
 """
 
 from collections.abc import Sequence
@@ -132,7 +132,7 @@ def _placed(
     if whole is None:
         return None
     fixed, columns = _parts_of(scene, whole)
-    told = ~candidate.unheard(scene, eta)
+    told = ~candidate.unrecorded(scene, eta)
     placed: Placed = {None: (fixed * told[:, None], columns)}
     if candidate.target in scene.skeleton.body_names:
         placed = {candidate.target: placed[None]}

@@ -28,7 +28,7 @@ def least_first_gain(candidate: Candidate, scale: float, settings: DiagnosisSett
 
 
 def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
-    """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
+    """Gain left to what comes beside causes of any time history, which are never described whole [nats]."""
     return sum(
         (settings.step_rest_share if one.term.candidate.about.seen_standing else settings.rival_share)
         * max(0.0, one.gain)
@@ -53,14 +53,16 @@ def asked(p: Proposal) -> tuple[float, str]:
             return settings.least_gain, "what reading undid needs"
         case Added(others=others) if others:
             return settings.least_further_gain + loose_ends(others, settings), "a further cause needs"
-    return least_first_gain(p.candidate, p.solved.rung.scale, settings), "a first cause needs"
+    return least_first_gain(p.candidate, p.solved.noise_scale.scale, settings), "a first cause needs"
 
 
 def may_lose(p: Proposal) -> float:
-    """Of what lasts, and of masses, withheld blocks hardly tell [nats]."""
+    """Of what lasts, and of masses, held-out blocks hardly tell [nats]."""
     if p.candidate.about.free:
         return 0.0
     share = (
-        p.settings.mass_heldout_share if p.candidate.about.weight is Weight.MASS else p.settings.heldout_share
+        p.settings.mass_held_out_share
+        if p.candidate.about.weight is Weight.MASS
+        else p.settings.held_out_share
     )
     return share * p.contender.gain

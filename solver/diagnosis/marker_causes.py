@@ -15,7 +15,7 @@ from solver.diagnosis.causes.marker_events import events_of
 from solver.diagnosis.causes.marker_slip import MarkerSlip, UnusedMarkerSlip
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.causes.segment_displaced import TOGETHER_S, of_leap, of_others, slips_together
-from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
 from solver.diagnosis.direct_checks.statement import About, Statement
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
 from solver.fitting.fit import Fit, TrialFit
@@ -66,13 +66,13 @@ def with_markers_repaired(
             if trial.capture.name in scenes
         }
         found += [finding for own in fresh.values() for finding in own]
-        mended = {
+        corrected = {
             name: [f for f in own if not isinstance(f, UnusedMarkerSlip)] for name, own in fresh.items()
         }
-        if not any(mended.values()):
+        if not any(corrected.values()):
             break
         for trial in fit.trials:
-            if own := mended.get(trial.capture.name):
+            if own := corrected.get(trial.capture.name):
                 repaired[trial.capture.name] = _repaired(trial, scenes[trial.capture.name], own)
         fit = fitted(repaired)
     else:
@@ -83,7 +83,7 @@ def with_markers_repaired(
 
 
 def as_distances_tell(
-    seen: SeenInMarkers, witnesses: Sequence[Statement], scenes: Sequence[Scene]
+    seen: SeenInMarkers, direct_checks: Sequence[Statement], scenes: Sequence[Scene]
 ) -> SeenInMarkers:
     """Where distances say that others moved together at the moment of a slip, they did, and it did not.
 
@@ -91,28 +91,28 @@ def as_distances_tell(
 
     Args:
         seen: by the poses.
-        witnesses: what distances between markers say, among others.
+        direct_checks: what distances between markers say, among others.
         scenes: of the trials.
     """
     by_trial = {scene.name: scene for scene in scenes}
-    told = [_as_distances_tell(f, witnesses, by_trial) for f in seen.findings]
+    told = [_as_distances_tell(f, direct_checks, by_trial) for f in seen.findings]
     return replace(seen, findings=tuple(told))
 
 
 def _as_distances_tell(
-    finding: MarkerFinding, witnesses: Sequence[Statement], scenes: Mapping[str, Scene]
+    finding: MarkerFinding, direct_checks: Sequence[Statement], scenes: Mapping[str, Scene]
 ) -> MarkerFinding:
     scene = scenes.get(finding.frames.trial)
     if not isinstance(finding, MarkerSlip) or finding.in_its_path or scene is None:
         return finding
     time_s = scene.motion.start_time + finding.frames.start / scene.rate
-    for one in witnesses:
-        if About.SEGMENT not in one.spoken_for(WITNESSES.told_nats) or one.trial != scene.name:
+    for one in direct_checks:
+        if About.SEGMENT not in one.spoken_for(DIRECT_CHECKES.told_nats) or one.trial != scene.name:
             continue
         moved = str(one.target).split("+")
         at_once = abs(one.figures["time_s"] - time_s) <= TOGETHER_S
         if at_once and finding.target not in moved:
-            shift = Estimate(one.figures["change_m"], WITNESSES.step_scatter_m)
+            shift = Estimate(one.figures["change_m"], DIRECT_CHECKES.step_scatter_m)
             return of_others(scene, finding, moved, shift) or finding
     return finding
 

@@ -6,16 +6,16 @@ from dataclasses import asdict
 from solver.diagnosis.causes.catalogue import ABOUT
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.diagnosis import Diagnosis, Gain, NamedEffect, OffTheList
-from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.diagnosis.extended_fit import ExtendedGain
-from solver.diagnosis.force_courses import ForceCourse
+from solver.diagnosis.force_histories import ForceCourse
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
 
 MOST_CHANGED = 5  # joint torques that are listed
 MOST_REFUSED = 5  # causes whose decisions are told though they are not named
 NATS_DIGITS = 2  # evidence is no better known
-COURSE_DIGITS = 2  # [s, N, N·m] what is only drawn
+TIME_HISTORY_DIGITS = 2  # [s, N, N·m] what is only drawn
 
 
 def as_json(diagnosis: Diagnosis, why: str | None = None) -> dict[str, object]:
@@ -68,27 +68,27 @@ def as_json(diagnosis: Diagnosis, why: str | None = None) -> dict[str, object]:
         "detectable": [asdict(one) for one in diagnosis.detectable],
         "decisions": _decisions(diagnosis, why),
         "residual": None if diagnosis.residual is None else _residual(diagnosis.residual),
-        "witnesses": [_statement(one) for one in diagnosis.witnesses],
+        "direct_checks": [_statement(one) for one in diagnosis.direct_checks],
     }
 
 
 def extended_gain_json(gain: ExtendedGain) -> dict[str, object]:
     """The figures as plain values, in the shape of `accept --json`."""
     plain: dict[str, object] = {}
-    for name in ("heldout_linear_residual_N", "heldout_angular_residual_Nm", "marker_rms_m", "mass_kg"):
+    for name in ("held_out_linear_residual_N", "held_out_angular_residual_Nm", "marker_rms_m", "mass_kg"):
         figure: Gain = getattr(gain, name)
         known = math.isfinite(figure.before)  # JSON has no NaN
         plain[name] = {k: getattr(figure, k) if known else None for k in ("before", "after")}
         if figure.interval is not None:
             plain[name] |= {"interval": list(figure.interval)}  # type: ignore[operator]
-    for name in ("heldout_linear_drop_N", "heldout_angular_drop_Nm"):
+    for name in ("held_out_linear_drop_N", "held_out_angular_drop_Nm"):
         drop = getattr(gain, name)
         plain[name] = None if drop is None else list(drop)
     translations = {c.name for c in gain.fit.skeleton.free_coordinates if c.motion == "translation"}
     most = [dof for dof in gain.joint_torque_change if dof not in translations][:MOST_CHANGED]
     return plain | {
-        "heldout_frames": gain.heldout_frames,
-        "heldout_blocks": gain.heldout_blocks,
+        "held_out_frames": gain.held_out_frames,
+        "held_out_blocks": gain.held_out_blocks,
         "joint_torque_change": {
             "rms": gain.joint_torque_change,
             "before_rms": gain.joint_torque_rms,
@@ -110,12 +110,12 @@ def _effect(effect: NamedEffect, several: bool) -> dict[str, object]:
         "confidence": effect.confidence,
         "in_its_class": _finite(effect.in_its_class),
         "outside_the_list": _finite(effect.outside_the_list),
-        "told_as": "lead" if effect.is_lead else "name",
+        "told_as": "tentative" if effect.is_tentative else "name",
         "trial": trials[0] if len(trials) == 1 else None,
         "frames": [_range(r, several) for r in effect.frames],
         "sentence": effect.sentence,
         "remedy": effect.remedy,
-        "courses": [_course(c) for c in effect.courses],
+        "time_histories": [_time_history(c) for c in effect.time_histories],
     }
 
 
@@ -163,18 +163,23 @@ def _off_the_list(one: OffTheList | None, several: bool) -> dict[str, object] | 
     }
 
 
-def _course(course: ForceCourse) -> dict[str, object]:
-    force = course.force_ground.round(COURSE_DIGITS).tolist()
-    return {"trial": course.trial, "start": course.start, "step": course.step, "force_N": force}
+def _time_history(time_history: ForceCourse) -> dict[str, object]:
+    force = time_history.force_ground.round(TIME_HISTORY_DIGITS).tolist()
+    return {
+        "trial": time_history.trial,
+        "start": time_history.start,
+        "step": time_history.step,
+        "force_N": force,
+    }
 
 
 def _statement(statement: Statement) -> dict[str, object]:
     return {
-        "witness": statement.witness,
+        "direct_check": statement.direct_check,
         "trial": statement.trial,
         "target": statement.target,
         "sentence": statement.sentence,
-        "speaks_for": [str(about) for about in statement.spoken_for(WITNESSES.told_nats)],
+        "speaks_for": [str(about) for about in statement.spoken_for(DIRECT_CHECKES.told_nats)],
         "nats": {str(about): round(nats, NATS_DIGITS) for about, nats in statement.nats.items()},
         "figures": dict(statement.figures),
         "against": list(statement.against),
@@ -198,7 +203,9 @@ def _trial(trial: InTrial) -> dict[str, object]:
         "trial": trial.trial,
         **_size(trial.size),
         "worst": {"frames": [trial.worst.start, trial.worst.end], **_size(trial.worst_size)},
-        "course": {n: v.round(COURSE_DIGITS).tolist() for n, v in vars(trial.course).items()},
+        "time_history": {
+            n: v.round(TIME_HISTORY_DIGITS).tolist() for n, v in vars(trial.time_history).items()
+        },
     }
 
 

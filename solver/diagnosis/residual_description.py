@@ -59,12 +59,12 @@ class AlongAxis:
 
     axis: str
     direction: Direction | None  # of the person; None: where it goes does not follow an axis, or is unknown
-    mean_force_N: float  # demanded beyond the measured
+    mean_force_N: float  # required beyond the measured
     size: ResidualSize
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class TimeHistory:
     """Norms over time; `after` is what the named causes leave, as they were fitted."""
 
     time_s: Float[np.ndarray, " windows"]  # from the trial's start, the middle of each window
@@ -84,7 +84,7 @@ class InTrial:
     size: ResidualSize
     worst: Range
     worst_size: ResidualSize
-    course: Course
+    time_history: TimeHistory
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ def described(balance: Balance, solved: Solved, uncorrected: Sequence[Term] = ()
     Args:
         balance: of all trials, markers repaired.
         solved: the named causes, fitted together.
-        uncorrected: what reading the files put right already; it is described as if it had not been.
+        uncorrected: what reading the files corrected already; it is described as if it had not been.
     """
     rows = balance.residual - sum((t.fixed for t in uncorrected if t.fixed is not None), np.zeros(1))
     parts = _Parts(
@@ -155,7 +155,7 @@ class _Parts:
 
 def _variance(balance: Balance) -> Float[np.ndarray, " rows"]:
     """Of a sound recording's rows: the diagonal of K."""
-    typical = balance.ladder.nearest(TYPICAL_SCALE, 1.0)
+    typical = balance.noise_grid.nearest(TYPICAL_SCALE, 1.0)
     return balance.basis.of.variance(typical.scale, typical.slack)
 
 
@@ -180,7 +180,7 @@ def _of_trial(trial: TrialRows, parts: _Parts) -> InTrial:
         size=parts.size(),
         worst=Range(trial.scene.name, int(start[first]), int(start[last]) + trial.windows.length),
         worst_size=parts.of(inside).size(),
-        course=Course(
+        time_history=TimeHistory(
             time_s=trial.windows.centre / trial.scene.rate,
             force_N=force,
             force_after_N=force_after,

@@ -17,7 +17,7 @@ from solver.diagnosis.causes.scene import MarkerScene, PlateScene, Scene
 from solver.dynamics.force_prediction.long_marker_posterior import LongMarkerPosterior, trial_posterior
 from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior
 from solver.dynamics.force_prediction.unmeasured_forces import FEWEST_FRAMES
-from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
+from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.fitting.fit import Fit, TrialFit
@@ -84,7 +84,7 @@ def scene_of(
         p_ground_body=p_ground_body,
         material=material,
         com_ground=centre_of_mass_of(skeleton, motion.q),
-        demanded_ground=_demanded(kinematics, posterior),
+        required_ground=_required(kinematics, posterior),
         plates=tuple(_plate(k, plate, fit, settings) for k, plate in enumerate(fit.capture.plates)),
         markers=MarkerScene(
             skeleton.marker_names, kinematics.marker_bodies, observed, marker_positions(skeleton, motion.q)
@@ -99,7 +99,7 @@ def scene_of(
     return scene, posterior
 
 
-def _demanded(kinematics: ForwardKinematics, posterior: Posterior) -> Float[np.ndarray, "frames 6"]:
+def _required(kinematics: ForwardKinematics, posterior: Posterior) -> Float[np.ndarray, "frames 6"]:
     """The wrench that the markers' own motion demands, about the ground origin [N], [N·m].
 
     Not of the smoother motion that signatures are computed from: a signature that shares the markers' noise
@@ -107,12 +107,12 @@ def _demanded(kinematics: ForwardKinematics, posterior: Posterior) -> Float[np.n
     """
     J = np.stack([pseudo_inertia(body) for body in kinematics.skeleton.bodies])
 
-    def demanded(*state: Float[np.ndarray, "some dofs"]) -> Float[np.ndarray, "some 6"]:
+    def required(*state: Float[np.ndarray, "some dofs"]) -> Float[np.ndarray, "some 6"]:
         q, v, a = state
         A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
-        return demanded_wrench(A, T, J).sum(axis=1)
+        return required_wrench(A, T, J).sum(axis=1)
 
-    return by_frames(demanded, posterior.motion.q, posterior.velocity, posterior.acceleration)
+    return by_frames(required, posterior.motion.q, posterior.velocity, posterior.acceleration)
 
 
 def scenes_of(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from solver.diagnosis.checks import NEEDED, Decision
 from solver.diagnosis.decisions import CHECKS, Verdict, decide
-from solver.diagnosis.search.proposals import Key, OnReading, Proposal, Remainder, Withheld
+from solver.diagnosis.search.proposals import HeldOut, Key, OnReading, Proposal, Remainder
 
 OUTDONE = Decision(NEEDED, False, None, None, "a likelier set of causes was found without it")
 
@@ -48,7 +48,7 @@ class Trail:
         """
         verdict = decide(proposal)
         for key in proposal.keys:
-            if isinstance(proposal, Withheld | OnReading | Remainder):
+            if isinstance(proposal, HeldOut | OnReading | Remainder):
                 self._last[key] = _Said(proposal.odds, verdict)
                 self._since.pop(key, None)
                 if verdict.fell_at is None:

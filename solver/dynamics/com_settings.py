@@ -36,7 +36,7 @@ class ComSettings:
     imbalance: float = setting(
         0.15,
         unit="",
-        why="of the greatest force demanded around it, at least body weight: a window off by more tells "
+        why="of the greatest force required around it, at least body weight: a window off by more tells "
         "nothing about the mass; measured steps of all kinds stay below it, a foot beside the plates above",
     )
     start_share: float = setting(

@@ -23,9 +23,9 @@ class Dynamics:
     root_ground: Float[np.ndarray, "frames 3"]  # [m] the root joint's centre
     used: Bool[np.ndarray, " frames"]  # frames that the figures count
     motion: Motion  # that all of this was computed on: low-passed as the forces are
-    wrench_inferred: Bool[np.ndarray, "frames feet"] | None = (
-        None  # feet whose wrench in the torques was not measured but inferred from the motion; None: none
+    wrench_is_predicted: Bool[np.ndarray, "frames feet"] | None = (
+        None  # feet whose wrench in the torques was not measured but predicted from the motion; None: none
     )
-    wrench_foretold_ground: Float[np.ndarray, "frames feet 6"] | None = (
+    wrench_predicted_ground: Float[np.ndarray, "frames feet 6"] | None = (
         None  # that wrench [N, N·m about the ground origin], zero where one was measured; None: none
     )

@@ -3,7 +3,7 @@
 A body's mass, centre of mass and inertia are one symmetric positive definite 4×4 matrix, its pseudo-inertia
 `J = ∫ [x; 1][x; 1]ᵀ dm`. Here J = U₀ L(φ) L(φ)ᵀ U₀ᵀ, with U₀ the nominal factor and L upper triangular with
 an exponential diagonal: any φ is a body that could exist, and φ = 0 is the nominal one (log-Cholesky
-coordinates: Rucker & Wensing 2022, 10.1109/LRA.2022.3144517). Left and right twins share φ through a mirror.
+coordinates: Rucker & Wensing 2022, 10.1109/LRA.2022.3144517). Left and right share φ through a mirror.
 """
 
 from dataclasses import dataclass, replace
@@ -68,7 +68,7 @@ class InertiaParameters:
     ) -> Float[np.ndarray, " parameters"]:
         """φ after a step whose size was found by the derivatives at φ.
 
-        The demanded wrench is linear in J, not in φ: so the bodies become J + ∂J/∂φ step, and φ what that
+        The required wrench is linear in J, not in φ: so the bodies become J + ∂J/∂φ step, and φ what that
         takes. Where such a body could not exist, its φ moves by the step itself.
         """
         J, D, target = self.pseudo_inertias(phi), self.derivatives(phi), phi + step
@@ -100,7 +100,7 @@ class InertiaParameters:
 
 
 def inertia_parameters(skeleton: Skeleton, settings: TrajectorySettings) -> InertiaParameters:
-    """Parameters of the bodies that weigh enough to matter; twins share theirs."""
+    """Parameters of the bodies that weigh enough to matter; counterparts share theirs."""
     tied = scale_groups(skeleton)
     weighs = np.array([b.mass >= settings.lightest_segment_kg and _is_physical(b) for b in skeleton.bodies])
     kept = [g for g in range(tied.count) if weighs[tied.group == g].all()]
@@ -143,7 +143,7 @@ def pseudo_inertia(body: Body) -> Float[np.ndarray, "4 4"]:
     return J
 
 
-def demanded_wrench(
+def required_wrench(
     acceleration: Float[np.ndarray, "frames bodies 3 4"],
     T_ground_body: Float[np.ndarray, "frames bodies 4 4"],
     J: Float[np.ndarray, "bodies *parameters 4 4"],
@@ -178,10 +178,10 @@ def wrench_by_parameters(
     parameters: InertiaParameters,
     derivatives: Float[np.ndarray, "bodies 10 4 4"],
 ) -> Float[np.ndarray, "frames 6 parameters"]:
-    """Derivative of the whole body's demanded wrench by φ.
+    """Derivative of the whole body's required wrench by φ.
 
     Args:
-        acceleration: as `demanded_wrench` takes it.
+        acceleration: as `required_wrench` takes it.
         T_ground_body: likewise.
         parameters: φ's bodies.
         derivatives: of their pseudo-inertias, by their groups' ten parameters.

@@ -16,7 +16,7 @@ from solver.skeleton.rotations import skew
 
 @dataclass(frozen=True)
 class MomentumTerms:
-    """Residual wrench [force, moment about the centre of mass], demanded less measured, ground frame."""
+    """Residual wrench [force, moment about the centre of mass], required less measured, ground frame."""
 
     residual: Float[np.ndarray, "frames 6"]  # [N], [N·m]
     by_q: Float[np.ndarray, "frames 6 dofs"]

@@ -7,7 +7,7 @@ from solver.common.settings_field import setting
 
 @dataclass(frozen=True)
 class DynamicsSettings:
-    """Which frames the figures leave out, and how forces are foretold that nobody measured."""
+    """Which frames the figures leave out, and how forces are predicted that nobody measured."""
 
     end_frames: int = setting(
         10,

@@ -3,9 +3,9 @@
 model.osim                  the fitted skeleton
 TRIAL_ik.mot                the motion that the joint torques belong to, already filtered; radians and metres
 TRIAL_grf.mot               the recorded forces after conditioning, a set of columns for each foot
-TRIAL_grf_foretold.mot      in its place where no force counts: foretold, what the torques rest on
+TRIAL_grf_predicted.mot      in its place where no force counts: predicted, what the torques rest on
 TRIAL_external_loads.xml    which foot each set acts on
-TRIAL_id.sto                our joint torques; where a foot's force is missing they rest on a wrench inferred
+TRIAL_id.sto                our joint torques; where a foot's force is missing they rest on a wrench predicted
                             from the motion, and the first line names these frames
 TRIAL_id_setup.xml          OpenSim's inverse dynamics of the same files, without a second filter
 """
@@ -37,7 +37,7 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
     """Write a fit for OpenSim.
 
     Angles are radians, so that no program has to guess which coordinates are angles. Where no force
-    counts, the file of forces holds foretold ones and says so in its name.
+    counts, the file of forces holds predicted ones and says so in its name.
 
     Args:
         fit: the solved subject.
@@ -63,20 +63,20 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
     if trial.dynamics is None or trial.contacts is None or trial.mask is None:
         write_motion(trial.motion, skeleton, ik)
         return [ik]
-    forces = folder / f"{stem}_grf{'_foretold' if trial.forces_foretold else ''}.mot"
+    forces = folder / f"{stem}_grf{'_predicted' if trial.forces_predicted else ''}.mot"
     torques = folder / f"{stem}_id.sto"
     loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
     times = trial.dynamics.motion.times
     told = trial.dynamics.motion.posed
     shown = without_guesses(trial).dynamics or trial.dynamics
     write_motion(trial.dynamics.motion, skeleton, ik)
-    foretold = trial.dynamics.wrench_foretold_ground
-    if trial.forces_foretold and foretold is not None:
-        _write_foretold(trial.contacts.foot_bodies, foretold, times, forces)
+    predicted = trial.dynamics.wrench_predicted_ground
+    if trial.forces_predicted and predicted is not None:
+        _write_predicted(trial.contacts.foot_bodies, predicted, times, forces)
     else:
         wrenches = counted_wrenches(trial.contacts.wrench_ground, trial.mask)
         write_body_forces(forces, trial.contacts.foot_bodies, wrenches, trial.contacts.cop_ground, times)
-    name = f"{torques.stem}{_inferred(trial.dynamics)}"
+    name = f"{torques.stem}{_predicted(trial.dynamics)}"
     write_torques(torques, skeleton, times[told], shown.joint_torques[told], name)
     write_external_loads(loads, trial.contacts.foot_bodies, forces)
     write_inverse_dynamics_setup(
@@ -146,7 +146,7 @@ def write_body_forces(
     write_storage(path, labels, times, np.hstack(columns))
 
 
-def _write_foretold(
+def _write_predicted(
     feet: Sequence[str],
     wrenches: Float[np.ndarray, "frames feet 6"],
     times: Float[np.ndarray, " frames"],
@@ -164,7 +164,7 @@ def _write_foretold(
         point = np.column_stack([moment[:, 2] / up, np.zeros(len(up)), -moment[:, 0] / up])
         point[~loaded] = 0.0
         columns += [force, point, moment - np.cross(point, force)]
-    write_storage(path, labels, times, np.hstack(columns), name=f"{path.stem}; foretold, not measured")
+    write_storage(path, labels, times, np.hstack(columns), name=f"{path.stem}; predicted, not measured")
 
 
 def _held(cop_ground: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3"]:
@@ -201,9 +201,9 @@ def write_torques(
     write_storage(path, labels, times, torques, name=name)
 
 
-def _inferred(dynamics: Dynamics) -> str:
-    if dynamics.wrench_inferred is None:
+def _predicted(dynamics: Dynamics) -> str:
+    if dynamics.wrench_is_predicted is None:
         return ""
-    stretches = runs(np.any(dynamics.wrench_inferred, axis=1))
+    stretches = runs(np.any(dynamics.wrench_is_predicted, axis=1))
     listed = ", ".join(f"{start}-{end - 1}" for start, end in stretches)
-    return f"; a foot's wrench inferred from the motion on frames {listed}"
+    return f"; a foot's wrench predicted from the motion on frames {listed}"

@@ -57,7 +57,7 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
     if trial.dynamics is not None:
         columns |= _of_dynamics(trial.dynamics, skeleton)
         columns |= _of_power(trial, skeleton)
-        columns |= _of_inferred(trial)
+        columns |= _of_predicted(trial)
     if trial.contacts is not None and trial.mask is not None:
         columns |= _of_contacts(trial.contacts, trial.mask)
     return columns | _of_markers(trial.marker_errors)
@@ -102,19 +102,19 @@ def _of_power(trial: TrialFit, skeleton: Skeleton) -> Columns:
     return {} if power is None else {name: power[:, i] for i, name in enumerate(names)}
 
 
-def _of_inferred(trial: TrialFit) -> Columns:
-    """Where the torques rest on a foot's wrench that was inferred from the motion, and that wrench."""
+def _of_predicted(trial: TrialFit) -> Columns:
+    """Where the torques rest on a foot's wrench that was predicted from the motion, and that wrench."""
     if trial.contacts is None or trial.dynamics is None:
         return {}
-    inferred = trial.dynamics.wrench_inferred
-    if inferred is None:
-        inferred = np.zeros((trial.motion.frames, len(trial.contacts.foot_bodies)), dtype=bool)
+    is_predicted = trial.dynamics.wrench_is_predicted
+    if is_predicted is None:
+        is_predicted = np.zeros((trial.motion.frames, len(trial.contacts.foot_bodies)), dtype=bool)
     feet = trial.contacts.foot_bodies
-    columns = {f"{foot}_inferred": inferred[:, f] for f, foot in enumerate(feet)}
-    foretold = trial.dynamics.wrench_foretold_ground
-    if foretold is not None:
+    columns = {f"{foot}_predicted": is_predicted[:, f] for f, foot in enumerate(feet)}
+    predicted = trial.dynamics.wrench_predicted_ground
+    if predicted is not None:
         for f, foot in enumerate(feet):
-            columns |= _wrench(f"{foot}_foretold", foretold[:, f])
+            columns |= _wrench(f"{foot}_predicted", predicted[:, f])
     return columns
 
 

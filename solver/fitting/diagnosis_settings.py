@@ -76,10 +76,10 @@ class DiagnosisSettings:
     slacks: tuple[float, ...] = setting(
         (0.5, 0.7, 1.0),
         unit="",
-        why="of how far flesh slides at most; sought likewise. Not beyond: more would take in what is wrong",
+        why="of how far soft tissue slides at most; sought likewise. More would take in what is wrong",
     )
     slack_std: float = setting(0.5, unit="", why="logarithm: how much persons differ in that")
-    block_s: float = setting(0.5, unit="s", why="withheld at a time: a stance or half a second")
+    block_s: float = setting(0.5, unit="s", why="held out at a time: a stance or half a second")
     refitted: int = setting(10, unit="", why="the best of the screening; a cause that matters is among them")
     most_effects: int = setting(
         5, unit="", why="a recording with more causes than that is better recorded anew"
@@ -127,20 +127,20 @@ class DiagnosisSettings:
         least=0.0,
         why="by which another cause must do better beside all others to take a place",
     )
-    least_heldout_gain: float = setting(
+    least_held_out_gain: float = setting(
         0.0,
         unit="nats",
         least=-math.inf,
-        why="of log density of withheld blocks; a wrong mass gains little there, since the other blocks tell "
+        why="of log density of held-out blocks; a wrong mass gains little there, since the other blocks tell "
         "it even against the prior",
     )
-    heldout_share: float = setting(
+    held_out_share: float = setting(
         0.05,
         unit="",
-        why="of its gain, that a cause without a course of its own may lose on withheld blocks: the others "
-        "foretell a plate's place without it, at the price of an unlikely body",
+        why="of its gain, that a cause without its own time history may lose on held-out blocks: the others "
+        "predict a plate's place without it, at the price of an unlikely body",
     )
-    mass_heldout_share: float = setting(
+    mass_held_out_share: float = setting(
         0.4,
         unit="",
         why="likewise of a mass, which follows the other blocks anyway",
@@ -160,7 +160,7 @@ class DiagnosisSettings:
     )
     start_share: float = setting(0.05, unit="", least=0.0, why="of the gain, likewise")
     most_starts: int = setting(2, unit="", why="likewise, beside the first; each takes as long")
-    witness_lead: float = setting(
+    direct_check_margin: float = setting(
         10.0,
         unit="nats",
         least=0.0,
@@ -168,27 +168,27 @@ class DiagnosisSettings:
         "tried before it",
     )
     least_unknown_gain: float = setting(
-        15.0, unit="nats", why="of a force of any course, which is free to follow noise"
+        15.0, unit="nats", why="of a force of any time history, which is free to follow noise"
     )
     unknown_margin: float = setting(
-        12.0, unit="nats", least=0.0, why="by which a force of any course must beat named causes"
+        12.0, unit="nats", least=0.0, why="by which a force of any time history must beat named causes"
     )
     unknown_share: float = setting(
         0.1,
         unit="",
-        why="of what named causes explain, likewise: a free course follows model errors",
+        why="of what named causes explain, likewise: a free time history follows model errors",
     )
     most_constant: float = setting(
         0.95,
         unit="",
-        why="of a free course's mean square; with more in its mean it stays the same all along, takes no "
+        why="of a free time history's mean square; with more in its mean it never changes, takes no "
         "named cause's place and is told beside one only if it explains something else: forces that the "
         "catalogue lacks had 0.87 at most, what imitates a tilt or a mass 0.98",
     )
     beside_unknown_share: float = setting(
         0.1,
         unit="",
-        why="of what a free course explains, that a cause named beside it must add: it is never told whole",
+        why="of what a free time history explains, that a cause named beside it must add: it is never whole",
     )
     unexplained_scale: float = setting(2.4, unit="", why="model errors of sound recordings stay below it")
     rival_margin: float = setting(
@@ -236,7 +236,7 @@ class DiagnosisSettings:
         unit="nats",
         why="from which on something is wrong even if several causes would do",
     )
-    sure_lead: float = setting(
+    sure_margin: float = setting(
         100.0,
         unit="nats",
         why="a cause so far ahead of all others stays even if it needs another mass: that may be wrong too",
@@ -248,7 +248,7 @@ class DiagnosisSettings:
         0.5,
         unit="",
         why="of confidence, with names of the same trace: what is likelier wrong than right is told "
-        "as a lead",
+        "as a tentative cause",
     )
     same_trace: float = setting(
         0.9, unit="", why="cosine of what two causes explain, from which on they are told as one class"

@@ -6,15 +6,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.common.clock import Clock
-from solver.common.freed_memory import give_back
+from solver.common.cpu_timer import CpuTimer
+from solver.common.memory_release import release_memory
 from solver.common.progress import Progress
 from solver.common.runs import runs
 from solver.dynamics.com_data import ComData
 from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_trajectory import fit_com_trajectory
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
-from solver.dynamics.force_prediction.sister_fit import Foretold
+from solver.dynamics.force_prediction.prediction_fit import Predicted
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.root_shift import with_com_at
 from solver.dynamics.root_wrench import centre_of_mass_of
@@ -25,9 +25,9 @@ from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.fitting.edit_stage import fitted_near_edit, settled_fit, small_edit
 from solver.fitting.fit import Groundwork, KinematicsOnly, SettledFit, TrialFit
-from solver.fitting.foretelling_stage import learnt_before, misses_a_force, sister_of, with_foretold
+from solver.fitting.prediction_stage import learnt_before, misses_a_force, prediction_fit_of, with_predicted
 from solver.fitting.settings import Settings
-from solver.fitting.weighing_stage import Weighed, weighed
+from solver.fitting.weighing_stage import Weighed, estimate_mass_and_gains
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.skeleton.forward import marker_positions
@@ -44,15 +44,17 @@ class Obeying:
     phi: Float[np.ndarray, " parameters"] | None  # None: no trial was fitted to forces
     notes: tuple[str, ...]
     extra: Float[np.ndarray, " extra"]  # x of the extension, where there is one
-    foretold_ground: Mapping[str, Float[np.ndarray, "frames 6"]] = field(default_factory=dict)
+    predicted_ground: Mapping[str, Float[np.ndarray, "frames 6"]] = field(default_factory=dict)
     # by trial, of all feet [N, N·m about the ground origin]; empty where no force is missing
-    learnt: LearntTerms | None = None  # by the sister that foretold missing forces, this time or before
+    learnt: LearntTerms | None = (
+        None  # by the prediction fit that predicted missing forces, this time or before
+    )
     learnt_on: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     # by trial, the stretches of known frames that chose the kinds of these terms
     settled: SettledFit | None = None
 
 
-def obeying_forces(
+def fit_to_forces(
     fits: Sequence[TrialFit],
     groundwork: Groundwork,
     skeleton: Skeleton,
@@ -77,14 +79,14 @@ def obeying_forces(
         x = extension.x if extension else np.zeros(0)
         plain = tuple(replace(fit, spline=None) for fit in fits)
         return Obeying(skeleton, plain, None, (), x, learnt=groundwork.learnt, learnt_on=groundwork.learnt_on)
-    clock = Clock()
-    with clock("dynamics"):
+    cpu_timer = CpuTimer()
+    with cpu_timer("dynamics"):
         members = [fits[i] for i in fitted]
-        told = weighed(members, skeleton, settings, extended=extension is not None)
+        told = estimate_mass_and_gains(members, skeleton, settings, extended=extension is not None)
         edit = small_edit(members, told, groundwork, settings, extension)
         told = edit.told if edit is not None else told
         data = all_data(members, match, told, extension)
-        give_back()
+        release_memory()
         nominal, gain_notes = with_mass(skeleton, told.mass_kg), told.notes
         data = [
             started(trial, fits[i], nominal, settings)
@@ -93,11 +95,11 @@ def obeying_forces(
             for i, trial in zip(fitted, data, strict=True)
         ]
         if edit is not None:
-            result, sister = fitted_near_edit(
+            result, prediction_fit = fitted_near_edit(
                 edit, members, data, nominal, settings=settings, progress=progress
             )
         else:
-            result, sister = _fitted_together(
+            result, prediction_fit = _fitted_together(
                 members,
                 data,
                 groundwork,
@@ -106,11 +108,11 @@ def obeying_forces(
                 progress=progress,
                 extension=extension,
             )
-    foretold_ground: dict[str, Float[np.ndarray, "frames 6"]] = {}
-    if sister is not None:
-        gain_notes += sister.notes
+    predicted_ground: dict[str, Float[np.ndarray, "frames 6"]] = {}
+    if prediction_fit is not None:
+        gain_notes += prediction_fit.notes
         names = [fit.capture.name for fit in members]
-        foretold_ground = dict(zip(names, sister.wrenches_ground, strict=True))
+        predicted_ground = dict(zip(names, prediction_fit.wrenches_ground, strict=True))
     updated = [replace(fit, spline=None) for fit in fits]
     for i, motion, spline, trial in zip(fitted, result.motions, result.splines, data, strict=True):
         model_markers = marker_positions(result.skeleton, motion.q)
@@ -131,7 +133,7 @@ def obeying_forces(
             spline=spline,
             costs=result.costs,
             notes=marker_notes,
-            seconds=fits[i].seconds | {"dynamics": clock.seconds["dynamics"] / len(fitted)},
+            seconds=fits[i].seconds | {"dynamics": cpu_timer.seconds["dynamics"] / len(fitted)},
         )
     moved = result.skeleton.mass / skeleton.mass - 1
     if abs(moved) > settings.trajectory.notable_mass:
@@ -142,22 +144,22 @@ def obeying_forces(
     gain_notes += segment_mass_notes(with_mass(skeleton, result.skeleton.mass), result, settings.trajectory)
     notes = (*result.notes, *gain_notes)
     learnt, learnt_on = groundwork.learnt, groundwork.learnt_on
-    if sister is not None:
+    if prediction_fit is not None:
         if learnt_before(members, groundwork, settings) is None:
             learnt_on = {fit.capture.name: tuple(runs(fit.forces_known)) for fit in members}
-        learnt = sister.learnt
+        learnt = prediction_fit.learnt
         for k, i in enumerate(fitted):
-            updated[i] = replace(updated[i], sister_spline=sister.splines[k])
+            updated[i] = replace(updated[i], prediction_spline=prediction_fit.splines[k])
     return Obeying(
         result.skeleton,
         tuple(updated),
         result.phi,
         notes,
         result.extra,
-        foretold_ground,
+        predicted_ground,
         learnt,
         learnt_on,
-        settled_fit(members, told, result, sister, edit),
+        settled_fit(members, told, result, prediction_fit, edit),
     )
 
 
@@ -170,11 +172,11 @@ def _fitted_together(
     settings: Settings,
     progress: Progress,
     extension: Extension | None,
-) -> tuple[TrajectoryFit, Foretold | None]:
-    """The trajectory fit; where a force is missing, held by what its sister foretells.
+) -> tuple[TrajectoryFit, Predicted | None]:
+    """The trajectory fit; where a force is missing, held by what its prediction fit predicts.
 
-    A first sister begins where the fit ends without what it foretells. After an edit of the flags it begins
-    at the former sister, and one fit is enough.
+    A first prediction fit begins where the fit ends without it. After an edit of the flags it begins
+    at the former prediction fit, and one fit is enough.
     """
 
     def fit(
@@ -192,14 +194,16 @@ def _fitted_together(
         )
 
     edited = groundwork.phi is not None
-    if not settings.foretelling.enabled or not any(misses_a_force(trial) for trial in fits):
+    if not settings.prediction.enabled or not any(misses_a_force(trial) for trial in fits):
         return fit(data, groundwork.phi, edited=edited), None
     learnt = learnt_before(fits, groundwork, settings)
     begun = fit(data, groundwork.phi, edited=False) if learnt is None else None
-    sister = sister_of(fits, data, begun, skeleton, settings, extension=extension, learnt=learnt)
-    assert sister is not None
-    held = with_foretold(data, begun, sister)
-    return fit(held, begun.phi if begun else groundwork.phi, edited=edited), sister
+    prediction_fit = prediction_fit_of(
+        fits, data, begun, skeleton, settings, extension=extension, learnt=learnt
+    )
+    assert prediction_fit is not None
+    held = with_predicted(data, begun, prediction_fit)
+    return fit(held, begun.phi if begun else groundwork.phi, edited=edited), prediction_fit
 
 
 def fitted_to_forces(fits: Sequence[TrialFit], settings: Settings) -> list[int]:

@@ -10,14 +10,14 @@ from solver.common.progress import Progress, silent
 from solver.common.runs import runs
 from solver.dynamics.cross_validation.hidden_steps import frames_of
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
-from solver.dynamics.force_prediction.sister_columns import SisterTrial
-from solver.dynamics.force_prediction.sister_fit import Foretold, foretold_near
+from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
+from solver.dynamics.force_prediction.prediction_fit import Predicted, predicted_near
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.near_edits import InertiasBefore, fitted_near, spans_near
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.fitting.fit import Groundwork, SettledFit, TrialFit
-from solver.fitting.foretelling_stage import learnt_before, misses_a_force, sister_of, with_foretold
+from solver.fitting.prediction_stage import learnt_before, misses_a_force, prediction_fit_of, with_predicted
 from solver.fitting.settings import Settings
 from solver.fitting.weighing_stage import Weighed
 from solver.skeleton.skeleton import Skeleton
@@ -33,8 +33,8 @@ class Edit:
     told: Weighed  # as the former fit took it
     settled: SettledFit
     inertias: InertiasBefore
-    learnt: LearntTerms | None  # None: nothing was foretold
-    kinds: tuple[str, ...] | None  # of learnt terms, where a first sister is to be made
+    learnt: LearntTerms | None  # None: nothing was predicted
+    kinds: tuple[str, ...] | None  # of learnt terms, where a first prediction fit is to be made
 
 
 def small_edit(
@@ -64,9 +64,9 @@ def small_edit(
     if any(fit.spline is None for fit in fits):
         return None
     learnt, kinds = None, None
-    if settings.foretelling.enabled and (groundwork.learnt or any(misses_a_force(fit) for fit in fits)):
-        learnt, kinds = learnt_before(fits, groundwork, settings), groundwork.foretelling_kinds
-        first = all(fit.sister_spline is None for fit in fits)
+    if settings.prediction.enabled and (groundwork.learnt or any(misses_a_force(fit) for fit in fits)):
+        learnt, kinds = learnt_before(fits, groundwork, settings), groundwork.prediction_kinds
+        first = all(fit.prediction_spline is None for fit in fits)
         if learnt is None and (kinds is None or not first):
             return None
     weights = settings.trajectory
@@ -97,8 +97,8 @@ def fitted_near_edit(
     *,
     settings: Settings,
     progress: Progress,
-) -> tuple[TrajectoryFit, Foretold | None]:
-    """The trajectories and what the sister foretells, made anew near the edit.
+) -> tuple[TrajectoryFit, Predicted | None]:
+    """The trajectories and what the prediction fit predicts, made anew near the edit.
 
     Args:
         edit: small.
@@ -108,7 +108,7 @@ def fitted_near_edit(
         settings: of every stage.
         progress: told the fraction done; may raise `Cancelled`.
     """
-    sister, trials = None, list(data)
+    prediction_fit, trials = None, list(data)
     if edit.learnt is None and edit.kinds is not None:
         former = fitted_near(
             skeleton,
@@ -118,30 +118,32 @@ def fitted_near_edit(
             silent,
             before=edit.inertias,
         )
-        sister = sister_of(fits, data, former, skeleton, settings, extension=None, chosen=edit.kinds)
+        prediction_fit = prediction_fit_of(
+            fits, data, former, skeleton, settings, extension=None, chosen=edit.kinds
+        )
     elif edit.learnt is not None:
         hers = [
-            SisterTrial(
-                replace(own, spline=fit.sister_spline), fit.contacts.foot_bodies, fit.contacts.in_contact
+            PredictionTrial(
+                replace(own, spline=fit.prediction_spline), fit.contacts.foot_bodies, fit.contacts.in_contact
             )
             for own, fit in zip(data, fits, strict=True)
             if fit.contacts is not None
         ]
-        told = foretold_near(
-            skeleton, hers, edit.edited, settings.trajectory, settings.foretelling, learnt=edit.learnt
+        told = predicted_near(
+            skeleton, hers, edit.edited, settings.trajectory, settings.prediction, learnt=edit.learnt
         )
-        sister = replace(told, notes=edit.settled.sister_notes)
-    if sister is not None:
-        trials = with_foretold(data, None, sister)
+        prediction_fit = replace(told, notes=edit.settled.prediction_notes)
+    if prediction_fit is not None:
+        trials = with_predicted(data, None, prediction_fit)
     result = fitted_near(skeleton, trials, edit.edited, settings.trajectory, progress, before=edit.inertias)
-    return result, sister
+    return result, prediction_fit
 
 
 def settled_fit(
     fits: Sequence[TrialFit],
     told: Weighed,
     result: TrajectoryFit,
-    sister: Foretold | None,
+    prediction_fit: Predicted | None,
     edit: Edit | None,
 ) -> SettledFit:
     """What the next re-solve goes by.
@@ -150,7 +152,7 @@ def settled_fit(
         fits: that take part.
         told: that they were fitted with.
         result: of the fit.
-        sister: of it.
+        prediction_fit: of it.
         edit: None: all frames were asked.
     """
     known = {fit.capture.name: tuple(runs(fit.forces_known)) for fit in fits}
@@ -158,7 +160,7 @@ def settled_fit(
         mass_kg=told.mass_kg,
         gains={fit.capture.name: gain for fit, gain in zip(fits, told.gains, strict=True)},
         asked_phi=result.asked_phi,
-        sister_notes=sister.notes if sister is not None else (),
+        prediction_notes=prediction_fit.notes if prediction_fit is not None else (),
         known=known,
         known_to_all=known if edit is None else edit.settled.known_to_all,
     )

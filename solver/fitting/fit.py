@@ -10,7 +10,7 @@ from solver.capture.capture import Capture, Subject, UnreadTrial, UnusedFile
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.com_mass import Standing
-from solver.dynamics.cross_validation.heldout import Heldout, WithheldLayout
+from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.kinematics.label_faults.fault import LabelFault
@@ -41,9 +41,11 @@ class TrialFit:
     proposals: tuple[Proposal, ...] = ()  # what detection thinks of the forces, sure or not
     dynamics: Dynamics | None = None
     kinematics_only: KinematicsOnly | None = None  # None: the motion is that of the markers alone
-    heldout: Heldout | None = None
+    held_out: HeldOut | None = None
     spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of a motion that was fitted to forces
-    sister_spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of the fit that foretold forces
+    prediction_spline: Float[np.ndarray, "coefficients dofs"] | None = (
+        None  # of the fit that predicted forces
+    )
     costs: tuple[float, ...] = ()  # of the trajectory fit of all trials: at first, after each iteration
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
     notes: tuple[str, ...] = ()
@@ -60,7 +62,7 @@ class TrialFit:
         return self.contacts.observed & self.mask.all_feet
 
     @property
-    def forces_foretold(self) -> bool:
+    def forces_predicted(self) -> bool:
         """Whether no force counts anywhere, so that torques rest on the motion alone."""
         return self.dynamics is not None and self.mask is not None and not self.mask.counts.any()
 
@@ -72,7 +74,7 @@ class SettledFit:
     mass_kg: float  # of the skeleton that the fit began with
     gains: Mapping[str, float]  # by trial, that its forces were divided by
     asked_phi: Float[np.ndarray, " parameters"]  # inertias that the forces would like better
-    sister_notes: tuple[str, ...]  # on what the fit that foretold forces learnt
+    prediction_notes: tuple[str, ...]  # on what the fit that predicted forces learnt
     known: Mapping[str, tuple[tuple[int, int], ...]]  # by trial, stretches of known forces
     known_to_all: Mapping[str, tuple[tuple[int, int], ...]]  # likewise, at the last fit of all frames
 
@@ -90,11 +92,11 @@ class Groundwork:
     phi: Float[np.ndarray, " parameters"] | None = (
         None  # fitted inertias; None: no trial was fitted to forces
     )
-    learnt: LearntTerms | None = None  # by the last sister fit; None: there was none
+    learnt: LearntTerms | None = None  # by the last prediction fit fit; None: there was none
     learnt_on: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     # by trial, the stretches of known frames that chose the kinds of these terms
     settled: SettledFit | None = None  # None: no trial was fitted to forces
-    foretelling_kinds: tuple[str, ...] | None = None  # that foretold withheld blocks; None: not asked yet
+    prediction_kinds: tuple[str, ...] | None = None  # that predicted held-out blocks; None: not asked yet
 
 
 @dataclass(frozen=True)
@@ -110,8 +112,8 @@ class Fit:
     provenance: dict[str, str] = field(default_factory=dict)  # input hashes and versions
     notes: tuple[str, ...] = ()
     groundwork: Groundwork | None = None
-    heldout_due: bool = False  # the withheld blocks are still to be predicted for these reviews
-    withheld: tuple[WithheldLayout, ...] = ()  # judged so far, one after the other
+    held_out_due: bool = False  # the held-out blocks are still to be predicted for these reviews
+    held_out_layouts: tuple[HeldOutLayout, ...] = ()  # judged so far, one after the other
 
     @property
     def unread(self) -> tuple[UnreadTrial, ...]:

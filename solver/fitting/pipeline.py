@@ -6,9 +6,9 @@ from functools import partial
 
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject.readable_trials import read_trials
-from solver.common.clock import Clock
+from solver.common.cpu_timer import CpuTimer
 from solver.common.errors import FitError
-from solver.common.freed_memory import give_back
+from solver.common.memory_release import release_memory
 from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
 from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
@@ -16,7 +16,7 @@ from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.failing_trials import Failed, about, together, without_failing
 from solver.fitting.fit import Fit, Groundwork, TrialFit
 from solver.fitting.provenance import provenance_of, without_reviews
-from solver.fitting.review_stage import obeying_reviews, predicting_withheld
+from solver.fitting.review_stage import apply_reviews, predicting_held_out
 from solver.fitting.seen_part import in_whole, seen_part
 from solver.fitting.settings import Settings, decide_the_same_fit
 from solver.fitting.standing_stage import weighed_standing
@@ -85,8 +85,8 @@ def _solve(
     progress: Progress,
 ) -> Fit:
     """These trials together, told which failed before."""
-    clock = Clock()
-    with clock("load"):
+    cpu_timer = CpuTimer()
+    with cpu_timer("load"):
         generic = _generic(subject)
         read = read_trials(
             subject,
@@ -112,15 +112,15 @@ def _solve(
     repaired = []
     for capture in recorded:
         others = [c.markers for c in (*recorded, *([static] if static else ())) if c is not capture]
-        with clock("load"), about(capture.name):
+        with cpu_timer("load"), about(capture.name):
             accepted = extension.exchanges if extension else ()
             repaired.append(
                 with_labels_repaired(capture, others, match, body, settings.label_repair, accepted=accepted)
             )
     recorded = [capture for capture, _ in repaired]
     shown = [*recorded, *([static] if static else ())]
-    give_back()
-    with clock("scaling"):
+    release_memory()
+    with cpu_timer("scaling"):
         frames = choose_frames(
             [match.observed(c.markers) for c in recorded],
             match.observed(static.markers) if static else None,
@@ -153,7 +153,7 @@ def _solve(
         subject, recorded, static, skeleton=calibration.skeleton, match=match, settings=settings
     )
     groundwork = Groundwork(calibration.skeleton, match, notes, read.unread, standing)
-    shared = {stage: seconds / len(recorded) for stage, seconds in clock.seconds.items()}
+    shared = {stage: seconds / len(recorded) for stage, seconds in cpu_timer.seconds.items()}
     share = (TRACKED - SCALED) / len(recorded)
     fits = []
     for i, (capture, faults) in enumerate(repaired):
@@ -170,17 +170,17 @@ def _solve(
             for note in posture_notes(fit.motion, settings.kinematics)
         ]
         groundwork = replace(groundwork, notes=(*groundwork.notes, *leaning))
-    give_back()
-    obeying = partial(obeying_reviews, subject, groundwork, settings=settings, reviews=reviews)
+    release_memory()
+    fitted_to_forces = partial(apply_reviews, subject, groundwork, settings=settings, reviews=reviews)
     fit = together(
         fits,
         lambda trial: trial.capture.name,
-        partial(obeying, progress=part(progress, TRACKED, FITTED), extension=extension),
+        partial(fitted_to_forces, progress=part(progress, TRACKED, FITTED), extension=extension),
     )
     fits.clear()  # where the markers alone had the model's
     del tracked
-    give_back()
-    return predicting_withheld(fit, settings, part(progress, FITTED, 1.0), extension)
+    release_memory()
+    return predicting_held_out(fit, settings, part(progress, FITTED, 1.0), extension)
 
 
 def resolve(
@@ -195,8 +195,8 @@ def resolve(
 
     Files, scaling, marker fit and the feet that forces belong to are taken from the previous fit: no review
     changes them. After a small edit the motion is made anew near it alone. Agrees with `solve` to within the
-    trajectory fit's tolerance. The withheld blocks wait for
-    `predicting_withheld`, which takes longer than all of this.
+    trajectory fit's tolerance. The held-out blocks wait for
+    `predicting_held_out`, which takes longer than all of this.
 
     Args:
         previous: a fit of the same files with the same settings; `can_resolve` tells.
@@ -220,7 +220,7 @@ def resolve(
         sizes, groundwork.skeleton, settings.trajectory, extra=_count(extension, settings)
     )
     fits = [_before_reviews(trial, groundwork, settings) for trial in previous.trials]
-    return obeying_reviews(
+    return apply_reviews(
         previous.subject, groundwork, fits, settings, reviews, progress=progress, extension=extension
     )
 
@@ -260,7 +260,7 @@ def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings)
         mask=trial.mask,
         proposals=trial.proposals,
         spline=trial.spline,
-        sister_spline=trial.sister_spline,
+        prediction_spline=trial.prediction_spline,
         seconds=nothing,
         label_faults=trial.label_faults,
         why_not_predicted=trial.why_not_predicted,
@@ -269,7 +269,7 @@ def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings)
 
 def _count(extension: Extension | None, settings: Settings) -> int:
     """Extra parameters of the largest of the fits."""
-    return (len(extension.x) if extension else 0) + settings.foretelling.most_columns
+    return (len(extension.x) if extension else 0) + settings.prediction.most_columns
 
 
 def _generic(subject: Subject) -> Skeleton:

@@ -21,13 +21,13 @@ from solver.dynamics.com_mass import MassEstimate
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.person_estimates import Plates, person_height, person_mass, person_sex
 from solver.dynamics.trajectory.extension import Extension
-from solver.fitting.dynamics_stage import obeying_forces
+from solver.fitting.dynamics_stage import fit_to_forces
 from solver.fitting.fit import Fit, Groundwork, TrialFit
+from solver.fitting.held_out_stage import with_held_out
 from solver.fitting.provenance import provenance_of
 from solver.fitting.seen_part import guessed, in_whole, review_of_part, seen_part
 from solver.fitting.settings import Settings, as_dict
 from solver.fitting.torques_stage import with_dynamics
-from solver.fitting.withheld_stage import with_heldout
 from solver.kinematics.determined import beyond_people
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.unseen_bodies import (
@@ -42,7 +42,7 @@ from solver.skeleton.skeleton import Skeleton
 Reviews = Mapping[str, ForceReview | None]
 
 
-def obeying_reviews(
+def apply_reviews(
     subject: Subject,
     groundwork: Groundwork,
     fits: Sequence[TrialFit],
@@ -52,7 +52,7 @@ def obeying_reviews(
     progress: Progress,
     extension: Extension | None = None,
 ) -> Fit:
-    """All that follows from which forces count; the withheld blocks are left due.
+    """All that follows from which forces count; the held-out blocks are left due.
 
     Args:
         subject: whose.
@@ -96,39 +96,39 @@ def obeying_reviews(
             )
             skeleton = with_mass(groundwork.skeleton, mass.kg)
             fits = [_proposed(_judged(fit, skeleton, settings), settings, said) for fit in fits]
-    obeying = obeying_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
+    fitted_to_forces = fit_to_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
     solved = tuple(
         without_impossible(
             in_whole(
                 with_dynamics(
-                    _noted(fit, before, groundwork.match, obeying.skeleton, settings),
-                    obeying.skeleton,
+                    _noted(fit, before, groundwork.match, fitted_to_forces.skeleton, settings),
+                    fitted_to_forces.skeleton,
                     settings,
                     extension=extension,
-                    x=obeying.extra,
-                    foretold_ground=obeying.foretold_ground.get(fit.capture.name),
+                    x=fitted_to_forces.extra,
+                    predicted_ground=fitted_to_forces.predicted_ground.get(fit.capture.name),
                 ),
                 before,
             ),
-            obeying.skeleton,
+            fitted_to_forces.skeleton,
         )
-        for fit, before in zip(obeying.fits, whole, strict=True)
+        for fit, before in zip(fitted_to_forces.fits, whole, strict=True)
     )
     names = {fit.capture.name for fit in fits}
     wanted = names | {trial.name for trial in groundwork.unread}
     read = [trial for trial in subject.trials if trial.name in wanted]
     return Fit(
         subject=subject,
-        skeleton=obeying.skeleton,
+        skeleton=fitted_to_forces.skeleton,
         trials=solved,
-        mass_kg=math.nan if mass.guessed_within == math.inf else obeying.skeleton.mass,
+        mass_kg=math.nan if mass.guessed_within == math.inf else fitted_to_forces.skeleton.mass,
         height_m=height_m,
         settings=as_dict(settings),
         provenance=provenance_of(subject, read, reviews, extension),
         notes=(
             *groundwork.notes,
             *mass.notes,
-            *obeying.notes,
+            *fitted_to_forces.notes,
             *height_notes,
             *person_sex(subject, height_m),
             *_extension_notes(extension, names),
@@ -136,35 +136,35 @@ def obeying_reviews(
         groundwork=replace(
             groundwork,
             mass_kg=mass.kg,
-            phi=obeying.phi,
-            learnt=obeying.learnt,
-            learnt_on=obeying.learnt_on,
-            settled=obeying.settled,
+            phi=fitted_to_forces.phi,
+            learnt=fitted_to_forces.learnt,
+            learnt_on=fitted_to_forces.learnt_on,
+            settled=fitted_to_forces.settled,
         ),
-        heldout_due=settings.trajectory.heldout and obeying.phi is not None,
+        held_out_due=settings.trajectory.held_out and fitted_to_forces.phi is not None,
     )
 
 
-def predicting_withheld(
+def predicting_held_out(
     fit: Fit, settings: Settings, progress: Progress, extension: Extension | None = None
 ) -> Fit:
-    """The fit with its withheld blocks predicted, where they were still due; with the fit's extension."""
-    if not fit.heldout_due or fit.groundwork is None or fit.groundwork.mass_kg is None:
+    """The fit with its held-out blocks predicted, where they were still due; with the fit's extension."""
+    if not fit.held_out_due or fit.groundwork is None or fit.groundwork.mass_kg is None:
         return fit
     began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
     seen = [seen_part(trial) for trial in fit.trials]
-    parts = with_heldout(seen, fit.groundwork.match, began, settings, progress, extension=extension)
+    parts = with_held_out(seen, fit.groundwork.match, began, settings, progress, extension=extension)
     trials = tuple(
-        replace(trial, heldout=in_whole(part, trial).heldout, seconds=part.seconds)
+        replace(trial, held_out=in_whole(part, trial).held_out, seconds=part.seconds)
         for trial, part in zip(fit.trials, parts, strict=True)
     )
-    judged = [trial.heldout for trial in trials if trial.heldout is not None]
-    kinds = judged[0].learnt if judged else fit.groundwork.foretelling_kinds
+    judged = [trial.held_out for trial in trials if trial.held_out is not None]
+    kinds = judged[0].learnt if judged else fit.groundwork.prediction_kinds
     return replace(
         fit,
         trials=trials,
-        heldout_due=False,
-        groundwork=replace(fit.groundwork, foretelling_kinds=kinds),
+        held_out_due=False,
+        groundwork=replace(fit.groundwork, prediction_kinds=kinds),
     )
 
 
@@ -264,7 +264,8 @@ def _tracked_frames(fit: TrialFit, settings: Settings) -> Bool[np.ndarray, " fra
 
 def without_impossible(trial: TrialFit, skeleton: Skeleton) -> TrialFit:
     """The trial without the angles that nobody's joints take, told in a note."""
-    beyond = beyond_people(skeleton, trial.motion.q, trial.motion.rate)
+    motions = (trial.motion, *((trial.dynamics.motion,) if trial.dynamics else ()))
+    beyond = np.any([beyond_people(skeleton, each.q, each.rate) for each in motions], axis=0)
     if not beyond.any() or trial.left_open is None:
         return trial
     why = "markers, here or near, have it bend as nobody's does; look for one that is frozen or exchanged"

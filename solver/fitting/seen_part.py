@@ -35,7 +35,7 @@ def seen_part(trial: TrialFit) -> TrialFit:
     def cut(of: Rows) -> Rows:
         return _each(of, lambda values, _: values[span])
 
-    before, mask, heldout = trial.kinematics_only, trial.mask, trial.heldout
+    before, mask, held_out = trial.kinematics_only, trial.mask, trial.held_out
     return replace(
         trial,
         capture=_captured(trial.capture, span),
@@ -53,7 +53,7 @@ def seen_part(trial: TrialFit) -> TrialFit:
         kinematics_only=KinematicsOnly(_moving(before.motion, span), cut(before.marker_errors))
         if before
         else None,
-        heldout=cut(heldout) if heldout else None,
+        held_out=cut(held_out) if held_out else None,
         left_open=None if trial.left_open is None else trial.left_open[span],
     )
 
@@ -134,7 +134,7 @@ def in_whole(part: TrialFit, whole: TrialFit) -> TrialFit:
         proposals=within(tuple(moved), posed),
         dynamics=replace(back(dynamics), motion=motion(dynamics.motion)) if dynamics else None,
         kinematics_only=KinematicsOnly(motion(before.motion), back(before.marker_errors)) if before else None,
-        heldout=back(part.heldout) if part.heldout else None,
+        held_out=back(part.held_out) if part.held_out else None,
         left_open=whole.left_open,
     )
 

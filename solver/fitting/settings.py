@@ -26,7 +26,7 @@ from solver.common.small_files import BrokenFileError, lies_there, toml_tables
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.settings import ContactSettings
 from solver.dynamics.com_settings import ComSettings
-from solver.dynamics.force_prediction.settings import ForetellingSettings
+from solver.dynamics.force_prediction.settings import PredictionSettings
 from solver.dynamics.settings import DynamicsSettings
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.fitting.diagnosis_settings import DiagnosisSettings
@@ -63,7 +63,7 @@ class Settings:
     detection: DetectionSettings = field(default_factory=DetectionSettings)
     com: ComSettings = field(default_factory=ComSettings)
     trajectory: TrajectorySettings = field(default_factory=TrajectorySettings)
-    foretelling: ForetellingSettings = field(default_factory=ForetellingSettings)
+    prediction: PredictionSettings = field(default_factory=PredictionSettings)
     dynamics: DynamicsSettings = field(default_factory=DynamicsSettings)
     diagnosis: DiagnosisSettings = field(default_factory=DiagnosisSettings)
 

@@ -9,9 +9,9 @@ from solver.capture.formats.b3d.stored import StoredPass
 from solver.common.gravity import GRAVITY
 from solver.common.runs import runs
 from solver.dynamics.band_gain import BandGain
-from solver.dynamics.cross_validation.heldout import WithheldBlocks
-from solver.dynamics.cross_validation.withheld_figures import AgainstMarkers, against_markers
-from solver.dynamics.cross_validation.withheld_layouts import BLOCKS, LAYOUTS, STEPS
+from solver.dynamics.cross_validation.held_out import HeldOutBlocks
+from solver.dynamics.cross_validation.held_out_figures import AgainstMarkers, against_markers
+from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, LAYOUTS, STEPS
 from solver.dynamics.motion_change import BANDS_HZ, CoordinateChange, motion_change
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
 from solver.fitting.fit import Fit, TrialFit
@@ -20,7 +20,7 @@ from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.skeleton.skeleton import Skeleton
 
-HELDOUT_DUE = "the withheld blocks have not been predicted yet for the present flags"
+HELD_OUT_DUE = "the held-out blocks have not been predicted yet for the present flags"
 
 Numbers = dict[str, float | None]
 
@@ -43,7 +43,7 @@ def summary(fit: Fit, files: Sequence[str] = ()) -> dict[str, object]:
         "trials": [
             {
                 **_trial(trial, fit.skeleton, body_weight, fit.height_m),
-                "withheld": _withheld(fit, trial.capture.name),
+                "held_out_layouts": _held_out_layouts(fit, trial.capture.name),
             }
             for trial in fit.trials
         ],
@@ -61,8 +61,8 @@ def all_notes(fit: Fit) -> tuple[str, ...]:
         for note in (*trial.capture.notes, *contacts, *trial.notes):
             prefix = f"{trial.capture.name}: "
             notes.append(note if note.startswith(prefix) else prefix + note)
-    if fit.heldout_due:
-        notes.append(HELDOUT_DUE)
+    if fit.held_out_due:
+        notes.append(HELD_OUT_DUE)
     return tuple(dict.fromkeys(notes))
 
 
@@ -93,10 +93,10 @@ def _trial(trial: TrialFit, skeleton: Skeleton, body_weight: float, height: floa
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
         "label_faults": [_label_fault(fault) for fault in trial.label_faults],
-        "torques_inferred_ranges": _inferred_ranges(trial),
-        "forces_foretold": trial.forces_foretold,
+        "torques_predicted_ranges": _predicted_ranges(trial),
+        "forces_predicted": trial.forces_predicted,
         "hicks": verdicts(_judged(figures), Thresholds()),
-        "heldout": _heldout(trial, body_weight, height),
+        "held_out": _held_out(trial, body_weight, height),
         "kinematics_only": _kinematics_only(trial),
         "change": _change(trial, skeleton),
         "stored": [_stored(found, used) for found in trial.capture.stored],
@@ -142,50 +142,50 @@ def _stored(found: StoredPass, used: Bool[np.ndarray, " frames"]) -> dict[str, o
     }
 
 
-def _inferred_ranges(trial: TrialFit) -> list[list[int]]:
-    """Frames whose torques rest on a foot's wrench that was not measured but inferred from the motion."""
-    inferred = trial.dynamics.wrench_inferred if trial.dynamics else None
-    return [] if inferred is None else [list(run) for run in runs(np.any(inferred, axis=1))]
+def _predicted_ranges(trial: TrialFit) -> list[list[int]]:
+    """Frames whose torques rest on a foot's wrench that was not measured but predicted from the motion."""
+    predicted = trial.dynamics.wrench_is_predicted if trial.dynamics else None
+    return [] if predicted is None else [list(run) for run in runs(np.any(predicted, axis=1))]
 
 
-def _heldout(trial: TrialFit, body_weight: float, height: float) -> dict[str, object] | None:
-    """Residuals on withheld blocks, beside those of the fit's and the markers' motion on the same frames.
+def _held_out(trial: TrialFit, body_weight: float, height: float) -> dict[str, object] | None:
+    """Residuals on held-out blocks, beside those of the fit's and the markers' motion on the same frames.
 
     Without `markers_cutoff_hz`, which older versions did not write, the markers' figures are those at the
     forces' own cut-off: no fair comparison.
     """
-    heldout = trial.heldout
-    if heldout is None or not heldout.frames.any():
+    held_out = trial.held_out
+    if held_out is None or not held_out.frames.any():
         return None
     figures: dict[str, object] = {
-        "frames": int(heldout.frames.sum()),
-        "learnt": list(heldout.learnt),
-        "markers_cutoff_hz": list(heldout.markers_hz) if heldout.markers_hz else None,
+        "frames": int(held_out.frames.sum()),
+        "learnt": list(held_out.learnt),
+        "markers_cutoff_hz": list(held_out.markers_hz) if held_out.markers_hz else None,
     }
-    motion_only = heldout.residual_root if heldout.motion_only_root is None else heldout.motion_only_root
+    motion_only = held_out.residual_root if held_out.motion_only_root is None else held_out.motion_only_root
     for prefix, residual in (
-        ("", heldout.residual_root),
+        ("", held_out.residual_root),
         ("motion_only_", motion_only),
-        ("kinematics_only_", heldout.kinematics_only_root),
+        ("kinematics_only_", held_out.kinematics_only_root),
     ):
-        counted = residual[heldout.frames]
+        counted = residual[held_out.frames]
         figures[f"{prefix}linear_residual"] = linear_figures(counted[:, :3], body_weight)
         figures[f"{prefix}angular_residual"] = angular_figures(counted[:, 3:], body_weight, height)
     return figures
 
 
-def _withheld(fit: Fit, name: str) -> dict[str, object] | None:
+def _held_out_layouts(fit: Fit, name: str) -> dict[str, object] | None:
     """All layouts of a trial so far: blocks and whole steps; None before the first one."""
-    if not fit.withheld:
+    if not fit.held_out_layouts:
         return None
-    figures: dict[str, object] = {"layouts": len(fit.withheld), "of": len(LAYOUTS)}
+    figures: dict[str, object] = {"layouts": len(fit.held_out_layouts), "of": len(LAYOUTS)}
     for kind in (BLOCKS, STEPS):
-        layouts = [layout.trials.get(name) for layout in fit.withheld if layout.kind == kind]
+        layouts = [layout.trials.get(name) for layout in fit.held_out_layouts if layout.kind == kind]
         figures[kind] = _of_layouts([blocks for blocks in layouts if blocks is not None])
     return figures
 
 
-def _of_layouts(blocks: Sequence[WithheldBlocks]) -> dict[str, object] | None:
+def _of_layouts(blocks: Sequence[HeldOutBlocks]) -> dict[str, object] | None:
     if not blocks:
         return None
     force, moment = against_markers(blocks)

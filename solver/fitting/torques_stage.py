@@ -1,4 +1,4 @@
-"""Torques and residuals of a trial under the forces that count, measured or foretold."""
+"""Torques and residuals of a trial under the forces that count, measured or predicted."""
 
 from dataclasses import replace
 
@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.plates.conditioning import shared_cutoff
-from solver.common.clock import Clock
+from solver.common.cpu_timer import CpuTimer
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.force_prediction.divided_wrench import distances_to_soles
-from solver.dynamics.force_prediction.missing_wrench import with_inferred_torques
+from solver.dynamics.force_prediction.missing_wrench import with_predicted_torques
 from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.root_wrench import about_point
@@ -20,7 +20,7 @@ from solver.fitting.settings import Settings
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
-UNSURE_FOOT_M = 0.15  # [m] from a sole: the foretold centre of pressure errs by 3 to 5 cm in walking
+UNSURE_FOOT_M = 0.15  # [m] from a sole: the predicted centre of pressure errs by 3 to 5 cm in walking
 UNSURE_LOAD = 0.2  # of body weight; with less, a centre of pressure lies anywhere
 NOTABLE_SHARE = 0.05  # of the frames, from which on unsure feet are noted
 
@@ -39,7 +39,7 @@ def with_dynamics(
     *,
     extension: Extension | None = None,
     x: Float[np.ndarray, " extra"] | None = None,
-    foretold_ground: Float[np.ndarray, "frames 6"] | None = None,
+    predicted_ground: Float[np.ndarray, "frames 6"] | None = None,
 ) -> TrialFit:
     """Torques and residuals; a trajectory that was fitted to forces needs no filter any more.
 
@@ -49,29 +49,29 @@ def with_dynamics(
         settings: of every stage.
         extension: what acts beside the recorded forces.
         x: its parameters; None: as the extension has them.
-        foretold_ground: wrench of all feet [N, N·m about the ground origin] for frames where one is missing;
-            None: what the motion demands. On a trial without any force that counts it is foretold here, and
+        predicted_ground: wrench of all feet [N, N·m about the ground origin] for frames where one is missing;
+            None: what the motion demands. On a trial without any force that counts it is predicted here, and
             the motion is smoother; where the motion cannot tell forces, there are no torques.
     """
     if fit.contacts is None or fit.mask is None or (fit.why_not_predicted and not fit.mask.counts.any()):
         return fit
-    clock, extra, notes = Clock(), extra_of(fit, extension), fit.notes
-    with clock("dynamics"):
+    cpu_timer, extra, notes = CpuTimer(), extra_of(fit, extension), fit.notes
+    with cpu_timer("dynamics"):
         motion = fit.motion if fit.kinematics_only else filtered(fit.motion, settings)
         recorded = under_forces(fit, motion, skeleton, settings)
         if not fit.mask.counts.any():
-            foretold_ground = _foretold_by_motion(recorded, settings)
+            predicted_ground = _predicted_by_motion(recorded, settings)
             recorded = under_forces(fit, without_noise(fit.motion, settings), skeleton, settings)
-            notes += _which_foot(recorded, fit, foretold_ground, skeleton, settings)
+            notes += _which_foot(recorded, fit, predicted_ground, skeleton, settings)
         if extra is None or extension is None:
-            dynamics = with_inferred_torques(skeleton, recorded, fit.contacts, fit.mask, foretold_ground)
+            dynamics = with_predicted_torques(skeleton, recorded, fit.contacts, fit.mask, predicted_ground)
         else:
             extended = with_extra_wrench(recorded, skeleton, extra, extension.x if x is None else x)
-            dynamics = with_inferred_torques(skeleton, extended, fit.contacts, fit.mask, foretold_ground)
+            dynamics = with_predicted_torques(skeleton, extended, fit.contacts, fit.mask, predicted_ground)
             anew = ~fit.mask.all_feet[:, None]  # torques that the inference made from feet alone
             added = np.where(anew, extended.joint_torques - recorded.joint_torques, 0.0)
             dynamics = replace(dynamics, joint_torques=dynamics.joint_torques + added)
-    seconds = fit.seconds.get("dynamics", 0.0) + clock.seconds["dynamics"]
+    seconds = fit.seconds.get("dynamics", 0.0) + cpu_timer.seconds["dynamics"]
     return replace(fit, dynamics=dynamics, notes=notes, seconds=fit.seconds | {"dynamics": seconds})
 
 
@@ -85,7 +85,7 @@ def without_noise(motion: Motion, settings: Settings) -> Motion:
     return motion.low_passed(settings.dynamics.unmeasured_cutoff_Hz, settings.conditioning.order)
 
 
-def _foretold_by_motion(dynamics: Dynamics, settings: Settings) -> Float[np.ndarray, "frames 6"]:
+def _predicted_by_motion(dynamics: Dynamics, settings: Settings) -> Float[np.ndarray, "frames 6"]:
     """Wrench of all feet [N, N·m about the ground origin]: no force was counted, so the residual is all."""
     demand_ground = about_point(dynamics.residual_root, -dynamics.root_ground)
     return unmeasured_forces(
@@ -103,7 +103,7 @@ def _which_foot(
     skeleton: Skeleton,
     settings: Settings,
 ) -> tuple[str, ...]:
-    """A note where the foretold force passes far from every sole, so that no foot is its obvious bearer."""
+    """A note where the predicted force passes far from every sole, so that no foot is its obvious bearer."""
     assert fit.contacts is not None
     apart = distances_to_soles(skeleton, fit.contacts.foot_bodies, dynamics.motion.q, wrench_ground)
     carrying = wrench_ground[:, 1] > UNSURE_LOAD * skeleton.mass * np.linalg.norm(skeleton.gravity)

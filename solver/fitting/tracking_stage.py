@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from solver.capture.capture import Capture, Subject
 from solver.capture.plates.conditioning import condition
-from solver.common.clock import Clock
+from solver.common.cpu_timer import CpuTimer
 from solver.common.errors import ModelError
 from solver.common.progress import Progress
 from solver.contact.assignment import assign
@@ -30,13 +30,13 @@ def tracked_trial(
     capture: Capture, groundwork: Groundwork, settings: Settings, progress: Progress
 ) -> TrialFit:
     """Inverse kinematics of one trial."""
-    clock = Clock()
-    with clock("kinematics"):
+    cpu_timer = CpuTimer()
+    with cpu_timer("kinematics"):
         measured = groundwork.match.observed(capture.markers)
         q = inverse_kinematics(
             groundwork.skeleton, measured, capture.markers.rate, settings.kinematics, progress
         )
-    return replace(compared(capture, groundwork, q, settings), seconds=clock.seconds)
+    return replace(compared(capture, groundwork, q, settings), seconds=cpu_timer.seconds)
 
 
 def compared(
@@ -81,7 +81,7 @@ def with_contacts(fit: TrialFit, groundwork: Groundwork, subject: Subject, setti
 
 
 def _without_forces(fit: TrialFit, skeleton: Skeleton, subject: Subject) -> TrialFit:
-    """Feet to foretell forces for, if the model has some and hangs freely on the ground."""
+    """Feet to predict forces for, if the model has some and hangs freely on the ground."""
     try:
         feet = independent_feet(skeleton, subject.foot_bodies)
         soles(skeleton, feet)

@@ -23,7 +23,7 @@ class Weighed:
     notes: tuple[str, ...] = ()
 
 
-def weighed(
+def estimate_mass_and_gains(
     fits: Sequence[TrialFit], skeleton: Skeleton, settings: Settings, *, extended: bool = False
 ) -> Weighed:
     """One body has one mass, and the fit follows every trial's forces in shape only.

@@ -84,9 +84,9 @@ def suggested(
     """
     windows = windows_of(motion, settings)
     probabilities = _probabilities(motion, windows.spans, name, settings, weights)
-    course = smoothed(probabilities, settings)
+    time_history = smoothed(probabilities, settings)
     found = []
-    for first, last, place in _stretches(course, probabilities, settings):
+    for first, last, place in _stretches(time_history, probabilities, settings):
         activity = all_classes()[place]
         confidence = float(probabilities[first:last, place].mean())
         if confidence < settings.least_confidence:
@@ -99,17 +99,17 @@ def suggested(
 
 
 def _stretches(
-    course: Int[np.ndarray, " windows"],
+    time_history: Int[np.ndarray, " windows"],
     probabilities: Float[np.ndarray, "windows classes"],
     settings: ActivitySettings,
 ) -> Iterator[tuple[int, int, int]]:
-    """First window, the one after the last, and class; without windows that speak against their course.
+    """First window, the one after the last, and class; without windows that speak against their time history.
 
-    Such windows are cut off at the ends of a course, and inside it where they are as long as a window.
+    Such windows are cut off at the ends of a time history, and inside it where they are as long as a window.
     """
-    likely = probabilities[np.arange(len(course)), course] >= settings.least_own_share
+    likely = probabilities[np.arange(len(time_history)), time_history] >= settings.least_own_share
     longest = settings.window_s / settings.hop_s
-    for place, group in groupby(range(len(course)), key=lambda k: int(course[k])):
+    for place, group in groupby(range(len(time_history)), key=lambda k: int(time_history[k])):
         cells = list(group)
         joined: list[tuple[int, int]] = []
         for start, end in runs(likely[cells]):

@@ -51,7 +51,7 @@ def shares(
 def smoothed(
     probabilities: Float[np.ndarray, "windows classes"], settings: ActivitySettings
 ) -> Int[np.ndarray, " windows"]:
-    """The likeliest course of classes, by Viterbi: a change costs what 2 s say that are nine tenths sure.
+    """The likeliest classes over time, by Viterbi: a change costs what 2 s say that are nine tenths sure.
 
     Args:
         probabilities: of each window.
@@ -65,10 +65,10 @@ def smoothed(
         stay_or_change = np.maximum(best, best.max() - change)
         came.append(np.where(best >= best.max() - change, np.arange(len(best)), best.argmax()))
         best = stay_or_change + now
-    course = [int(best.argmax())]
+    time_history = [int(best.argmax())]
     for back in reversed(came):
-        course.append(int(back[course[-1]]))
-    return np.array(course[::-1])
+        time_history.append(int(back[time_history[-1]]))
+    return np.array(time_history[::-1])
 
 
 def all_classes() -> tuple[Activity, ...]:

@@ -110,10 +110,10 @@ def _named(
         ):
             named[row.label] = usual.name
             continue
-        twin = _same_marker(row.label, named, recordings) if landmark.tracks_only else None
-        if twin is None:
+        counterpart = _same_marker(row.label, named, recordings) if landmark.tracks_only else None
+        if counterpart is None:
             new[row.label] = place
-        named[row.label] = twin or row.label
+        named[row.label] = counterpart or row.label
     kept = [marker for marker in generic.markers if marker.name not in new]
     return (
         generic.with_markers([*kept, *new.values()]),

@@ -21,12 +21,12 @@ MOST_BRIDGING_STEPS = 2
 SMALL_STEP = 0.01  # rad or m: one Gauss-Newton step of that size lands within 1e-4
 COST_OF_SMOOTHNESS = 0.01  # of a marker at one standard deviation; a frame that pays more keeps its pose
 REFINEMENT = 8  # each pass solves that many times more frames, started between those already solved
-MOST_TRACKING_STEPS = 15  # for stragglers; what they miss, their neighbours and the last step mend
+MOST_TRACKING_STEPS = 15  # for stragglers; what they miss, their neighbours and the last step correct
 WORSE_THAN_NEIGHBOURS = 1.5  # times their cost: such a frame is started again from both sides
 WORSE_PER_MARKER = 0.2  # and by that much a marker, in squares of the expected error
 BRIDGED_AT_ONCE = 6000  # frames of a longer trial in one pass; a pass of 8192 takes half a GB
 BRIDGED_TWICE = 600  # of these shared by neighbours: bridges of 3 s at 100 Hz do not feel the border
-MOST_RETRIES = 50  # each mends the edge of a bad stretch by one frame
+MOST_RETRIES = 50  # each corrects the edge of a bad stretch by one frame
 
 
 def inverse_kinematics(

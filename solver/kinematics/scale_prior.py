@@ -29,7 +29,7 @@ _CLUSTER = re.compile(
 
 @dataclass(frozen=True)
 class ScaleGroups:
-    """Bodies that share scale factors: left and right twins. The hips' distance has one of its own."""
+    """Bodies that share scale factors: left and right counterparts. The hips' distance has one of its own."""
 
     group: Int[np.ndarray, " bodies"]
     names: tuple[str, ...]
@@ -62,7 +62,7 @@ class ScaleGroups:
 
 
 def scale_groups(skeleton: Skeleton) -> ScaleGroups:
-    """One group per body, twins (`femur_r`, `femur_l`) together."""
+    """One group per body, counterparts (`femur_r`, `femur_l`) together."""
     names: list[str] = []
     group = []
     for body in skeleton.body_names:

@@ -129,8 +129,8 @@ def of_bone(unusual_deg: float) -> float:
     """
 
     def unlikely(bone: float) -> float:
-        student = (TAIL + 1) * np.log1p(bone**2 / (TAIL * INCLINATION_VARIANCE_DEG2))
-        return float(student + (unusual_deg - bone) ** 2 / POSTURE_VARIANCE_DEG2)
+        statistics = (TAIL + 1) * np.log1p(bone**2 / (TAIL * INCLINATION_VARIANCE_DEG2))
+        return float(statistics + (unusual_deg - bone) ** 2 / POSTURE_VARIANCE_DEG2)
 
     shares = np.linspace(0.0, unusual_deg, SHARES)
     return float(shares[np.argmin([unlikely(share) for share in shares])])

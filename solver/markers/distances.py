@@ -51,14 +51,14 @@ class Candidate:
 def weighed(
     candidates: Mapping[str, Sequence[Candidate]],
     recordings: Sequence[Markers],
-    twins: Mapping[str, str] | None = None,
+    counterparts: Mapping[str, str] | None = None,
 ) -> dict[str, dict[str, float]]:
     """Probabilities of each label's landmarks, after a look at the trajectories.
 
     Args:
         candidates: by label; their probabilities leave room for "none of them".
         recordings: that have these labels; none leaves the probabilities as they are.
-        twins: labels of the other side. Two that lie alike on one body are right together or not at all.
+        counterparts: labels of the other side. Two that lie alike on a body are right together or not at all.
     """
     labels = list(candidates)
     prior = {label: {c.landmark: c.probability for c in candidates[label]} for label in labels}
@@ -80,17 +80,17 @@ def weighed(
     worth = np.where(together, WORTH_OF_OWN_BODY, WORTH_OF_A_BODY)
     modest = np.where(together, evidence, np.minimum(evidence, MOST_FROM_ELSEWHERE))
     log_p, log_none = np.log(np.maximum(p, 1e-4)), np.log(none)
-    twin = _lying_alike(labels, twins or {}, mean, body[first])
-    of_twin = (twin[owner][:, None] == owner) & (owner[:, None] != owner)
+    counterpart = _lying_alike(labels, counterparts or {}, mean, body[first])
+    of_counterpart = (counterpart[owner][:, None] == owner) & (owner[:, None] != owner)
     belief = p.copy()
     for _ in range(ROUNDS):
         tempered = np.minimum(1.0, worth / np.maximum(np.bincount(body, belief)[body], 1e-6))
         share = _shares(log_p + (evidence * tempered) @ belief, owner)
-        # if a label is right, its twin that lies alike is
-        given_right = np.where(of_twin, share, belief)
+        # if a label is right, its counterpart that lies alike is
+        given_right = np.where(of_counterpart, share, belief)
         support = np.bincount(owner, share * (modest * tempered * given_right).sum(axis=1))
         odds = np.log(np.bincount(owner, p)) - log_none + support
-        right = 1 / (1 + np.exp(-np.clip((odds + odds[twin]) / 2, -30, 30)))
+        right = 1 / (1 + np.exp(-np.clip((odds + odds[counterpart]) / 2, -30, 30)))
         belief = 0.5 * belief + 0.5 * share * right[owner]
     found: dict[str, dict[str, float]] = {label: {} for label in labels}
     for i, k in enumerate(owner):
@@ -100,13 +100,13 @@ def weighed(
 
 def _lying_alike(
     labels: Sequence[str],
-    twins: Mapping[str, str],
+    counterparts: Mapping[str, str],
     mean: Float[np.ndarray, "labels labels"],
     body: Int[np.ndarray, " labels"],
 ) -> Int[np.ndarray, " labels"]:
-    """Each label's twin, if its distances on its body are the mirror image of this one's; else itself."""
+    """Each label's counterpart, if its distances on its body mirror this one's; else itself."""
     index = {label: i for i, label in enumerate(labels)}
-    other = np.array([index.get(twins.get(label, ""), i) for i, label in enumerate(labels)])
+    other = np.array([index.get(counterparts.get(label, ""), i) for i, label in enumerate(labels)])
     found = np.arange(len(labels))
     for i, j in enumerate(other):
         own = np.arange(len(labels))

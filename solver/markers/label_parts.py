@@ -44,7 +44,7 @@ _ANOTHER_POINT = frozenset(
     )
 )
 _BEHIND = frozenset(("back", "rear", "post", "posterior"))  # of an anterior spine: the posterior one
-ON_BOTH_SIDES = 0.25  # of the labels; so many with a twin, and a shared beginning is no side
+ON_BOTH_SIDES = 0.25  # of the labels; so many with a counterpart, and a shared beginning is no side
 SURE, INSIDE, GLUED_BEHIND, TWIN, NO_TWIN = 1.0, 0.9, 0.6, 0.3, 0.8
 
 
@@ -196,11 +196,11 @@ def _names_a_side(beginning: str) -> bool:
 
 
 def _on_both_sides(texts: list[str]) -> bool:
-    """Whether enough of these labels have a twin that differs in its side."""
-    return len(twins({text: readings(text) for text in texts}, SURE)) > ON_BOTH_SIDES * len(texts)
+    """Whether enough of these labels have a counterpart that differs in its side."""
+    return len(counterparts({text: readings(text) for text in texts}, SURE)) > ON_BOTH_SIDES * len(texts)
 
 
-def twins(read: Mapping[str, list[Reading]], least_ease: float) -> dict[str, str]:
+def counterparts(read: Mapping[str, list[Reading]], least_ease: float) -> dict[str, str]:
     """Labels that differ in their side alone, each with the other.
 
     Args:
@@ -211,14 +211,14 @@ def twins(read: Mapping[str, list[Reading]], least_ease: float) -> dict[str, str
 
 
 def sides(labels: tuple[str, ...]) -> dict[str, str]:
-    """The side, "r" or "l", of each label that has a twin; labels without one are left out."""
+    """The side, "r" or "l", of each label that has a counterpart; labels without one are left out."""
     short = plain(labels)
     read = {label: readings(short[label]) for label in labels}
     return {label: side for side, label, _ in _paired(read, INSIDE)}
 
 
 def _paired(read: Mapping[str, list[Reading]], least_ease: float) -> Iterator[tuple[str, str, str]]:
-    """Side, label and twin of every label that has one."""
+    """Side, label and counterpart of every label that has one."""
     owner = {
         (r.side, r.key): label
         for label, found in read.items()

@@ -261,7 +261,7 @@ def _bony_lengths(recordings: Sequence[Markers]) -> tuple[list[Lengths], list[Le
         if row.landmark is not None and row.used and not atlas()[row.landmark].tracks_only
     }
     label_of = {mark: label for label, mark in landmark.items()}
-    twin = {label: label_of.get(_other_side(mark), label) for label, mark in landmark.items()}
+    counterpart = {label: label_of.get(_other_side(mark), label) for label, mark in landmark.items()}
     found = []
     for markers in recordings:
         kept = [i for i, name in enumerate(markers.names) if name in landmark]
@@ -275,7 +275,7 @@ def _bony_lengths(recordings: Sequence[Markers]) -> tuple[list[Lengths], list[Le
         )
     mirrored = []
     for lengths in found:
-        pairs = ((twin[one], twin[other], length) for (one, other), length in lengths.items())
+        pairs = ((counterpart[one], counterpart[other], length) for (one, other), length in lengths.items())
         mirrored.append({(min(one, other), max(one, other)): length for one, other, length in pairs})
     return found, mirrored
 

@@ -22,10 +22,10 @@ from solver.markers.label_parts import (
     NO_TWIN,
     OTHER_SIDE,
     Reading,
+    counterparts,
     plain,
     readings,
     repeats_a_name,
-    twins,
 )
 
 SURE_ENOUGH = 0.5  # below it a label is left out and its alternatives are listed
@@ -108,8 +108,8 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     """
     names = tuple(dict.fromkeys(labels))
     short = plain(names)
-    read = _doubted_without_twins({label: readings(short[label]) for label in names})
-    paired = twins(read, INSIDE)
+    read = _doubted_without_counterparts({label: readings(short[label]) for label in names})
+    paired = counterparts(read, INSIDE)
     meanings = {label: _meanings(read[label], label in paired) for label in names}
     meanings |= {label: _with_inner_places(meanings[label]) for label in names if repeats_a_name(label)}
     explained = {f: _explained(f, meanings) for f in families()}
@@ -133,7 +133,7 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     return Understanding(_once_each(rows), tuple(counted))
 
 
-def _doubted_without_twins(read: dict[str, list[Reading]]) -> dict[str, list[Reading]]:
+def _doubted_without_counterparts(read: dict[str, list[Reading]]) -> dict[str, list[Reading]]:
     """Sides are believed less where nothing on the other side is called alike."""
     called: dict[tuple[str | None, str], set[str]] = {}
     for label, found in read.items():
@@ -148,14 +148,14 @@ def _doubted_without_twins(read: dict[str, list[Reading]]) -> dict[str, list[Rea
     return {label: [believed(label, r) for r in found] for label, found in read.items()}
 
 
-def _meanings(found: list[Reading], has_twin: bool) -> list[Meaning]:
-    """What all tables make of a label; with a twin on the other side, its side is no part of a word."""
+def _meanings(found: list[Reading], has_counterpart: bool) -> list[Meaning]:
+    """What all tables make of a label; with one on the other side, its side is no part of a word."""
     meanings = []
     for reading in found:
         said = [m for family in families().values() for m in meanings_in(family, reading)]
         said += meanings_in_words(reading)
         of_a_side = (m for m in said if m.landmark[-2:] in ("_r", "_l"))
-        drop = {m.landmark for m in of_a_side} if has_twin and reading.side is None else set()
+        drop = {m.landmark for m in of_a_side} if has_counterpart and reading.side is None else set()
         meanings += [m for m in said if m.landmark not in drop]
     return meanings
 
@@ -171,13 +171,13 @@ def _with_inner_places(meanings: list[Meaning]) -> list[Meaning]:
 
 
 def _alike_on_both_sides(
-    beliefs: dict[str, dict[str, float]], twins: dict[str, str]
+    beliefs: dict[str, dict[str, float]], counterparts: dict[str, str]
 ) -> dict[str, dict[str, float]]:
     """What a label means if it is right is the same on both sides; whether it is right is not."""
     shared = {}
     for label, belief in beliefs.items():
         right = sum(belief.values())
-        other = beliefs.get(twins.get(label, ""), {})
+        other = beliefs.get(counterparts.get(label, ""), {})
         of_other = {_mirror(name): value for name, value in other.items()}
         if not right or of_other.keys() != belief.keys() or not sum(other.values()):
             shared[label] = belief

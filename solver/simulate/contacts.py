@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from solver.simulate.sole import SIDES, Sole
 
-Course = Callable[[Float[np.ndarray, " times"]], Float[np.ndarray, " times"]]
+TimeHistory = Callable[[Float[np.ndarray, " times"]], Float[np.ndarray, " times"]]
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class Stance:
     end: float  # [s]
     origin_ground: Float[np.ndarray, "3"]  # of the sole's frame [m]
     yaw: float  # of the sole's x axis about +y [rad]
-    load: Course
-    along: Course
-    across: Course
+    load: TimeHistory
+    along: TimeHistory
+    across: TimeHistory
     heel_planted: tuple[float, float]  # [s]
     forefoot_planted: tuple[float, float]  # [s]
 

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from solver.common.gravity import GRAVITY
 from solver.simulate.angle_patterns import RUNNING_LEG, SPRINTING_LEG, WALKING_LEG, Knots, pattern, wave
-from solver.simulate.contacts import ContactPlan, Course, Stance
+from solver.simulate.contacts import ContactPlan, Stance, TimeHistory
 from solver.simulate.sole import SIDES, Sole
 from solver.simulate.trajectory_fit import Wish
 from solver.skeleton.skeleton import Skeleton
@@ -329,7 +329,7 @@ def _tolerance(dof: str) -> float:
     return float(np.radians(6.0 if dof.startswith(loose) else 2.5))
 
 
-def _load(style: GaitStyle, impulse: float, start: float, duration: float) -> Course:
+def _load(style: GaitStyle, impulse: float, start: float, duration: float) -> TimeHistory:
     """Vertical force over a stance: odd sines, eased in and out, scaled to the impulse."""
     fine = np.linspace(0, 1, 401)
 
@@ -343,6 +343,6 @@ def _load(style: GaitStyle, impulse: float, start: float, duration: float) -> Co
     return lambda times: peak * shape((times - start) / duration)
 
 
-def _curve(knots: tuple[tuple[float, float], ...], start: float, duration: float) -> Course:
+def _curve(knots: tuple[tuple[float, float], ...], start: float, duration: float) -> TimeHistory:
     through = CubicSpline(*np.array(knots).T)
     return lambda times: through((times - start) / duration)

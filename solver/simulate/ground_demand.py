@@ -13,7 +13,7 @@ from solver.skeleton.rotations import skew
 
 @dataclass(frozen=True)
 class DemandSlopes:
-    """A demanded wrench [force, moment about the given points] and its derivatives by q, q̇ and q̈."""
+    """A required wrench [force, moment about the given points] and its derivatives by q, q̇ and q̈."""
 
     wrench: Float[np.ndarray, "times 6"]  # [N, N·m]
     by_q: Float[np.ndarray, "times 6 dofs"]

@@ -49,7 +49,7 @@ def drop_of(rng: np.random.Generator) -> Drop:
 
 @dataclass(frozen=True)
 class CentreOfMass:
-    """Its wanted course, relative to where it stands in the end."""
+    """Its wanted time history, relative to where it stands in the end."""
 
     rise: Float[np.ndarray, " times"]  # [m] above standing
     ahead: Float[np.ndarray, " times"]  # [m]

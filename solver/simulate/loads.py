@@ -75,14 +75,14 @@ class BodyTorque:
 
     skeleton: Skeleton
     body: str
-    course: Callable[[Float[np.ndarray, " times"]], Series]  # [N·m]
+    time_history: Callable[[Float[np.ndarray, " times"]], Series]  # [N·m]
     turns_with_body: bool
 
     def __call__(
         self, motion: SplineMotion, times: Float[np.ndarray, " times"]
     ) -> Float[np.ndarray, "times 6"]:
         """Force (none) and moment [N·m]."""
-        torque = self.course(times)
+        torque = self.time_history(times)
         if self.turns_with_body:
             R = body_rotation(self.skeleton, self.body, motion, times)
             torque = (R @ torque[..., None])[..., 0]
@@ -133,10 +133,10 @@ def eased(
 
     def law(times: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         edge = np.clip(np.minimum(times - since, until - times) / ramp, 0.0, 1.0)
-        course = edge * edge * (3 - 2 * edge)
+        time_history = edge * edge * (3 - 2 * edge)
         for amplitude, frequency, phase in waves:
-            course = course * (1 + amplitude * np.sin(2 * np.pi * frequency * times + phase))
-        return course[:, None] * force_ground
+            time_history = time_history * (1 + amplitude * np.sin(2 * np.pi * frequency * times + phase))
+        return time_history[:, None] * force_ground
 
     return law
 

@@ -24,10 +24,10 @@ class MovingSupport:
 
     def acceleration(self, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times 3"]:
         """Of the support [m/s²]."""
-        course = np.zeros(len(times))
+        time_history = np.zeros(len(times))
         for amplitude, frequency, phase in self.waves:
-            course += amplitude * np.sin(2 * np.pi * frequency * times + phase)
-        return course[:, None] * self.direction_ground
+            time_history += amplitude * np.sin(2 * np.pi * frequency * times + phase)
+        return time_history[:, None] * self.direction_ground
 
     def __call__(
         self, motion: SplineMotion, times: Float[np.ndarray, " times"]

@@ -52,12 +52,12 @@ class TrueBody:
 def body_of(person: Person, rng: np.random.Generator) -> TrueBody:
     """Draw a person's body; left and right are alike but for the markers."""
     skeleton = default_skeleton(mass_kg=person.mass_kg, height_m=person.height_m, sex=person.sex)
-    shape_rng, mass_rng, marker_rng, skin_rng, flesh_rng = rng.spawn(5)
+    shape_rng, mass_rng, marker_rng, skin_rng, soft_tissue_rng = rng.spawn(5)
     skeleton = _with_lengths(skeleton, person, shape_rng)
     skeleton = _with_masses(skeleton, person, mass_rng)
     scatter = np.where([m.fixed for m in skeleton.markers], person.bony_scatter_m, person.cluster_scatter_m)
     skeleton = with_offsets(skeleton, scatter[:, None] * marker_rng.standard_normal((len(scatter), 3)))
-    softness = _softness(skeleton, person, skin_rng) + _flesh(skeleton, person, flesh_rng)
+    softness = _softness(skeleton, person, skin_rng) + _soft_tissue(skeleton, person, soft_tissue_rng)
     return TrueBody(skeleton, sole_of(person.height_m, person.sex), softness)
 
 
@@ -116,8 +116,8 @@ def _softness(skeleton: Skeleton, person: Person, rng: np.random.Generator) -> n
     return softness
 
 
-def _flesh(skeleton: Skeleton, person: Person, rng: np.random.Generator) -> np.ndarray:
-    """What moves a segment's markers together, as flesh slides over bone, with the same rotations."""
+def _soft_tissue(skeleton: Skeleton, person: Person, rng: np.random.Generator) -> np.ndarray:
+    """What moves a segment's markers together, as soft tissue slides over bone, with the same rotations."""
     softness = np.zeros((len(skeleton.markers), 3, len(skeleton.dofs)))
     if not person.segment_softness_m_per_rad:
         return softness

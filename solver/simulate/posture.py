@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.gravity import GRAVITY
-from solver.simulate.contacts import ContactPlan, Course, Stance
+from solver.simulate.contacts import ContactPlan, Stance, TimeHistory
 from solver.simulate.sole import Sole
 from solver.simulate.trajectory_fit import Wish
 from solver.skeleton.skeleton import Skeleton
@@ -65,7 +65,7 @@ def standing_contacts(
     return ContactPlan(tuple(stances), sole)
 
 
-def squat_depth(span: tuple[float, float], rng: np.random.Generator) -> Course:
+def squat_depth(span: tuple[float, float], rng: np.random.Generator) -> TimeHistory:
     """Depth over time, 0 upright to about 1: squats of some 2.2 s with a short rest between them."""
     starts, depths, lengths = [], [], []
     start = 0.5
@@ -75,14 +75,14 @@ def squat_depth(span: tuple[float, float], rng: np.random.Generator) -> Course:
         depths.append(np.clip(0.85 + 0.06 * rng.standard_normal(), 0.6, 1.0))
         start += lengths[-1] + 0.35
 
-    def course(times: np.ndarray) -> np.ndarray:
+    def time_history(times: np.ndarray) -> np.ndarray:
         depth = np.zeros(len(times))
         for since, deep, length in zip(starts, depths, lengths, strict=True):
             share = np.clip((times - since) / length, 0, 1)
             depth += deep * np.sin(np.pi * share) ** 2
         return depth
 
-    return course
+    return time_history
 
 
 def posture_wish(
@@ -130,8 +130,8 @@ def _tolerance(dof: str) -> float:
     return float(np.radians(2.5 if dof.startswith(("arm", "elbow", "pro", "wrist", "lumbar")) else 6.0))
 
 
-def _sway(rng: np.random.Generator, size: float) -> Course:
-    """A slow irregular course: a few sines between 0.1 and 0.6 Hz, of that standard deviation."""
+def _sway(rng: np.random.Generator, size: float) -> TimeHistory:
+    """A slow irregular time history: a few sines between 0.1 and 0.6 Hz, of that standard deviation."""
     rates = rng.uniform(0.1, 0.6, 4)
     phases = rng.uniform(0, 2 * np.pi, 4)
     amplitude = size * np.sqrt(2 / 4)

@@ -11,7 +11,7 @@ from dataclasses import fields, replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.simulate.contacts import ContactPlan, Course, Stance
+from solver.simulate.contacts import ContactPlan, Stance, TimeHistory
 from solver.simulate.person import TrueBody
 from solver.simulate.sole import Sole
 from solver.simulate.trajectory_fit import PLACE
@@ -93,8 +93,8 @@ def _stance(stance: Stance, ratio: float, slower: float, mass_ratio: float) -> S
     )
 
 
-def _slowed(course: Course, slower: float, factor: float = 1.0) -> Course:
+def _slowed(time_history: TimeHistory, slower: float, factor: float = 1.0) -> TimeHistory:
     def at(times: Float[np.ndarray, " times"]) -> Float[np.ndarray, " times"]:
-        return factor * course(times / slower)
+        return factor * time_history(times / slower)
 
     return at

@@ -1,7 +1,7 @@
 """From what a movement should look like to a motion that the ground can carry.
 
 Unknown are the coefficients of the motion's spline. Joint angles are wanted as the pattern has them, standing
-feet stay put, the wrench demanded of the ground acts at the wanted centre of pressure, and in flight it is
+feet stay put, the wrench required of the ground acts at the wanted centre of pressure, and in flight it is
 zero exactly: Gauss-Newton with equality constraints.
 """
 

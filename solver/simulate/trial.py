@@ -1,6 +1,6 @@
 """One synthetic trial: a person moves, and the ground answers just as F = ma demands.
 
-The demanded wrench is shared by the feet: a force at a centre of pressure, and a free vertical moment.
+The required wrench is shared by the feet: a force at a centre of pressure, and a free vertical moment.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""XML from strangers: neither document types nor entities, and bounds on what is in it."""
+"""XML from untrusted sources: neither document types nor entities, and bounds on what is in it."""
 
 from collections.abc import Callable
 from xml.etree.ElementTree import Element, TreeBuilder

@@ -89,6 +89,7 @@ def test_every_command_and_method_is_looked_at():
     assert kinds == IN_MEMORY | errors | {"Fit", "Subject"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", sorted(set(TYPED) - {"fit"}))
 def test_no_command_but_fit_touches_the_kept_fit(stale, tmp_path, command):
     before = kept(stale)
@@ -104,6 +105,7 @@ def test_no_command_but_fit_touches_the_kept_fit(stale, tmp_path, command):
         assert "`addb-viewer fit` renews it" in line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", sorted(METHODS))
 def test_no_method_touches_the_kept_fit(stale, method):
     before = kept(stale)
@@ -112,6 +114,7 @@ def test_no_method_touches_the_kept_fit(stale, method):
     assert kept(stale) == before
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("method", sorted(OF_A_FIT))
 def test_no_method_of_a_fit_touches_the_kept_one(stale, method):
@@ -131,7 +134,7 @@ def test_an_export_of_one_trial_is_that_trial_of_the_kept_fit(folder):
     assert not (folder / "results/csv/squat.csv").exists()
 
 
-def test_a_trial_that_came_later_is_not_made_up(folder):
+def test_a_trial_that_came_later_is_not_synthetic(folder):
     shutil.copytree(folder / "trials/walk", folder / "trials/again")
     done = run("export", folder, "--to", "csv", "--trial", "again")
     assert done.exit_code == 1
@@ -139,6 +142,7 @@ def test_a_trial_that_came_later_is_not_made_up(folder):
     assert "again is new" in done.stderr
 
 
+@pytest.mark.slow
 def test_another_fit_is_made_beside_the_kept_one_where_that_is_asked_for(stale):
     before = kept(stale)
     done = run("export", stale, "--to", "csv", "--solve")
@@ -165,12 +169,13 @@ def test_a_kept_fit_that_cannot_be_read_is_told_and_stays(folder):
     assert kept(folder) == before
 
 
+@pytest.mark.slow
 def test_a_fit_of_some_trials_does_not_take_the_place_of_the_whole(folder):
     before = kept(folder)
     done = run("fit", folder, "--trial", "walk", "--quick")
     assert done.exit_code == 0, done.output
     assert "not kept: the kept fit of" in " ".join(done.stdout.split())
-    assert Subject.open(folder).fit(["walk"], again=True, withheld=True).trials == ("walk",)
+    assert Subject.open(folder).fit(["walk"], again=True, held_out_layouts=True).trials == ("walk",)
     assert kept(folder) == before
 
 

@@ -99,6 +99,7 @@ def test_outputs_are_found():
     assert len(OUTPUTS) > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
 def test_no_output_is_written_over_what_was_measured(measured, folder, tmp_path, command, option):
     words = TYPED[command].format(s=folder, o=tmp_path / "beside").split()
@@ -128,6 +129,7 @@ def test_an_export_leaves_alone_what_lies_in_its_folder(folder, tmp_path, to):
         file.write_bytes(ours)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("to", [Format.b3d, Format.c3d])
 def test_an_export_does_not_replace_what_it_was_fitted_from(folder, tmp_path, to):

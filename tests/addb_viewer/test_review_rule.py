@@ -81,6 +81,7 @@ def sure(fit):
     return [p for p in findings(fit) if p.confidence >= SETTINGS.detection.confidence]
 
 
+@pytest.mark.slow
 def test_accepting_one_of_several_proposals_leaves_all_else_as_it_was(jump):
     (before,) = jump.trials
     first, *others = sure(jump)

@@ -7,6 +7,8 @@ import sys
 import textwrap
 import time
 
+import pytest
+
 from annotations.database import is_url
 from annotations.events import FlagRange
 from annotations.log import ReviewLog
@@ -64,6 +66,7 @@ def check_soundness(path):
     raw.close()
 
 
+@pytest.mark.slow
 def test_every_acknowledged_edit_survives_its_program_being_killed_at_any_moment(place):
     moments = random.Random(5)
     told, kills = [], 0

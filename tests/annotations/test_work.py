@@ -33,19 +33,21 @@ def test_a_comment_is_answered_settled_and_opened_again_by_a_further_answer(log)
     (first,) = log.work.append(["walk"], Comment("Is that a stumble?", frame=57), "anna")
     log.work.append(["walk"], Comment("Yes, see the video.", answers=first), "ben")
     log.work.append(["walk"], Comment("The whole trial is slow."), "ben")
-    talk, other = state(log).talks
-    assert (talk.frame, other.frame) == (57, None)
-    assert [(item.author, item.event.text) for item in talk.answers] == [("ben", "Yes, see the video.")]
-    assert state(log).open_talks == 2
+    comment_thread, other = state(log).comments
+    assert (comment_thread.frame, other.frame) == (57, None)
+    assert [(item.author, item.event.text) for item in comment_thread.answers] == [
+        ("ben", "Yes, see the video.")
+    ]
+    assert state(log).open_comments == 2
     log.work.append(["walk"], Settle(first), "anna")
-    assert state(log).talks[0].settled_by == "anna"
-    assert state(log).open_talks == 1
+    assert state(log).comments[0].settled_by == "anna"
+    assert state(log).open_comments == 1
     log.work.append(["walk"], Comment("No, look again.", answers=first), "ben")
-    assert state(log).open_talks == 2
+    assert state(log).open_comments == 2
 
 
 @pytest.mark.parametrize("event", [Comment("?", answers=1), Settle(1), Comment("?", answers=99), Settle(99)])
-def test_only_a_talk_of_the_same_trial_is_answered_or_settled(log, event):
+def test_only_a_comment_thread_of_the_same_trial_is_answered_or_settled(log, event):
     log.work.append(["walk"], Comment("Is that a stumble?"), "anna")
     with pytest.raises(ReviewError, match="run: has no comment"):
         log.work.append(["run"], event, "ben")
@@ -174,9 +176,9 @@ def test_all_is_copied_into_another_log_with_authors_dates_and_answers(place, tm
             other.work.append(["walk"], Comment("of another subject"), "eve")
         shared.work.take_over(own.work.reading()[0])
         copied = state(shared)
-        assert [item.event.text for item in copied.talks[0].answers] == ["!"]
-        assert copied.talks[0].settled_by == "anna"
-        assert copied.talks[0].first.made_at == state(own).talks[0].first.made_at
+        assert [item.event.text for item in copied.comments[0].answers] == ["!"]
+        assert copied.comments[0].settled_by == "anna"
+        assert copied.comments[0].first.made_at == state(own).comments[0].first.made_at
         assert state(shared, "run").assigned_to == "ben"
         with pytest.raises(ReviewError, match="has comments of 'S1' already"):
             shared.work.take_over(own.work.reading()[0])

@@ -14,6 +14,7 @@ def test_no_result_is_lost_and_no_success_is_false(small_fit, seed, kinds):
     assert faults_of_pair(small_fit, kinds, seed) == []
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_two_terminals_fit_one_real_recording_at_once(real_data):
     assert faults_of_fits(real_data / RECORDING) == []

@@ -1,4 +1,4 @@
-"""How sure named causes are: right ones, wrong ones and surely wrong ones of made-up answers."""
+"""How sure named causes are: right ones, wrong ones and surely wrong ones of synthetic answers."""
 
 from benchmarks.diagnosis.sureness import namings, sureness
 

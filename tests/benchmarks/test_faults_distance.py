@@ -42,7 +42,7 @@ def test_of_a_second_a_lag_says_nearly_what_a_rate_does(balance):
     assert distance_nats(balance, rate, (STRETCH,), rate) == pytest.approx(0.0, abs=0.01)
     small, large = (distance_nats(balance, rate, (stretch,), clock) for stretch in (STRETCH, 3 * STRETCH))
     assert 0.0 < small < 5.0 < large
-    null = balance.solve([]).rung
+    null = balance.solve([]).noise_scale
     fixed = balance.term(rate, (STRETCH,)).fixed
     alone = 0.5 * float(fixed @ np.linalg.solve(null.covariance, fixed))
     assert small < 0.5 * alone
@@ -59,7 +59,7 @@ def test_a_class_is_right_only_where_it_holds_the_truth_and_more_could_not_be_to
     assert undecidable(draw, truth, named())
     assert not undecidable(draw, truth, named(others=("plate_yaw",)))
     assert not undecidable(draw, truth, named(others=("sample_rate", "drag", "plate_yaw")))
-    assert not undecidable(draw, truth, named(told_as="lead"))
+    assert not undecidable(draw, truth, named(told_as="tentative"))
     assert not undecidable(draw, truth | {"kind": "half_gain"}, named())
     (draw / "distances" / "case_000.json").write_text(json.dumps({"nats": 6.0}))
     assert not undecidable(draw, truth, named())

@@ -66,11 +66,11 @@ def test_one_class_with_the_name_of_the_right_plate_is_a_class(share, outcome):
 
 def test_a_lead_is_no_name():
     right = effect("plate_gain", parameters={"gain_error": (-0.48, 0.02)})
-    lead = effect("elastic_tether", "torso", 0.3) | {"told_as": "lead"}
-    beside = judged(PLATES_FAULT, answer(right, lead))
-    assert (beside.outcome, beside.leads) == ("right", 1)
-    assert judged(PLATES_FAULT, answer(right | {"told_as": "lead"})).outcome == "lead"
-    assert judged(PLATES_FAULT, answer(right, lead | {"told_as": "name"})).outcome == "right_but_more"
+    tentative = effect("elastic_tether", "torso", 0.3) | {"told_as": "tentative"}
+    beside = judged(PLATES_FAULT, answer(right, tentative))
+    assert (beside.outcome, beside.tentative_count) == ("right", 1)
+    assert judged(PLATES_FAULT, answer(right | {"told_as": "tentative"})).outcome == "tentative"
+    assert judged(PLATES_FAULT, answer(right, tentative | {"told_as": "name"})).outcome == "right_but_more"
 
 
 @pytest.mark.parametrize(("confidence", "sure"), [(0.98, True), (0.9, False)])
@@ -88,7 +88,7 @@ def test_no_answer_is_a_failure():
     [
         ([], "clean", "silent"),
         ([], "unexplained", "unexplained"),
-        ([effect("drag", "torso", 0.6)], "explained", "lead"),
+        ([effect("drag", "torso", 0.6)], "explained", "tentative"),
         ([effect("drag", "torso", 0.95)], "explained", "alarm"),
     ],
 )
@@ -140,7 +140,7 @@ def test_the_clock_of_one_plate_has_a_place(id, target, outcome):
 
 
 @pytest.mark.parametrize(("plate", "outcome"), [(1, "right"), (2, "missed")])
-def test_a_fault_that_reading_mends_and_tells_counts_as_right(plate, outcome):
+def test_a_fault_that_reading_corrects_and_tells_counts_as_right(plate, outcome):
     truth = PLATES_FAULT | {"kind": "sign", "size": {"gain": -1.0}, "plate": plate}
     note = "trial_a: ground_force_1: forces point downwards, on the plate; their sign is turned: only so …"
     assert judged(truth, answer(verdict="clean", notes=[note])).outcome == outcome
@@ -162,7 +162,7 @@ def test_an_entered_mass_is_held_to_its_distance_from_one():
         ("plate_1", "clean", "missed"),  # whoever reads "clean" looks no further
     ],
 )
-def test_the_loudest_witness_tells_the_class_where_nothing_is_named(target, verdict, outcome):
+def test_the_loudest_direct_check_tells_the_class_where_nothing_is_named(target, verdict, outcome):
     truth = PLATES_FAULT | {"kind": "turned_half", "size": {"yaw_deg": 180.0}}
     said = answer(verdict=verdict)
     turned = {
@@ -171,7 +171,7 @@ def test_the_loudest_witness_tells_the_class_where_nothing_is_named(target, verd
         "nats": {"plate_turned_or_mirrored": 20.0},
     }
     slipped = {"target": "a", "speaks_for": ["slip"], "nats": {"slip": 6.0}}
-    said["diagnosis"]["witnesses"] = [slipped, turned]
+    said["diagnosis"]["direct_checks"] = [slipped, turned]
     assert judged(truth, said).outcome == outcome
 
 

@@ -30,8 +30,8 @@ FIGURES = {
         {"id": "marker_swap", "target": "C7+T10", "instead_of": "marker_slip C7"},
     ],
     "gain": {
-        "heldout_linear_residual_N": {"before": 478.4, "after": 180.2, "interval": [79.1, 268.4]},
-        "heldout_angular_residual_Nm": {"before": 28.22, "after": 40.14},
+        "held_out_linear_residual_N": {"before": 478.4, "after": 180.2, "interval": [79.1, 268.4]},
+        "held_out_angular_residual_Nm": {"before": 28.22, "after": 40.14},
     },
     "remaining": {
         "linear_residual_N": 180.2,
@@ -54,7 +54,7 @@ class Diagnoses:
         self.made.append(trials)
         if self.fails:
             raise FitError(f"{findings.data_folder()}/somebody: no trial has forces.")
-        effects = [SimpleNamespace(gain_nats=224.4, heldout_gain_nats=float("nan"))]
+        effects = [SimpleNamespace(gain_nats=224.4, held_out_gain_nats=float("nan"))]
         return SimpleNamespace(effects=effects)
 
 
@@ -133,8 +133,8 @@ def test_a_row_tells_each_cause_with_its_own_rivals(case):
     assert cells[1:4] == ["`labs/somebody`", "walk, stairs, people's flags left out", "explained"]
     step, slip = cells[4].split("<br>")
     assert step.startswith("**off_plate_step calcn_l** force_y_N 519 ± 47; frames ['walk', 0, 5]")
-    assert step.endswith("and 2 more; sure 0.98, 224 nats, withheld 222; or external_contact tibia_l")
-    assert slip.endswith("frames [3, 9]; sure 0.50, 20 nats, withheld ?; or marker_swap C7+T10")
+    assert step.endswith("and 2 more; sure 0.98, 224 nats, held-out 222; or external_contact tibia_l")
+    assert slip.endswith("frames [3, 9]; sure 0.50, 20 nats, held-out ?; or marker_swap C7+T10")
     assert cells[5:7] == ["478 → 180 (79–268)", "28.2 → 40.1 (40.1–40.1)"]
     assert cells[7:10] == ["180 of 72", "torso, 42 N", "11"]
     assert len(cells) == len(findings.HEAD.splitlines()[0].split("|"))

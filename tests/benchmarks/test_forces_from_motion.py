@@ -39,9 +39,9 @@ def test_what_was_not_measured_is_listed(tmp_path):
     assert "these are 17" in lacking(17)
     whole = lacking(100)
     assert "these are" not in whole
-    assert "- On made-up persons: `mlp-wide`, `groundlinknet-wide`.\n" in whole
+    assert "- On synthetic persons: `mlp-wide`, `groundlinknet-wide`.\n" in whole
     assert "- On real recordings: `groundlinknet-started`.\n" in whole
     without = page(None, real)
     assert "there are none yet" in without
-    assert "## Made-up persons" not in without
-    assert "`mlp-started` went on from the weights learnt on the made-up persons" in page(made, real)
+    assert "## Synthetic persons" not in without
+    assert "`mlp-started` went on from the weights learnt on the synthetic persons" in page(made, real)

@@ -8,6 +8,7 @@ from solver.capture.subject.subject import open_subject
 from solver.fitting.pipeline import solve
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_the_model_of_a_recording_made_with_it_is_right(real_data):
     """Also at the knee, which glides; no marker is on the feet."""

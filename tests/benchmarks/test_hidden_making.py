@@ -46,6 +46,7 @@ def bytes_below(folder):
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
+@pytest.mark.slow
 def test_the_same_seed_and_salts_make_the_same_bytes(made_twice):
     assert bytes_below(made_twice / "out") == bytes_below(made_twice / "again")
     assert bytes_below(made_twice / "truth") == bytes_below(made_twice / "again_truth")
@@ -75,21 +76,21 @@ def test_nothing_that_is_handed_out_tells_the_truth(made_twice):
     assert [case["name"] for case in listed["cases"]] == sorted(t["case"] for t in truths)
 
 
-def test_forces_end_before_the_withheld_frames_and_the_truth_holds_them(made_twice):
+def test_forces_end_before_the_held_out_frames_and_the_truth_holds_them(made_twice):
     from solver.simulate.faults.files import read_recording
 
     for path in sorted((made_twice / "truth").glob("case_*.json")):
         truth = json.loads(path.read_text())
         (trial,) = read_recording(made_twice / "out" / truth["case"]).trials
-        withheld = truth["withheld"][trial.name]
-        assert withheld["first_frame"] + withheld["frames"] == trial.markers.frames
-        assert withheld["first_frame"] - 1 < 0.8 * trial.markers.frames <= withheld["first_frame"]
+        held_out = truth["held_out"][trial.name]
+        assert held_out["first_frame"] + held_out["frames"] == trial.markers.frames
+        assert held_out["first_frame"] - 1 < 0.8 * trial.markers.frames <= held_out["first_frame"]
         if truth["group"] == OUTSIDE:  # a clock of that size shortens the trial
             continue
         assert trial.markers.frames == 150
         assert min(p.times[-1] for p in trial.plates) > trial.markers.times[118]
         assert all(p.times[-1] < trial.markers.times[120] for p in trial.plates)
-        vertical = np.array(withheld["force_N"])[withheld["scored"], 1]
+        vertical = np.array(held_out["force_N"])[held_out["scored"], 1]
         assert len(vertical) >= 20
         assert 0.6 < np.median(vertical) / (9.81 * truth["world"]["mass_kg"]) < 1.4
 

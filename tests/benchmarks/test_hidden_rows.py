@@ -41,17 +41,17 @@ def sound(noise=0.5):
     force = MASSES[:, None] * (acceleration + np.array([0.0, G, 0.0]))
     com = np.einsum("b,fbi->fi", MASSES, position) / MASSES.sum()
     moment = np.cross(position - com[:, None], force).sum(axis=1)
-    demanded = np.concatenate([force.sum(axis=1), moment], axis=1)
+    required = np.concatenate([force.sum(axis=1), moment], axis=1)
     known = np.arange(FRAMES) < 320
     spread = noise * np.array([1, 1, 1, 0.1, 0.1, 0.1])
-    read = demanded + spread * np.random.default_rng(7).standard_normal(demanded.shape)
+    read = required + spread * np.random.default_rng(7).standard_normal(required.shape)
     forward, sideways = read[:, 5] / read[:, 1], -read[:, 3] / read[:, 1]
     under = np.stack([com[:, 0] + forward, 0 * times, com[:, 2] + sideways], axis=1)
     return MarkerBalance(
         trial="walk",
         times=times,
         com=com,
-        demanded=demanded,
+        required=required,
         plates=np.where(known[:, None], read, 0.0)[None],
         pressure=under[None],
         known=known,
@@ -69,9 +69,9 @@ def reading(balance, wrench):
 def late(balance, by_s):
     """Forces recorded late: read at earlier times, about the ground origin."""
     read = balance.about_origin(balance.measured)
-    clean = balance.about_origin(balance.demanded) + 0 * read
+    clean = balance.about_origin(balance.required) + 0 * read
     moved = np.stack([np.interp(balance.times - by_s, balance.times, c) for c in clean.T], axis=1)
-    noise = balance.measured - balance.demanded
+    noise = balance.measured - balance.required
     force = moved[:, :3]
     about = np.concatenate([force, moved[:, 3:] - np.cross(balance.com, force)], axis=1)
     return reading(balance, about + np.where(balance.known[:, None], noise, 0.0))
@@ -90,7 +90,7 @@ def test_a_late_clock_is_named_with_its_delay():
     assert best.parameters["offset_s"] == pytest.approx(0.02, rel=0.1)
 
 
-def test_a_lift_at_the_pelvis_is_named_and_taken_off_the_withheld_forces():
+def test_a_lift_at_the_pelvis_is_named_and_taken_off_the_held_out_forces():
     balance = sound()
     lift = np.zeros((FRAMES, 6))
     lift[:, 1] = 60.0
@@ -119,7 +119,7 @@ def test_a_shifted_torso_balances_the_mean_and_keeps_what_is_sound():
     mean = (shifted - lighter.measured)[balance.known].mean(axis=0)
     np.testing.assert_allclose(mean[[1, 3, 5]], 0.0, atol=1e-9)
     (kept,) = with_torso_shifted([sound(noise=0.0)])
-    np.testing.assert_allclose(kept, sound(noise=0.0).demanded, atol=1e-3)
+    np.testing.assert_allclose(kept, sound(noise=0.0).required, atol=1e-3)
 
 
 def diagnosis(effects=(), alternatives=(), **more):

@@ -26,7 +26,7 @@ def truth(case="case_0000", group="inside", accepted=("clock_offset",), paramete
         "effects": [{"id": accepted[0], "size": 1.0, "parameters": parameters or {}}]
         if group == "inside"
         else [],
-        "withheld": {
+        "held_out": {
             "walk": {
                 "first_frame": 16,
                 "frames": FRAMES,
@@ -135,7 +135,7 @@ RIGHT = {"probabilities": {"none": 1.0}}
 
 def walk(**series):
     return RIGHT | {
-        "withheld": {"walk": {"force_N": [[0, 1, 2]] * FRAMES, "moment_Nm": [[0, 1, 2]] * FRAMES} | series}
+        "held_out": {"walk": {"force_N": [[0, 1, 2]] * FRAMES, "moment_Nm": [[0, 1, 2]] * FRAMES} | series}
     }
 
 
@@ -151,17 +151,17 @@ def walk(**series):
         ({"probabilities": [1.0]}, "case_0000: probabilities is an object"),
         (RIGHT | {"certainty": 1}, "case_0000: key certainty is unknown"),
         (RIGHT | {"parameters": {"offset_s": None}}, "case_0000: parameters.offset_s is None"),
-        (RIGHT | {"withheld": {"run": {}}}, "case_0000: withheld.run: no such trial"),
+        (RIGHT | {"held_out": {"run": {}}}, "case_0000: held out.run: no such trial"),
         (
-            RIGHT | {"withheld": {"walk": {"force_N": []}}},
-            r"case_0000: withheld.walk.force_N is of shape \(0,\)",
+            RIGHT | {"held_out": {"walk": {"force_N": []}}},
+            r"case_0000: held out.walk.force_N is of shape \(0,\)",
         ),
-        (walk(moment_Nm=[[0, 1]] * FRAMES), r"case_0000: withheld.walk.moment_Nm is of shape \(4, 2\)"),
+        (walk(moment_Nm=[[0, 1]] * FRAMES), r"case_0000: held out.walk.moment_Nm is of shape \(4, 2\)"),
         (
             walk(force_N=[[0, 1, 2]] * 3 + [[0, 1, float("nan")]]),
-            "withheld.walk.force_N is not finite in row 3",
+            "held out.walk.force_N is not finite in row 3",
         ),
-        (walk(force_N=[["a", 1, 2]] * FRAMES), "case_0000: withheld.walk.force_N holds something"),
+        (walk(force_N=[["a", 1, 2]] * FRAMES), "case_0000: held out.walk.force_N holds something"),
     ],
 )
 def test_a_malformed_answer_is_refused_by_case_and_key(tmp_path, answer, message):
@@ -184,10 +184,10 @@ def test_missing_and_unknown_cases_are_refused(tmp_path):
 def test_the_example_of_the_format_page_is_read(tmp_path):
     (tmp_path / "s.json").write_text(re.search(r"```json\n(.*?)```", FORMAT.read_text(), re.S).group(1))
     first = truth()
-    first["withheld"]["walk"]["frames"] = 2
+    first["held_out"]["walk"]["frames"] = 2
     answers = read_submission(tmp_path / "s.json", {"case_0000": first, "case_0001": truth("case_0001")})
     assert answers["case_0000"].likeliest == "clock_offset"
-    assert answers["case_0000"].withheld["walk"][1].tolist() == [11.8, 702.9, -2.7, 0.9, 4.1, 309.8]
+    assert answers["case_0000"].held_out["walk"][1].tolist() == [11.8, 702.9, -2.7, 0.9, 4.1, 309.8]
 
 
 def test_the_format_page_lists_every_name():

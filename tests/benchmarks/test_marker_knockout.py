@@ -20,6 +20,7 @@ from solver.fitting.pipeline import solve
 UNSEEN = ("walk_gait2354_subject01", "exo_apo_gordon")  # no limit of solver.markers was chosen on these
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_angles_and_joint_centres_without_the_model(real_data):
     """Definitions of the ankle's and the pelvis' zero differ from model to model, and count in full here."""
@@ -37,6 +38,7 @@ def test_a_bone_pitched_otherwise_does_not_count_by_landmarks(real_data):
     assert found.anatomical_rms_deg["hip"] < 0.8 * found.angle_rms_deg["hip"]
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_angles_and_joint_centres_with_the_model_whose_marker_set_is_hidden(real_data):
     found = agreement_on_model(open_subject(real_data / "opencap_subject4"), "walking1")
@@ -55,6 +57,7 @@ def test_confidence_tells_labels_on_the_wrong_trajectory(real_data):
     assert roc_area(judged) >= 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.real
 @pytest.mark.parametrize(
     ("folder", "trial", "fewest"),
@@ -66,6 +69,7 @@ def test_recordings_without_a_model_are_fitted(real_data, folder, trial, fewest)
     assert np.sqrt(np.nanmean(marker_distances(fit) ** 2)) < 0.02  # Hicks et al. 2015
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_labels_that_mean_nothing(real_data):
     found = nonsense(open_subject(real_data / "opencap_subject4"), "walking1", seed=0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import butter, freqz
 
-from benchmarks.truth.course import Course, course_of
 from benchmarks.truth.figures import figures, gains, inner, lag_ms
 from benchmarks.truth.pooling import best_cutoff, peak_percent, pooled, range_percent
+from benchmarks.truth.time_history import TimeHistory, time_history_of
 from benchmarks.truth.ways import OURS, at_cutoff, low_passed_markers
 from solver.common.filters import low_pass
 from solver.kinematics.motion import Motion
@@ -16,8 +16,8 @@ DOFS = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r")
 TIMES = np.arange(400) / RATE
 
 
-def course(angle, torque=None):
-    return course_of(Motion(DOFS, angle, RATE), torque)
+def time_history(angle, torque=None):
+    return time_history_of(Motion(DOFS, angle, RATE), torque)
 
 
 def swing(late_s=0.0):
@@ -39,8 +39,8 @@ def test_curves_that_are_not_alike_have_no_lag():
 
 
 def test_errors_ranges_and_peaks_in_their_units():
-    truth = course(swing(), 100 * swing())
-    off = course(1.1 * swing() + np.radians(2.0), 90 * swing())
+    truth = time_history(swing(), 100 * swing())
+    off = time_history(1.1 * swing() + np.radians(2.0), 90 * swing())
     counts = np.zeros(400, dtype=bool)
     counts[100:300] = True
     found = figures(off, truth, counts)
@@ -61,13 +61,13 @@ def test_errors_ranges_and_peaks_in_their_units():
 
 def test_frames_without_truth_and_ends_do_not_count():
     angle = swing()
-    truth = course(angle)
+    truth = time_history(angle)
     silent = np.where((np.arange(400) < 250)[:, None], angle, np.nan)
     spoilt = angle.copy()
     spoilt[:5] += 1.0
     spoilt[260:] += 1.0
-    known = Course(DOFS, RATE, silent, truth.speed, truth.acceleration)
-    found = figures(course(spoilt), known, np.ones(400, dtype=bool))
+    known = TimeHistory(DOFS, RATE, silent, truth.speed, truth.acceleration)
+    found = figures(time_history(spoilt), known, np.ones(400, dtype=bool))
     assert found["angle"]["hip_flexion_l"]["worst"] < 1e-12
     assert "torque" not in found
 
@@ -76,7 +76,7 @@ def test_gain_and_phase_are_those_of_a_filter_whose_response_is_known():
     """Zero-lag Butterworth on noise: the square of a single pass's response, no phase; a delay turns it."""
     noise = np.random.default_rng(5).standard_normal((6000, 3))
     smooth = low_pass(noise, RATE, 6.0, 3)
-    table = gains(course(smooth), course(noise))["hip"]
+    table = gains(time_history(smooth), time_history(noise))["hip"]
     design = butter(3, 6.0, fs=RATE)
     for band in table:
         inside = np.linspace(band["low_Hz"] + 0.25, band["high_Hz"] - 0.25, 50)
@@ -85,18 +85,18 @@ def test_gain_and_phase_are_those_of_a_filter_whose_response_is_known():
         if expected > 0.3:
             assert abs(band["phase_deg"]) < 3.0
     late = np.roll(noise, 1, axis=0)
-    for band in gains(course(late), course(noise))["knee"]:
+    for band in gains(time_history(late), time_history(noise))["knee"]:
         middle = 0.5 * (band["low_Hz"] + band["high_Hz"])
         assert band["phase_deg"] == pytest.approx(-360 * middle / RATE, abs=6.0)
         assert band["gain"] == pytest.approx(1.0, abs=0.05)
 
 
 def test_the_best_cutoff_is_the_one_nearest_to_the_truth():
-    truth = course(swing())
+    truth = time_history(swing())
     noisy = swing() + 0.02 * np.random.default_rng(1).standard_normal((400, 3))
     counts = np.ones(400, dtype=bool)
     ways = {
-        at_cutoff(hz): figures(course(low_pass(noisy, RATE, hz, 3)), truth, counts)
+        at_cutoff(hz): figures(time_history(low_pass(noisy, RATE, hz, 3)), truth, counts)
         for hz in (3.0, 6.0, 12.0, 30.0)
     }
     hertz, error = best_cutoff([{"ways": ways}], "acceleration", DOFS)

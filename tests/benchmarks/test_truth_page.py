@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from benchmarks.truth.course import course_of
 from benchmarks.truth.figures import figures, gains
 from benchmarks.truth.page import page
+from benchmarks.truth.time_history import time_history_of
 from benchmarks.truth.ways import CUTOFFS_HZ, LABORATORY, MARKER_FIT, OURS, at_cutoff
 from solver.common.filters import low_pass
 from solver.kinematics.motion import Motion
@@ -18,18 +18,18 @@ def case(activity="walk", version="abc", error=None):
     times = np.arange(300) / RATE
     angle = 0.4 * np.sin(2 * np.pi * times[:, None] + np.arange(4))
     noisy = angle + 0.01 * np.random.default_rng(1).standard_normal(angle.shape)
-    truth = course_of(Motion(DOFS, angle, RATE), 50 * angle)
+    truth = time_history_of(Motion(DOFS, angle, RATE), 50 * angle)
     ways = {OURS: 1.2 * angle, MARKER_FIT: noisy, LABORATORY: low_pass(noisy, RATE, 6.0)}
     ways |= {at_cutoff(hz): low_pass(noisy, RATE, hz) for hz in CUTOFFS_HZ}
-    courses = {name: course_of(Motion(DOFS, q, RATE), 50 * q) for name, q in ways.items()}
+    time_histories = {name: time_history_of(Motion(DOFS, q, RATE), 50 * q) for name, q in ways.items()}
     counts = np.ones(300, dtype=bool)
     run = {
         "activity": activity,
         "model": "own",
         "skin_mm": 5.0,
         "person": 0,
-        "ways": {name: figures(course, truth, counts) for name, course in courses.items()},
-        "gains": {OURS: gains(courses[OURS], truth), "truth": gains(truth, truth)},
+        "ways": {name: figures(time_history, truth, counts) for name, time_history in time_histories.items()},
+        "gains": {OURS: gains(time_histories[OURS], truth), "truth": gains(truth, truth)},
         "mass_ratios": {"thigh": 1.07, "body": 1.0},
         "length_errors_mm": {"hip width": -12.0},
     }

@@ -27,8 +27,8 @@ def synthetic(real_data, monkeypatch):
 def test_the_synthetic_walk_is_what_its_coordinates_say(synthetic):
     """The generating model posed by coordinates.sto carries its markers where the file has them."""
     _, capture, model = synthetic
-    course = synthetic_subject.true_course(model, capture)
-    posed = marker_positions(model, course.angle)
+    time_history = synthetic_subject.true_time_history(model, capture)
+    posed = marker_positions(model, time_history.angle)
     columns = [capture.markers.names.index(m.name) for m in model.markers if m.name in capture.markers.names]
     ours = [i for i, m in enumerate(model.markers) if m.name in capture.markers.names]
     assert len(ours) > 40
@@ -46,8 +46,8 @@ def test_ways_on_exact_markers(synthetic):
     fit = solve(subject, settings)
     trial = fit.trials[0]
     ways = all_ways(fit, trial, settings, "walk", model)
-    truth = synthetic_subject.true_course(model, capture)
-    run = {"ways": {n: figures(c, truth, ways.forces_count) for n, c in ways.courses.items()}}
+    truth = synthetic_subject.true_time_history(model, capture)
+    run = {"ways": {n: figures(c, truth, ways.forces_count) for n, c in ways.time_histories.items()}}
     assert pooled([run], MARKER_FIT, "angle") < 0.1
     assert 0.1 < pooled([run], LABORATORY, "angle") < 0.5
     assert pooled([run], OURS, "torque") is not None
@@ -59,6 +59,7 @@ def test_ways_on_exact_markers(synthetic):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_references_are_on_the_trials_frames_in_radians(real_data, monkeypatch):
     monkeypatch.setenv("ADDB_DATA", str(real_data))
@@ -84,14 +85,14 @@ def test_wrong_masses_are_up_to_seven_per_cent_off_and_weigh_the_same(person):
 
 def test_true_torques_leave_nothing_at_the_root_and_hold_the_standing_leg():
     truth = simulated.made("squat", 0)
-    course = simulated.true_course(truth.trial, 100.0)
+    time_history = simulated.true_time_history(truth.trial, 100.0)
     weight = truth.trial.body.skeleton.mass * 9.80665
-    assert np.abs(course.torque[:, :6]).max() < 1e-6 * weight
+    assert np.abs(time_history.torque[:, :6]).max() < 1e-6 * weight
     feet = [truth.trial.body.skeleton.body_index(name) for name in simulated.FEET]
-    q, v, a = truth.trial.motion.state(np.arange(len(course.angle)) / 100.0)
-    wrench = truth.trial.reactions(np.arange(len(course.angle)) / 100.0).wrench_ground
+    q, v, a = truth.trial.motion.state(np.arange(len(time_history.angle)) / 100.0)
+    wrench = truth.trial.reactions(np.arange(len(time_history.angle)) / 100.0).wrench_ground
     expected = RigidBodyModel(truth.trial.body.skeleton).inverse_dynamics(q, v, a, wrench, feet)
-    np.testing.assert_allclose(course.torque, expected)
+    np.testing.assert_allclose(time_history.torque, expected)
 
 
 def test_a_simulated_recording_is_exact_but_for_its_skin():

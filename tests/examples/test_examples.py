@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.dataset.schema import CONTACTS, FRAMES, SUBJECTS
-from tests.addb_viewer.dataset.made_up_release import write
+from tests.addb_viewer.dataset.synthetic_release import write
 
 matplotlib = pytest.importorskip("matplotlib", reason="Matplotlib is not installed")
 matplotlib.use("Agg")
@@ -63,6 +63,7 @@ def test_every_example_is_numbered_described_and_tested():
         assert f'run("{name}")' in tested or f'"{name}"' in NEEDS_A_RELEASE.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_ten_lines_end_in_a_plot(run):
     names, _, pictures = run("01_torque_plot.py")
     lines = (EXAMPLES / "01_torque_plot.py").read_text(encoding="utf-8").splitlines()
@@ -75,6 +76,7 @@ def test_ten_lines_end_in_a_plot(run):
     assert names["walk"].used.sum() > 200
 
 
+@pytest.mark.slow
 def test_arrays_from_memory_give_the_fit_of_the_files(run):
     names, said, _ = run("02_arrays.py")
     whole = names["Subject"].open("demo_subject").last_fit()["walk"].coordinates
@@ -95,6 +97,7 @@ def test_tables(run):
     assert "work_J" in said
 
 
+@pytest.mark.slow
 def test_a_missed_step_taken_for_measured_leaves_a_residual(run):
     names, _, pictures = run("04_review.py")
     ((wrong, right, *_),) = pictures[0]
@@ -104,6 +107,7 @@ def test_a_missed_step_taken_for_measured_leaves_a_residual(run):
     assert len(names["subject"].flags) == 0
 
 
+@pytest.mark.slow
 def test_the_diagnosis_finds_what_the_demo_hides(run):
     names, said, pictures = run("05_diagnose.ipynb")
     causes = {cause.id: cause for cause in names["diagnosis"]}
@@ -116,6 +120,7 @@ def test_the_diagnosis_finds_what_the_demo_hides(run):
     assert len(pictures) == 3
 
 
+@pytest.mark.slow
 def test_many_subjects(run):
     _, said, _ = run("06_many_subjects.py")
     assert "empty_subject: left out: " in said

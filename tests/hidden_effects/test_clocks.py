@@ -10,7 +10,7 @@ from solver.simulate.faults import clocks, plates
 RATE = 1000.0
 
 
-def course(times):
+def time_history(times):
     """A force that is smooth and known at any time."""
     return 600 + 300 * np.sin(2 * np.pi * 1.1 * times) + 50 * np.sin(2 * np.pi * 5.3 * times + 1)
 
@@ -18,7 +18,7 @@ def course(times):
 @pytest.fixture
 def capture():
     times = np.arange(2001) / RATE
-    force = np.stack([0.1 * course(times), course(times), -0.05 * course(times)], axis=1)
+    force = np.stack([0.1 * time_history(times), time_history(times), -0.05 * time_history(times)], axis=1)
     cop = np.tile([0.3, 0.0, 0.2], (len(times), 1)) + 0.05 * np.sin(times)[:, None] * np.array([1.0, 0, 1])
     plate = ForcePlate("ground_force_1", force, np.cross(cop, force), cop, RATE)
     markers = Markers(("A",), np.arange(201)[:, None, None] * np.ones((1, 1, 3)) / 100, 100.0)
@@ -30,7 +30,7 @@ def test_late_forces_show_at_a_time_what_was_true_before(capture, offset):
     late = clocks.late(capture, offset)
     first_frame = late.markers.positions_ground[0, 0, 0]  # the marker tells the true time
     times = first_frame + np.arange(late.plates[0].samples) / RATE
-    np.testing.assert_allclose(late.plates[0].force_ground[:, 1], course(times - offset), atol=1e-6)
+    np.testing.assert_allclose(late.plates[0].force_ground[:, 1], time_history(times - offset), atol=1e-6)
     assert late.plates[0].samples == (late.markers.frames - 1) * 10 + 1
     lost = (201 - late.markers.frames) / 100
     assert abs(offset) <= lost < abs(offset) + 0.0101
@@ -40,7 +40,9 @@ def test_late_forces_show_at_a_time_what_was_true_before(capture, offset):
 def test_a_stretched_clock_starts_right_and_runs_away(capture, stretch):
     wrong = clocks.stretched(capture, stretch)
     times = np.arange(wrong.plates[0].samples) / RATE
-    np.testing.assert_allclose(wrong.plates[0].force_ground[:, 1], course(times / (1 + stretch)), atol=1e-6)
+    np.testing.assert_allclose(
+        wrong.plates[0].force_ground[:, 1], time_history(times / (1 + stretch)), atol=1e-6
+    )
     assert wrong.markers.positions_ground[0, 0, 0] == 0
 
 
@@ -78,5 +80,5 @@ def test_a_filtered_plate_still_reads_nothing_without_load(recording):
 def test_cutting_keeps_markers_and_forces_together(capture):
     short = clocks.cut(capture, 20, 120)
     assert short.markers.frames == 100
-    np.testing.assert_allclose(short.plates[0].force_ground[0, 1], course(0.2))
+    np.testing.assert_allclose(short.plates[0].force_ground[0, 1], time_history(0.2))
     np.testing.assert_allclose(short.plates[0].times[[0, -1]], [0.0, 0.99])

@@ -1,4 +1,4 @@
-"""Rates by size, on made-up answers."""
+"""Rates by size, on synthetic answers."""
 
 from benchmarks.diagnosis.curves import curves
 from benchmarks.diagnosis.judge import Verdict

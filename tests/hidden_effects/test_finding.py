@@ -21,7 +21,7 @@ diagnose = pytest.importorskip(
 )
 
 SIZE = 2.5  # in reference sizes
-SMALLER = {"filter_mismatch": 1.5}  # below 3 Hz hardly a force is left to be put right, and nothing is said
+SMALLER = {"filter_mismatch": 1.5}  # below 3 Hz hardly a force is left to be corrected, and nothing is said
 GROSS = (
     5.0  # stated standard deviations, or half the value: a parameter beyond is not the one that was hidden
 )
@@ -86,6 +86,7 @@ def test_all_that_can_be_hidden_is_looked_for():
     assert len(SINGLE) == len(IDS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("id", SINGLE)
 def test_a_hidden_effect_is_named(answer, id):
     model = ("true", "perturbed")[SINGLE.index(id) % 2]
@@ -96,6 +97,7 @@ def test_a_hidden_effect_is_named(answer, id):
         assert far <= 0.5 * abs(p.true) or (p.std is not None and far <= GROSS * p.std), p
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("activity", "model"), CLEAN)
 def test_nothing_is_found_where_nothing_is(answer, activity, model):
     verdict = answer(f"clean_{activity}_{model}", (), 200, model, activity)
@@ -104,7 +106,7 @@ def test_nothing_is_found_where_nothing_is(answer, activity, model):
 
 def test_cameras_noise_alone_is_no_finding(tmp_path):
     """Ten times as much as good cameras have, on markers that sit on the bones."""
-    world = replace(short_plan(), skin=0.0, flesh_m_per_rad=0.0, duration=2.99)
+    world = replace(short_plan(), skin=0.0, soft_tissue_m_per_rad=0.0, duration=2.99)
     plan = one_case("noisy_cameras", (), 201, model="perturbed", world=world)
     recording, truth = made(replace(plan, handout=replace(plan.handout, marker_noise_m=0.002)))
     verdict = looked_at(tmp_path, recording, truth)
@@ -137,12 +139,14 @@ def at_the_markers_rate(plate, rate, rng):
     return plates.rebuilt(few, force, cop, plates.free_moment(few))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ids", PAIRS, ids="+".join)
 def test_both_of_two_effects_are_named(answer, ids):
     verdict = answer("_and_".join(ids), ids, 300, "true")
     assert verdict.outcome == "right", verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("id", UNKNOWN)
 def test_what_has_no_name_is_called_unexplained(answer, id):
     verdict = answer(id, (id,), 400, "true")

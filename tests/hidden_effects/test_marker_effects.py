@@ -67,7 +67,7 @@ def test_a_scale_multiplies_every_distance(segment):
     np.testing.assert_allclose(far(wrong), 1.01 * far(markers.positions_ground))
 
 
-def test_flesh_moves_a_segments_markers_alike_and_with_the_joint_angle(recording, walk_world):
+def test_soft_tissue_moves_a_segments_markers_alike_and_with_the_joint_angle(recording, walk_world):
     markers = recording.trials[0].markers
     names = {
         b: [n for n, body in recording.marker_bodies.items() if body == b] for b in ("femur_r", "tibia_r")

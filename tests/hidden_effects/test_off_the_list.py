@@ -37,7 +37,7 @@ def turned_by_a_quarter(labels, rows):
     return turned
 
 
-def cross_talk(labels, rows):
+def cross_thread(labels, rows):
     """The first plate's forward channel reads a quarter of the load as well; pressures stay."""
     stem = next(label for label in labels if label.endswith("_vx"))[: -len("_vx")]
     leaked = rows.copy()
@@ -59,7 +59,7 @@ def source(real_data):
 
 @pytest.mark.real
 def test_what_has_no_name_is_told_as_that_plate_and_given_no_wrong_name(source, tmp_path):
-    told = diagnose_subject(edited(source, tmp_path / "leaking", cross_talk))
+    told = diagnose_subject(edited(source, tmp_path / "leaking", cross_thread))
     assert told["verdict"] == "unexplained"
     off = told["remaining"]["off_the_list"]
     assert (off["touches"], off["target"]) == ("plate", "plate_1")

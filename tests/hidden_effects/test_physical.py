@@ -36,6 +36,7 @@ def residual(trial, skeleton, others):
     return RigidBodyModel(skeleton).inverse_dynamics(*trial.motion.state(TIMES), wrenches, feet)[:, :6]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("id", [*PHYSICAL, *UNKNOWN])
 @pytest.mark.parametrize("size", [1.0, 2.5])
 def test_force_is_mass_times_acceleration(world_for, id, size):

@@ -1,4 +1,4 @@
-"""A small made-up skeleton with every feature that the kernels must handle."""
+"""A small synthetic skeleton with every feature that the kernels must handle."""
 
 from dataclasses import fields, is_dataclass
 

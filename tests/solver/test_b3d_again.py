@@ -28,6 +28,7 @@ def there_and_back(real_data, tmp_path_factory):
     return fit, b3d, path, solve(open_subject(path), Settings())
 
 
+@pytest.mark.slow
 def test_markers_and_plates_come_back(there_and_back):
     fit, b3d, _, again = there_and_back
     (before,), (after,) = fit.trials, again.trials

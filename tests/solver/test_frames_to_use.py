@@ -1,6 +1,6 @@
 """Ranges of a trial and erroneous stretches: the force term, the detection and the exports leave them out.
 
-A made-up walker in AddBiomechanics' layout, with made-up `trialRanges` and a made-up review.json. Two
+A synthetic walker in AddBiomechanics' layout, with synthetic `trialRanges` and a synthetic review.json. Two
 stances' forces are taken from the recording: one where nobody may look, one where everybody should.
 """
 

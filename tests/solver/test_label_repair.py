@@ -76,43 +76,45 @@ def fits(folders):
     return solve(sound, ALONE), solve(faulty, ALONE), solve(faulty, UNREPAIRED)
 
 
+@pytest.mark.slow
 def test_sound_labels_are_left_alone(fits):
     assert fits[0].trials[0].label_faults == ()
 
 
 def test_both_faults_are_repaired_and_the_pose_is_that_without_them(fits):
-    sound, mended, unrepaired = fits
-    swap, crash = mended.trials[0].label_faults
+    sound, corrected, unrepaired = fits
+    swap, crash = corrected.trials[0].label_faults
     assert (set(swap.labels), swap.start, swap.end, swap.done) == (set(PAIR), *SWAPPED, EXCHANGED)
     assert (crash.labels, crash.start, crash.end, crash.onto) == ((CRASH,), *CRASHED, ONTO)
     assert crash.done == MASKED
-    assert angles_apart_deg(mended, sound) < MASKED_DEG < 2.0 < angles_apart_deg(unrepaired, sound)
-    assert mended.trials[0].marker_errors.maximum < 1.1 * sound.trials[0].marker_errors.maximum
+    assert angles_apart_deg(corrected, sound) < MASKED_DEG < 2.0 < angles_apart_deg(unrepaired, sound)
+    assert corrected.trials[0].marker_errors.maximum < 1.1 * sound.trials[0].marker_errors.maximum
 
 
 def test_notes_and_figures_tell(fits):
-    mended = fits[1]
-    notes = [note for note in all_notes(mended) if "label" in note]
+    corrected = fits[1]
+    notes = [note for note in all_notes(corrected) if "label" in note]
     assert any(note.startswith("walk: labels ") and "frames 60-129" in note for note in notes)
     assert any(f"label {CRASH} lay on the trajectory of {ONTO} in frames 150-189" in note for note in notes)
-    swap, crash = summary(mended)["trials"][0]["label_faults"]
+    swap, crash = summary(corrected)["trials"][0]["label_faults"]
     assert (swap["done"], swap["frames"], swap["frames_with_markers"]) == ("exchanged", [60, 130], 70)
     assert (crash["done"], crash["frames"], crash["onto"]) == ("masked", [150, 190], ONTO)
-    column = mended.trials[0].marker_errors.names.index(CRASH)
-    unseen = ~np.isfinite(mended.trials[0].marker_errors.distance[:, column])
+    column = corrected.trials[0].marker_errors.names.index(CRASH)
+    unseen = ~np.isfinite(corrected.trials[0].marker_errors.distance[:, column])
     np.testing.assert_array_equal(np.flatnonzero(unseen), np.arange(*CRASHED))  # left out of every figure
 
 
 def test_kept_with_the_fit_and_through_an_edit(fits, tmp_path):
-    mended = fits[1]
-    save_fit(mended, tmp_path)
-    kept = load_fit(tmp_path, mended.subject.folder)
-    assert kept.trials[0].label_faults == mended.trials[0].label_faults
+    corrected = fits[1]
+    save_fit(corrected, tmp_path)
+    kept = load_fit(tmp_path, corrected.subject.folder)
+    assert kept.trials[0].label_faults == corrected.trials[0].label_faults
     again = resolve(kept, {"walk": flagged((0, 20, None, "manualReview"))}, ALONE)
-    assert again.trials[0].label_faults == mended.trials[0].label_faults
-    assert angles_apart_deg(again, mended) < SAME_DEG
+    assert again.trials[0].label_faults == corrected.trials[0].label_faults
+    assert angles_apart_deg(again, corrected) < SAME_DEG
 
 
+@pytest.mark.slow
 def test_a_persons_word_alone_exchanges_back(folders, fits):
     sound, faulty = folders
     word = Exchange("walk", PAIR, *SWAPPED)
@@ -128,6 +130,7 @@ def test_a_persons_word_alone_exchanges_back(folders, fits):
     )
 
 
+@pytest.mark.slow
 def test_the_diagnosis_names_the_exchange_as_if_no_fit_repaired_it(folders):
     _, seen, fit = repaired_balance(folders[1], Settings(), trials=None, reviews={}, progress=silent)
     (swap,) = [f for f in seen.findings if f.id == "marker_swap"]
@@ -144,15 +147,15 @@ def test_in_a_recorded_walk(real_data):
     capture = read_trial(files)
     fault = spoilt(capture.markers, ("R.ASIS", "L.ASIS"), (70, 120), ("L.TH2", "L.TH3"), (140, 175))
     sound = solve(subject, ALONE)
-    mended, unrepaired = (
+    corrected, unrepaired = (
         solve(subject, settings, captures={files.name: replace(capture, markers=fault)})
         for settings in (ALONE, UNREPAIRED)
     )
     assert sound.trials[0].label_faults == ()
-    swap, crash = mended.trials[0].label_faults
+    swap, crash = corrected.trials[0].label_faults
     assert (set(swap.labels), swap.start, swap.end) == ({"R.ASIS", "L.ASIS"}, 70, 120)
     assert (crash.labels, crash.start, crash.end, crash.onto) == (("L.TH2",), 140, 175, "L.TH3")
-    assert angles_apart_deg(mended, sound) < MASKED_DEG < 5.0 < angles_apart_deg(unrepaired, sound)
+    assert angles_apart_deg(corrected, sound) < MASKED_DEG < 5.0 < angles_apart_deg(unrepaired, sound)
 
 
 @pytest.mark.real

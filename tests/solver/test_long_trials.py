@@ -22,7 +22,7 @@ POSES = 24e6  # bytes: of frames that are looked at together. Two systems are 46
 ROOT = 6  # dofs that place the body in the ground
 TORQUE_NM, FORCE_N, MOMENT_NM = 1.0, 1.0, 1.0  # RMS
 USUAL = Settings()
-WHOLE = replace(USUAL, trajectory=replace(USUAL.trajectory, heldout=False))
+WHOLE = replace(USUAL, trajectory=replace(USUAL.trajectory, held_out=False))
 SHORT_WINDOWS = replace(
     WHOLE.trajectory,
     whole_frames=400,
@@ -66,6 +66,7 @@ def assert_within_the_bound(one, other):
     assert rms(residual[:, 3:]) < MOMENT_NM
 
 
+@pytest.mark.slow
 def test_windows_agree_with_the_whole(whole, windowed):
     assert (windowed.groundwork.phi != whole.groundwork.phi).any()  # taught by some of the frames
     assert_within_the_bound(whole, windowed)
@@ -111,6 +112,7 @@ def test_memory_holds_the_system_of_one_window_at_a_time(whole):
     assert peak < 8 * largest * (BAND * dofs**2 + dofs * len(phi)) + POSES
 
 
+@pytest.mark.slow
 def test_a_flag_in_windows_agrees_with_the_same_flag_in_the_whole(subject, whole, windowed):
     (trial,) = whole.trials
     reviews = {trial.capture.name: flagged((220, 262, trial.contacts.foot_bodies[0], "missingForce"))}

@@ -16,7 +16,7 @@ def test_forces_weigh_the_person_once_frames_that_miss_some_are_left_out(real_da
     """With 80 kg, what people so tall weigh, the residual was 0.08 of body weight; the forces carry 69."""
     folder = real_data / "anomalies" / "tiziana2019_lencioni"
     settings = settings_for(folder)
-    settings = replace(settings, trajectory=replace(settings.trajectory, heldout=False))
+    settings = replace(settings, trajectory=replace(settings.trajectory, held_out=False))
     fit = solve(open_subject(folder), settings)
     assert any(note.startswith("mass not given; ") and "from the forces" in note for note in fit.notes)
     (trial,) = [t for t in fit.trials if t.dynamics is not None]

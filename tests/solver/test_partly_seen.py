@@ -38,7 +38,7 @@ def fit(real_data, tmp_path_factory):
     return solve(open_subject(folder), Settings())
 
 
-def test_neither_mass_nor_height_nor_forces_are_made_up(fit):
+def test_neither_mass_nor_height_nor_forces_are_synthetic(fit):
     assert np.isnan(fit.mass_kg)
     assert np.isnan(fit.height_m)
     (trial,) = fit.trials
@@ -49,7 +49,7 @@ def test_neither_mass_nor_height_nor_forces_are_made_up(fit):
     assert "people of" not in notes
     figures = summary(fit)
     assert figures["subject"]["mass_kg"] is None
-    assert not figures["trials"][0]["forces_foretold"]
+    assert not figures["trials"][0]["forces_predicted"]
 
 
 def test_only_segments_that_are_seen_have_angles(fit):

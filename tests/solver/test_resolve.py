@@ -12,12 +12,12 @@ import pytest
 from solver.capture.subject.subject import open_subject
 from solver.common.errors import Cancelled, FitError
 from solver.common.progress import silent
-from solver.dynamics.force_prediction import sister_fit
+from solver.dynamics.force_prediction import prediction_fit
 from solver.fitting import dynamics_stage
 from solver.fitting.fit import Fit
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
-from solver.fitting.review_stage import predicting_withheld
+from solver.fitting.review_stage import predicting_held_out
 from solver.fitting.settings import Settings, as_dict
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
@@ -98,6 +98,7 @@ def reviewed(case) -> Fit:
     return resolve(case.first, case.after, SETTINGS)
 
 
+@pytest.mark.slow
 def test_a_new_flag_gives_what_a_solve_from_the_beginning_gives(case, reviewed):
     (trial,) = reviewed.trials
     assert trial.mask.reasons != case.first.trials[0].mask.reasons
@@ -119,12 +120,15 @@ def moved(case: Case, frames: int) -> dict:
     }
 
 
+@pytest.mark.slow
 def test_another_flag_takes_one_fit_and_asks_no_blocks_anew(case, reviewed, monkeypatch):
     """What is learnt of a person outlasts a few flags; from the beginning it takes two fits and a choice."""
     cold, fits = case.cold(moved(case, 5)), []
     fit = dynamics_stage.fit_trajectories
     with monkeypatch.context() as watched:
-        watched.setattr(sister_fit, "chosen_kinds", lambda *_, **__: pytest.fail("blocks were asked anew"))
+        watched.setattr(
+            prediction_fit, "chosen_kinds", lambda *_, **__: pytest.fail("blocks were asked anew")
+        )
         watched.setattr(dynamics_stage, "fit_trajectories", lambda *a, **k: fits.append(0) or fit(*a, **k))
         warm = resolve(reviewed, moved(case, 5), SETTINGS)
     assert len(fits) == 1
@@ -139,8 +143,8 @@ def test_solving_the_same_flags_again_moves_nothing_further(case, reviewed):
 
 def test_many_changed_frames_ask_blocks_anew(case, reviewed, monkeypatch):
     asked = []
-    choose = sister_fit.chosen_kinds
-    monkeypatch.setattr(sister_fit, "chosen_kinds", lambda *a, **k: asked.append(0) or choose(*a, **k))
+    choose = prediction_fit.chosen_kinds
+    monkeypatch.setattr(prediction_fit, "chosen_kinds", lambda *a, **k: asked.append(0) or choose(*a, **k))
     (trial,) = reviewed.trials
     known = np.flatnonzero(trial.forces_known)
     most = (int(known[0]), int(known[2 * len(known) // 3]), None, "manualReview")
@@ -154,15 +158,16 @@ def test_taking_it_back_gives_the_first_fit_again(case, reviewed):
     assert_agree(resolve(reviewed, case.before, SETTINGS), case.first)
 
 
-def test_the_withheld_blocks_are_due_and_then_those_of_a_solve_from_the_beginning(case, reviewed):
-    assert reviewed.heldout_due
-    assert reviewed.trials[0].heldout is None
-    ours = predicting_withheld(reviewed, SETTINGS, silent)
+@pytest.mark.slow
+def test_the_held_out_blocks_are_due_and_then_those_of_a_solve_from_the_beginning(case, reviewed):
+    assert reviewed.held_out_due
+    assert reviewed.trials[0].held_out is None
+    ours = predicting_held_out(reviewed, SETTINGS, silent)
     cold = case.cold(case.after)
-    assert not ours.heldout_due
-    np.testing.assert_array_equal(ours.trials[0].heldout.frames, cold.trials[0].heldout.frames)
+    assert not ours.held_out_due
+    np.testing.assert_array_equal(ours.trials[0].held_out.frames, cold.trials[0].held_out.frames)
     np.testing.assert_allclose(
-        ours.trials[0].heldout.residual_root, cold.trials[0].heldout.residual_root, atol=1e-6
+        ours.trials[0].held_out.residual_root, cold.trials[0].held_out.residual_root, atol=1e-6
     )
 
 
@@ -205,13 +210,14 @@ def walk_with_short_reach(synthetic_subject):
     return solve(synthetic_subject, settings), settings
 
 
+@pytest.mark.slow
 def test_a_small_edit_is_followed_near_it_alone(walk_with_short_reach, monkeypatch):
-    """The first one needs a sister, whose kinds of terms the withheld blocks have chosen before."""
+    """The first one needs a prediction fit, whose kinds of terms the held-out blocks have chosen before."""
     first, settings = walk_with_short_reach
     name, foot = first.trials[0].capture.name, first.trials[0].contacts.foot_bodies[0]
     one, other = (60, 75, foot, "manualReview"), (140, 155, foot, "manualReview")
     with monkeypatch.context() as watched:
-        for module, whole in ((dynamics_stage, "fit_trajectories"), (sister_fit, "chosen_kinds")):
+        for module, whole in ((dynamics_stage, "fit_trajectories"), (prediction_fit, "chosen_kinds")):
             watched.setattr(module, whole, lambda *_, **__: pytest.fail("all frames were asked"))
         once = resolve(first, {name: flagged(one)}, settings)
         twice = resolve(once, {name: flagged(one, other)}, settings)
@@ -250,7 +256,7 @@ def test_so_many_flags_that_nothing_is_left_leave_the_markers_motion(case):
     alone = resolve(case.first, reviews, SETTINGS)
     assert alone.trials[0].kinematics_only is None
     np.testing.assert_array_equal(alone.trials[0].motion.q, case.first.trials[0].kinematics_only.motion.q)
-    assert not alone.heldout_due
+    assert not alone.held_out_due
     assert_agree(resolve(alone, case.before, SETTINGS), case.first)
 
 

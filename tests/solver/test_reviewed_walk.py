@@ -64,7 +64,7 @@ def walk_on_plates(real_data):
 
 
 def test_the_flagged_foot_gets_what_the_motion_demands_of_it(walk_on_plates):
-    """Its plate did measure; the flag only says not to use it, so the plate is an independent witness."""
+    """Its plate did measure; the flag only says not to use it, so the plate is an independent check."""
     (trial,) = walk_on_plates.trials
     motion, contacts, settings = trial.dynamics.motion, trial.contacts, Settings().dynamics
     leg = [
@@ -77,9 +77,9 @@ def test_the_flagged_foot_gets_what_the_motion_demands_of_it(walk_on_plates):
         return found.joint_torques[FLAGGED][:, leg]
 
     right = contacts.foot_bodies.index("calcn_r")
-    assert trial.dynamics.wrench_inferred[FLAGGED, right].all()
-    assert not trial.dynamics.wrench_inferred[FLAGGED, 1 - right].any()
-    witness = with_measured(FrameMask(np.ones_like(trial.mask.counts)))
-    ours = np.abs(trial.dynamics.joint_torques[FLAGGED][:, leg] - witness).max()
-    nothing = np.abs(with_measured(trial.mask) - witness).max()
+    assert trial.dynamics.wrench_is_predicted[FLAGGED, right].all()
+    assert not trial.dynamics.wrench_is_predicted[FLAGGED, 1 - right].any()
+    direct_check = with_measured(FrameMask(np.ones_like(trial.mask.counts)))
+    ours = np.abs(trial.dynamics.joint_torques[FLAGGED][:, leg] - direct_check).max()
+    nothing = np.abs(with_measured(trial.mask) - direct_check).max()
     assert ours < 0.5 * nothing

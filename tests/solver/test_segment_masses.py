@@ -16,7 +16,7 @@ from solver.fitting.weighing_stage import agreeing
 from solver.skeleton.scaling import with_mass
 
 SETTINGS = Settings()
-SETTINGS = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, heldout=False))
+SETTINGS = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, held_out=False))
 WALKS, RUN = "two treadmill walks A", "treadmill run C"
 MOST_MOVED = 0.05
 FROM_TABLES = 0.10
@@ -48,6 +48,7 @@ def nominal(fit):
     return np.array([b.mass for b in with_mass(fit.groundwork.skeleton, fit.skeleton.mass).bodies])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "what", "edit"),
     [

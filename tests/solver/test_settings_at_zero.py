@@ -33,6 +33,7 @@ def folder(real_data, tmp_path_factory):
     return folder / "gait"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", [name for name in STAGES if may_be_zero(getattr(Settings(), name))])
 def test_a_trial_is_fitted_with_all_zeros_that_a_table_allows(folder, tmp_path, stage):
     zeros = dict.fromkeys(may_be_zero(getattr(Settings(), stage)), 0)

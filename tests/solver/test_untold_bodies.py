@@ -26,7 +26,7 @@ def furthest_deg(fit: Fit) -> dict[str, float]:
 def fitted(folder, trial, *, default_body, keep=lambda label: True):
     subject = replace(open_subject(folder), static=None)
     settings = settings_for(folder)
-    settings = replace(settings, trajectory=replace(settings.trajectory, heldout=False))
+    settings = replace(settings, trajectory=replace(settings.trajectory, held_out=False))
     if default_body:
         subject = replace(subject, model=None)
     capture = read_trial(next(t for t in subject.trials if t.name == trial), settings.reading)
@@ -40,6 +40,7 @@ def fitted(folder, trial, *, default_body, keep=lambda label: True):
     return solve(subject, settings, trials=[trial], captures={trial: replace(capture, markers=markers)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("default_body", [False, True])
 def test_a_trunk_that_a_laboratory_never_marked_stays_near_neutral_and_is_named(real_data, default_body):
     folder = real_data / "overground_camargo2021_AB06"

@@ -1,4 +1,4 @@
-"""Real recordings with their forces taken away: torques come out all the same, told to be foretold."""
+"""Real recordings with their forces taken away: torques come out all the same, told to be predicted."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from solver.fitting.torques_stage import under_forces
 
 pytestmark = pytest.mark.real
 
-SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, heldout=False))
+SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, held_out=False))
 ENDS = slice(15, -15)
 FULL_BODY_WALK = "walk_rajagopal2015"
 WITHOUT_ARMS = "walk_gait2354_subject01"
@@ -52,14 +52,15 @@ def recorded_total(fit):
     return trial.contacts.wrench_ground[:, :, :3].sum(axis=1), used
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("folder", "at_most"), [(FULL_BODY_WALK, 0.45), (WITHOUT_ARMS, 0.5), (RUN, 1.7)])
 def test_the_total_force_is_near_the_recorded_one(pair, folder, at_most):
     """At most: N/kg, RMS; at 6 Hz the markers miss 0.44, 0.35 and 1.9."""
     bare, measured = pair(folder)
     recorded, used = recorded_total(measured)
     used[:15] = used[-15:] = False
-    foretold = bare.trials[0].dynamics.wrench_foretold_ground[:, :, :3].sum(axis=1)
-    missed = np.sqrt(((foretold - recorded)[used] ** 2).sum(axis=1).mean()) / bare.mass_kg
+    predicted = bare.trials[0].dynamics.wrench_predicted_ground[:, :, :3].sum(axis=1)
+    missed = np.sqrt(((predicted - recorded)[used] ** 2).sum(axis=1).mean()) / bare.mass_kg
     assert missed < at_most
 
 
@@ -85,17 +86,17 @@ def test_torques_are_finite_and_nearer_to_those_with_forces_than_without_any(pai
         assert np.sqrt((apart**2).mean()) < share * np.sqrt((unloaded**2).mean()), name
 
 
-def test_everything_is_marked_as_foretold_and_no_residual_is_claimed(pair):
+def test_everything_is_marked_as_predicted_and_no_residual_is_claimed(pair):
     bare, _ = pair(FULL_BODY_WALK)
     (trial,) = bare.trials
-    assert trial.forces_foretold
-    assert trial.dynamics.wrench_inferred.all()
+    assert trial.forces_predicted
+    assert trial.dynamics.wrench_is_predicted.all()
     assert not trial.dynamics.used.any()
     assert not trial.mask.counts.any()
     assert (0, trial.motion.frames, None, NOT_RECORDED) in trial.mask.reasons
     (figures,) = summary(bare)["trials"]
-    assert figures["forces_foretold"]
-    assert figures["torques_inferred_ranges"] == [[0, trial.motion.frames]]
+    assert figures["forces_predicted"]
+    assert figures["torques_predicted_ranges"] == [[0, trial.motion.frames]]
     assert figures["linear_residual"] is None
     assert (
         figures["hicks"]["linear"] is figures["hicks"]["angular"] is figures["hicks"]["angular_paper"] is None
@@ -111,22 +112,22 @@ def test_exports_say_what_was_never_measured(pair, tmp_path):
     assert set(np.asarray(header.missing_GRF_reason)) == {reason_number(NOT_RECORDED), outside_ranges}
     assert header.processing_pass_header[1].lowpass_cutoff_frequency == SETTINGS.dynamics.unmeasured_cutoff_Hz
     columns = trial_columns(trial, bare.skeleton)
-    assert columns["calcn_r_inferred"].all()
+    assert columns["calcn_r_predicted"].all()
     assert not columns["used"].any()
     assert not columns["calcn_r_force_y_N"].any()
-    assert columns["calcn_r_foretold_force_y_N"].max() > 0.8 * bare.mass_kg * 9.81
+    assert columns["calcn_r_predicted_force_y_N"].max() > 0.8 * bare.mass_kg * 9.81
     files = {path.name: path for path in export_opensim(bare, tmp_path)}
     assert "walk_grf.mot" not in files
-    assert "foretold" in files["walk_grf_foretold.mot"].read_text().splitlines()[0]
-    assert "walk_grf_foretold.mot" in files["walk_external_loads.xml"].read_text()
+    assert "predicted" in files["walk_grf_predicted.mot"].read_text().splitlines()[0]
+    assert "walk_grf_predicted.mot" in files["walk_external_loads.xml"].read_text()
     assert f"frames 0-{trial.motion.frames - 1}" in files["walk_id.sto"].read_text().splitlines()[0]
 
 
-def test_torques_rest_on_the_foretold_forces(pair):
+def test_torques_rest_on_the_predicted_forces(pair):
     """Put in as if they had been measured, they give the same torques."""
     bare, _ = pair(FULL_BODY_WALK)
     (trial,) = bare.trials
-    wrench = trial.dynamics.wrench_foretold_ground
+    wrench = trial.dynamics.wrench_predicted_ground
     as_measured = replace(
         trial,
         contacts=replace(trial.contacts, wrench_ground=wrench, wrench_raw_ground=wrench),
@@ -139,10 +140,10 @@ def test_torques_rest_on_the_foretold_forces(pair):
 def test_nothing_touches_the_ground_in_flight(pair):
     bare, measured = pair(RUN)
     recorded, used = recorded_total(measured)
-    foretold = bare.trials[0].dynamics.wrench_foretold_ground
+    predicted = bare.trials[0].dynamics.wrench_predicted_ground
     flies = used & (recorded[:, 1] < 20.0)
     assert flies.sum() > 20
-    assert (foretold[flies] == 0).all(axis=(1, 2)).mean() > 0.5
+    assert (predicted[flies] == 0).all(axis=(1, 2)).mean() > 0.5
 
 
 def test_unseen_arms_are_told_and_seen_ones_are_not(pair):
@@ -162,8 +163,8 @@ def test_the_mass_that_other_trials_forces_tell_is_used(real_data):
         trials=tuple(replace(t, forces=None) if t.name == "squats1" else t for t in kept),
     )
     fit = solve(mixed, SETTINGS)
-    foretold = next(t for t in fit.trials if t.capture.name == "squats1")
-    assert foretold.forces_foretold
-    up = foretold.dynamics.wrench_foretold_ground[ENDS, :, 1].sum(axis=1)
+    predicted = next(t for t in fit.trials if t.capture.name == "squats1")
+    assert predicted.forces_predicted
+    up = predicted.dynamics.wrench_predicted_ground[ENDS, :, 1].sum(axis=1)
     assert abs(up.mean() / 9.80665 - fit.mass_kg) < 1.0
     assert abs(fit.mass_kg - 63.6) < 1.5  # what the walk's plates carry

@@ -12,12 +12,12 @@ from addb_viewer.text.diagnosis_vocabulary import (
     about,
     amounts,
     certainty,
-    leads_of,
     percent,
     ranges_of,
     rivals_of,
     short_title,
     sureness,
+    tentative_of,
 )
 from addb_viewer.text.plain_words import in_plain_words
 from addb_viewer.text.use_words import use
@@ -31,7 +31,7 @@ from annotations.events import FlagRange
 from annotations.foot_names import foot_named
 from annotations.reasons import reason_words
 from annotations.trial_review import TrialReview
-from solver.diagnosis.causes.about import Course, Mend
+from solver.diagnosis.causes.about import CorrectedBy, TimeHistory
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
@@ -54,11 +54,11 @@ def flags_of(figures: Figures, effect: Figures, trials: Sequence[str]) -> list[t
         trials: of the subject.
     """
     known = about(effect)
-    if known.mend is Mend.FLAGGED:
+    if known.corrected_by is CorrectedBy.FLAGGED:
         reason = "notOverForcePlate"
         several = effect["target"].startswith("plate_") or "+" in effect["target"]
         foot = None if several else effect["target"]
-    elif known.course is Course.NOW_AND_THEN:
+    elif known.time_history is TimeHistory.NOW_AND_THEN:
         reason, foot = "unmeasuredExternalForceDetected", None
     else:
         return []
@@ -165,8 +165,8 @@ def _places(figures: Figures, effect: Figures) -> list[str]:
 
 def _sure(figures: Figures, effect: Figures) -> str:
     confidence = effect["confidence"]
-    if any(effect is lead for lead in leads_of(figures)):
-        return f"only a lead, {percent(confidence)}"
+    if any(effect is lead for lead in tentative_of(figures)):
+        return f"only tentative, {percent(confidence)}"
     return f"{sureness(confidence)} sure"
 
 

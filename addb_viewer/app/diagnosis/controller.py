@@ -13,7 +13,7 @@ from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.solve.controller import stop
-from addb_viewer.app.subjects.shared_subject import DIAGNOSING, RECORDING, SOLVING, WITHHOLDING
+from addb_viewer.app.subjects.shared_subject import DIAGNOSING, HOLDING_OUT, RECORDING, SOLVING
 from addb_viewer.text.diagnosis_vocabulary import ranges_of, short_title
 from addb_viewer.text.verdict_words import verdict
 from addb_viewer.trial_view.cause_pictures import Figures
@@ -22,7 +22,7 @@ from addb_viewer.trial_view.replay import Replay
 from solver.common.errors import SolverError
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
-OTHERS = (SOLVING, RECORDING, WITHHOLDING)  # told by other tabs
+OTHERS = (SOLVING, RECORDING, HOLDING_OUT)  # told by other tabs
 ACCEPTING = "finding the causes once more, then fitting without and with them"
 
 
@@ -121,7 +121,7 @@ class DiagnosisController:
             self.notices.failed(task.doing, outcome.error or "it ended without a word")
             return
         self.show()
-        self.notices.tell(f"{task.doing}: done", self._told_in_short(task))
+        self.notices.tell(f"{task.doing}: done", self._told_key_findings(task))
 
     def _cancel(self) -> None:
         stop(self.screen)
@@ -161,7 +161,7 @@ class DiagnosisController:
             if key_of_cause(effect) == key:
                 action(self, effect)
 
-    def _told_in_short(self, task: Task) -> str:
+    def _told_key_findings(self, task: Task) -> str:
         if task.doing == DIAGNOSING and self.state.figures is not None:
             return " ".join(verdict(self.state.figures).lines)
         return decision_in_words(self.state)

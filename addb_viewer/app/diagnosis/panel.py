@@ -19,10 +19,10 @@ from addb_viewer.text.cause_words import cause
 from addb_viewer.text.detectable_words import what_would_be_found
 from addb_viewer.text.diagnosis_vocabulary import about, ranges_of, short_title
 from addb_viewer.text.diagnosis_words import notes
+from addb_viewer.text.direct_check_words import what_the_files_say
 from addb_viewer.text.extension_words import what_accepting_changes
 from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.remainder_words import what_next, what_remains
-from addb_viewer.text.witness_words import what_the_files_say
 from addb_viewer.trial_view.cause_pictures import Figures
 from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words
 from annotations.foot_names import foot_words

@@ -22,7 +22,7 @@ from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.text.amounts import counted
 from annotations.errors import ReviewError
-from annotations.work import Comment, Settle, Talk, WorkItem, work_of
+from annotations.work import Comment, CommentThread, Settle, WorkItem, work_of
 from solver.common.errors import SolverError
 
 PAGE, FILES, CONNECTION = "/queue", "/queue-files", "/addb/queue"
@@ -155,8 +155,8 @@ class Visitor:
                 return []
             case "people":
                 return [self._people()]
-            case "talks":
-                return [self._talks(asked)]
+            case "comments":
+                return [self._comments(asked)]
         if not self._name:
             raise ReviewError("say your name first; it stands by what you do")
         match asked.what:
@@ -192,25 +192,25 @@ class Visitor:
         else:
             event = Settle(number or 0, asked.text != "open")
         self._page.batches.say(subject, [trial], event, self._name)
-        talks = self._talks_of(subject, trial)
+        comments = self._comments_of(subject, trial)
         answered = next(
-            (talk for talk in talks if isinstance(event, Comment) and talk.number == number), None
+            (thread for thread in comments if isinstance(event, Comment) and thread.number == number), None
         )
         if answered is not None:
             self._trials.people.tell_of_answer(answered, trial, self._name, asked.text)
-        return [page_words.talks_words((subject, trial), talks)]
+        return [page_words.comments_words((subject, trial), comments)]
 
-    def _talks(self, asked: Asked) -> Message:
+    def _comments(self, asked: Asked) -> Message:
         subject, trial = self._place(asked)
-        return page_words.talks_words((subject, trial), self._talks_of(subject, trial))
+        return page_words.comments_words((subject, trial), self._comments_of(subject, trial))
 
-    def _talks_of(self, subject: str, trial: str) -> tuple[Talk, ...]:
+    def _comments_of(self, subject: str, trial: str) -> tuple[CommentThread, ...]:
         row = next(row for row in self._trials.rows() if (row.subject, row.trial) == (subject, trial))
         items: tuple[WorkItem, ...] = ()
-        if row.talks:
+        if row.comments:
             with open_log(self._trials.subjects.folders(subject)[0]) as log:
                 items = log.work.reading()[0]
-        return work_of([item for item in items if item.trial == trial]).talks
+        return work_of([item for item in items if item.trial == trial]).comments
 
     def _place(self, asked: Asked) -> tuple[str, str]:
         known = {(row.subject, row.trial) for row in self._trials.rows() if row.trial}

@@ -10,7 +10,7 @@ from addb_viewer.app.queue.pace import Pair, Share
 from addb_viewer.app.queue.rows import Row
 from addb_viewer.app.subjects.people import TrialPlace
 from annotations.errors import ReviewError
-from annotations.work import Comment, Talk, WorkItem
+from annotations.work import Comment, CommentThread, WorkItem
 
 MOST_TRIALS = 100_000
 LONGEST = 10_000  # characters of a text
@@ -36,7 +36,7 @@ WANTS = (
     "assign",
     "comment",
     "settle",
-    "talks",
+    "comments",
     "people",
     "cancel",
     "anew",
@@ -92,8 +92,8 @@ def row_words(row: Row) -> dict[str, Any]:
         "causes": list(row.causes),
         "sources": list(row.sources),
         "assigned": row.assigned_to,
-        "talks": row.talks,
-        "openTalks": row.open_talks,
+        "comments": row.comments,
+        "openComments": row.open_comments,
         "waiting": list(row.waiting),
         "last": None if last is None else [last.author, round(last.at)],
         "people": sorted({mark.author for mark in row.marks}),
@@ -163,19 +163,19 @@ def people_words(shares: Sequence[Share], pairs: Sequence[Pair], hours_left: flo
     }
 
 
-def talks_words(place: TrialPlace, talks: Sequence[Talk]) -> dict[str, Any]:
+def comments_words(place: TrialPlace, comments: Sequence[CommentThread]) -> dict[str, Any]:
     """The comments on a trial."""
     return {
-        "kind": "talks",
+        "kind": "comments",
         "place": list(place),
-        "talks": [
+        "comments": [
             {
-                "number": talk.number,
-                "frame": talk.frame,
-                "settledBy": talk.settled_by,
-                "said": [_said(item) for item in (talk.first, *talk.answers)],
+                "number": thread.number,
+                "frame": thread.frame,
+                "settledBy": thread.settled_by,
+                "said": [_said(item) for item in (thread.first, *thread.answers)],
             }
-            for talk in talks
+            for thread in comments
         ],
     }
 

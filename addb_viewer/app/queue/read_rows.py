@@ -79,7 +79,9 @@ def _with_review(row: Row, review: TrialReview, found: Sequence[Detected]) -> Ro
 
 
 def _with_work(row: Row, work: TrialWork) -> Row:
-    return replace(row, assigned_to=work.assigned_to, open_talks=work.open_talks, talks=len(work.talks))
+    return replace(
+        row, assigned_to=work.assigned_to, open_comments=work.open_comments, comments=len(work.comments)
+    )
 
 
 def _marks(edits: Sequence[Edit]) -> tuple[Mark, ...]:

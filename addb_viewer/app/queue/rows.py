@@ -51,8 +51,8 @@ class Row:
     activities: tuple[str, ...] = ()  # what the person does, as people labelled it
     causes: tuple[str, ...] = ()  # what the diagnosis names in it
     assigned_to: str = ""  # who is to review it; empty: nobody in particular
-    open_talks: int = 0  # comments that are not settled
-    talks: int = 0
+    open_comments: int = 0  # comments that are not settled
+    comments: int = 0
     marks: tuple[Mark, ...] = ()  # people's edits
 
     @property

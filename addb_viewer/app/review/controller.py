@@ -7,6 +7,7 @@ from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.review.activities import ActivityLabels
+from addb_viewer.app.review.comments import Comments
 from addb_viewer.app.review.html import (
     history_html,
     proposals_html,
@@ -17,7 +18,6 @@ from addb_viewer.app.review.html import (
 )
 from addb_viewer.app.review.panel import ReviewPanel, feet_words
 from addb_viewer.app.review.steps import Steps
-from addb_viewer.app.review.talks import Talks
 from addb_viewer.app.review.what_if import WhatIfQuestions
 from addb_viewer.jobs.force_reviews import left_undecided
 from addb_viewer.trial_view.disagreements import news
@@ -55,7 +55,7 @@ class ReviewController:
         self.asking = WhatIfQuestions(screen, panel.answer, notices)
         self.activities = ActivityLabels(self)
         self.steps = Steps(self)
-        self.talks = Talks(screen, panel.talks)
+        self.comments = Comments(screen, panel.comments)
         self.foot: str | None = None
         self.selection = Selection()
         self.proposals: tuple[Pending, ...] = ()
@@ -115,7 +115,7 @@ class ReviewController:
         self.panel.status.content = status_html(review, still_open(self.proposals), stale(replay, review))
         self.panel.ranges.content = ranges_html(review, replay.bodies is not None)
         self.panel.history.content = history_html(history)
-        self.talks.show()
+        self.comments.show()
         self.show_selection()
         self.screen.draw_lanes()
 
@@ -242,8 +242,8 @@ class ReviewController:
         replay, fit = self.screen.replay, self.screen.shared.fits.shown.fit
         if replay is None or replay.bodies is None:
             return None
-        forces, made_of = replay.forces, fit.provenance if fit else {}
-        return left_undecided(self.review, forces.proposals, replay.frames, forces.confidence, made_of)
+        forces, made_from = replay.forces, fit.provenance if fit else {}
+        return left_undecided(self.review, forces.proposals, replay.frames, forces.confidence, made_from)
 
     def warm_up(self) -> None:
         """Make the first answer to "what if" come soon, should the person stay at the selected range."""

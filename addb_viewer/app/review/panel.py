@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import viser
 
 from addb_viewer.app.page.handles import put
+from addb_viewer.app.review.comments import CommentsPanel, build_comments
 from addb_viewer.app.review.html import reasons_html
-from addb_viewer.app.review.talks import TalksPanel, build_talks
 from annotations.activities import ACTIVITIES
 from annotations.foot_names import foot_words
 from annotations.reasons import OTHER_WORDS
@@ -40,7 +40,7 @@ class ReviewPanel:
     suggestion: viser.GuiButtonGroupHandle
     activity: viser.GuiDropdownHandle[str]
     label: viser.GuiButtonHandle
-    talks: TalksPanel
+    comments: CommentsPanel
     history: viser.GuiHtmlHandle
 
     @property
@@ -95,14 +95,14 @@ def build_review(gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ..
                 "Label the selection", color="gray", hint="The whole trial where nothing is selected"
             )
         with gui.add_folder("Comments"):
-            talks = build_talks(gui)
+            comments = build_comments(gui)
         with gui.add_folder("Who did what"):
             author = gui.add_html("")
             rename = gui.add_button("Change your name", color="gray")
             history = gui.add_html("")
     return ReviewPanel(
         author, rename, status, finish, foot, selection, note, proposals, decide, ranges, edits, what_if,
-        answer, reason, paint, suggested, suggestion, activity, label, talks, history,
+        answer, reason, paint, suggested, suggestion, activity, label, comments, history,
     )  # fmt: skip
 
 

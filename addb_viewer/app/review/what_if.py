@@ -112,12 +112,12 @@ class WhatIfQuestions:
             self.answer.content = ""
             self.notices.error("Asking what if", error)
 
-    def _show(self, number: int, answer: str, words: str = "", in_short: str = "") -> None:
+    def _show(self, number: int, answer: str, words: str = "", key_findings: str = "") -> None:
         if number != self._asked:
             return
         self.answer.content = answer
-        if in_short:  # the panel may be scrolled away, or another one may be open
-            self.notices.tell(words, in_short)
+        if key_findings:  # the panel may be scrolled away, or another one may be open
+            self.notices.tell(words, key_findings)
 
 
 def flipped(

@@ -33,25 +33,25 @@ class ForceNodes:
         self.arrows = [_arrow(scene, f"{parent}/{i}", UNASSIGNED) for i in range(len(replay.plates))]
         self.residual = _arrow(scene, f"{parent}/residual", RESIDUAL) if replay.residual else None
         self.total = TotalNodes(scene, parent, replay.residual) if replay.residual else None
-        self.demanded = [
+        self.required = [
             scene.add_line_segments(
-                f"{parent}/demanded{i}",
+                f"{parent}/required{i}",
                 _NONE,
                 foot_color(d.foot, _index(replay.feet, d.foot)),
                 thickness=ForceSizes().hollow,
                 visible=False,
             )
-            for i, d in enumerate(replay.demanded)
+            for i, d in enumerate(replay.required)
         ]
 
     def draw(
-        self, frame: int, *, forces: bool, residual: bool, demanded: bool = True, total: bool = True
+        self, frame: int, *, forces: bool, residual: bool, required: bool = True, total: bool = True
     ) -> None:
         """Show one frame."""
-        for force, lines in zip(self.replay.demanded, self.demanded, strict=True):
+        for force, lines in zip(self.replay.required, self.required, strict=True):
             start, along = force.point[frame], ForceSizes().metres_per_newton * force.force[frame]
             size = float(np.linalg.norm(force.force[frame]))  # NaN where the foot's force was measured
-            lines.visible = demanded and size >= ForceSizes().smallest and bool(np.isfinite(start).all())
+            lines.visible = required and size >= ForceSizes().smallest and bool(np.isfinite(start).all())
             if lines.visible:
                 lines.points = hollow_arrow(start, start + along).astype(np.float32)
         for plate, arrow in zip(self.replay.plates, self.arrows, strict=True):
@@ -72,12 +72,12 @@ class TotalNodes:
     """At the centre of mass: all measured forces that count, and hollow, what the motion demands."""
 
     def __init__(self, scene: viser.SceneApi, parent: str, residual: ResidualReplay) -> None:
-        self.residual, self.demands = residual, residual.demanded
+        self.residual, self.demands = residual, residual.required
         sizes = ForceSizes()
         self.measured = _arrow(scene, f"{parent}/total", TOTAL)
         self.measured.shaft_radius, self.measured.head_radius = sizes.hollow, 2 * sizes.hollow
-        self.demanded = scene.add_line_segments(
-            f"{parent}/total_demanded", _NONE, TOTAL, thickness=sizes.total, visible=False
+        self.required = scene.add_line_segments(
+            f"{parent}/total_required", _NONE, TOTAL, thickness=sizes.total, visible=False
         )
 
     def draw(self, frame: int, *, visible: bool) -> None:
@@ -87,10 +87,10 @@ class TotalNodes:
             return
         _point(self.measured, r.com[frame], r.counted[frame], visible)
         size = float(np.linalg.norm(self.demands[frame]))  # NaN outside the fit
-        self.demanded.visible = visible and size >= sizes.smallest and bool(np.isfinite(r.com[frame]).all())
-        if self.demanded.visible:
+        self.required.visible = visible and size >= sizes.smallest and bool(np.isfinite(r.com[frame]).all())
+        if self.required.visible:
             tip = r.com[frame] + sizes.metres_per_newton * self.demands[frame]
-            self.demanded.points = hollow_arrow(r.com[frame], tip).astype(np.float32)
+            self.required.points = hollow_arrow(r.com[frame], tip).astype(np.float32)
 
 
 _NONE = np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]], dtype=np.float32)

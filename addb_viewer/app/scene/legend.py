@@ -52,12 +52,12 @@ def legend_html(replay: Replay, *, diagnosed: bool = False, tint: str = NONE) ->
             parts.append(
                 "<div>plates: in the colour of the foot that they serve; grey: of none, or both</div>"
             )
-        if replay.demanded:
+        if replay.required:
             parts.append(
                 "<div>hollow arrow: force that the motion requires where a foot's force is missing</div>"
             )
         parts.append(f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>")
-    elif replay.demanded:
+    elif replay.required:
         parts.append(
             "<div>hollow arrow: force on a foot, predicted from the motion; nothing was measured</div>"
             f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>"

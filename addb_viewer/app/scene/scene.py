@@ -33,7 +33,7 @@ class SceneOptions:
     model_markers: bool = True
     trail_seconds: float = 0.0
     forces: bool = True
-    demanded: bool = True
+    required: bool = True
     residual: bool = True
     total: bool = True
     causes: bool = True
@@ -146,7 +146,7 @@ class TrialScene:
                 )
             if self.other is not None:
                 self.other.draw(frame, visible=o.other, see_through=True)
-            self.forces.draw(frame, forces=o.forces, residual=o.residual, demanded=o.demanded, total=o.total)
+            self.forces.draw(frame, forces=o.forces, residual=o.residual, required=o.required, total=o.total)
             self.causes.draw(frame, visible=o.causes)
             self.measuring.draw(frame)
             if o.follow:

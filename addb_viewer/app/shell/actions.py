@@ -162,8 +162,8 @@ def _bind_review(s: Session) -> None:
         dict(zip(SUGGESTION, (review.activities.confirm, review.activities.refuse), strict=True)),
     )
     p.label.on_click(in_order("Labelling", review.activities.label))
-    p.talks.say.on_click(in_order("Commenting", review.talks.say))
-    p.talks.settle.on_click(in_order("Settling the comment", review.talks.settle))
+    p.comments.say.on_click(in_order("Commenting", review.comments.say))
+    p.comments.settle.on_click(in_order("Settling the comment", review.comments.settle))
     p.rename.on_click(in_order("Changing your name", s.reviewer.ask))
     p.what_if.on_click(in_order("Asking what if", review.what_if))
 
@@ -172,7 +172,7 @@ def _bind_solve(s: Session) -> None:
     p, solving, in_order = s.solving.panel, s.solving, s.notices.in_order
     for button, doing, action in (
         (p.solve, "Solving", solving.solve),
-        (p.withhold, "Judging withheld forces", solving.withhold),
+        (p.hold_out, "Judging held-out forces", solving.hold_out),
         (p.cancel, "Cancelling", solving.cancel),
         (p.keep, "Keeping", solving.keep),
         (p.discard, "Discarding", solving.discard),
@@ -283,7 +283,7 @@ def _show_options(s: Session) -> None:
         show.see_through.value,
         show.model_markers.value,
     )
-    o.forces, o.demanded, o.residual = show.forces.value, show.demanded.value, show.residual.value
+    o.forces, o.required, o.residual = show.forces.value, show.required.value, show.residual.value
     o.total = show.total.value
     o.tint = show.tint.value
     o.causes, o.trail_seconds = show.causes.value, float(show.trails.value)

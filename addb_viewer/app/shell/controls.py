@@ -26,7 +26,7 @@ class Show:
     see_through: viser.GuiCheckboxHandle
     model_markers: viser.GuiCheckboxHandle
     forces: viser.GuiCheckboxHandle
-    demanded: viser.GuiCheckboxHandle
+    required: viser.GuiCheckboxHandle
     residual: viser.GuiCheckboxHandle
     total: viser.GuiCheckboxHandle
     causes: viser.GuiCheckboxHandle
@@ -48,7 +48,7 @@ class Show:
             self.see_through,
             self.model_markers,
             self.forces,
-            self.demanded,
+            self.required,
             self.residual,
             self.total,
             self.causes,
@@ -126,19 +126,19 @@ def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
     see_through = gui.add_checkbox("See-through", False)
     model_markers = gui.add_checkbox("Model markers", True)
     forces = gui.add_checkbox("Forces", True)
-    demanded = gui.add_checkbox(
+    required = gui.add_checkbox(
         "Missing forces", True, hint="What the motion demands of a foot whose force is missing, hollow"
     )
     residual = gui.add_checkbox("Residual", True, hint="Force that F = ma still lacks, at the centre of mass")
     total = gui.add_checkbox(
-        "Total force", True, hint="At the centre of mass: measured, and hollow, demanded by the motion"
+        "Total force", True, hint="At the centre of mass: measured, and hollow, required by the motion"
     )
     causes = gui.add_checkbox("Named causes", True, hint="What the diagnosis names, where it acts")
     trails = gui.add_slider("Trails [s]", 0.0, TRAIL_LONGEST, 0.1, 0.0)
     dark_theme = gui.add_checkbox("Dark", dark, hint="Dark theme")
     legend = gui.add_html("")
     return Show(
-        bones, tint, see_through, model_markers, forces, demanded, residual, total, causes, trails, legend,
+        bones, tint, see_through, model_markers, forces, required, residual, total, causes, trails, legend,
         follow, view, measure, measured, save, dark_theme,
     )  # fmt: skip
 

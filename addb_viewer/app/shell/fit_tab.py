@@ -15,9 +15,9 @@ from addb_viewer.text.change_words import (
     signed,
 )
 from addb_viewer.text.coordinate_words import coordinate_in_words
+from addb_viewer.text.held_out_words import KINDS, QUANTITIES, cutoff_words, worse_words
 from addb_viewer.text.note_kinds import NotesOfKind, by_kind
 from addb_viewer.text.plain_words import in_plain_words
-from addb_viewer.text.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
 from addb_viewer.trial_view.html_pieces import boxed, table
 from addb_viewer.trial_view.replay import Replay
 
@@ -144,7 +144,7 @@ def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     if angular := figures.get("angular_residual"):
         text = f"{angular['rms_Nm']:.1f} N·m = {100 * angular['rms_BWh']:.2f} % BW·h{mark('angular')}"
         rows.append(("Residual moment", text))
-    if figures.get("forces_foretold"):
+    if figures.get("forces_predicted"):
         rows.append(("Forces and torques", "predicted from the motion: no residual"))
     change = figures.get("change")
     if change and change["joints_rms_deg"] is not None:
@@ -154,15 +154,15 @@ def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
                 (f"Gain, {band_in_words(gain['band_hz'])}", f"{gain['gain']:.2f} of the markers' motion")
             )
     rows.append(("Frames counted", f"{figures.get('frames_with_force_used', 0)} (force known)"))
-    return rows + _withheld_rows(figures)
+    return rows + _held_out_rows(figures)
 
 
-def _withheld_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
-    """Forces that the fit was not shown, beside what the markers alone foretell; where these do better, ✗."""
-    withheld = figures.get("withheld") or {}
-    rows = [] if withheld else _first_layout_rows(figures)
+def _held_out_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """Forces that the fit was not shown, beside what the markers alone predict; where these do better, ✗."""
+    held_out_layouts = figures.get("held_out_layouts") or {}
+    rows = [] if held_out_layouts else _first_layout_rows(figures)
     for kind, words in KINDS.items():
-        found = withheld.get(kind) or {}
+        found = held_out_layouts.get(kind) or {}
         for quantity, unit in QUANTITIES.items():
             if quantity not in found:
                 continue
@@ -170,23 +170,23 @@ def _withheld_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
             mark = "" if of["ratio"] is None else " ✗" if of["ratio"] > 1 else " ✓"
             told = f"{of['rms']:.1f} {unit}{mark}"
             told += f" (markers {of['markers_rms']:.1f} at {cutoff_words(of['markers_cutoffs_hz'])})"
-            rows.append((f"Withheld {words}, {quantity}", told))
+            rows.append((f"Held-out {words}, {quantity}", told))
     worse = "worse than markers alone "
     rows += [(worse.strip().capitalize(), said.removeprefix(worse)) for said in worse_words(figures)]
-    if withheld and withheld["layouts"] < withheld["of"]:
-        rows.append(("Withheld layouts", f"{withheld['layouts']} of {withheld['of']} so far"))
+    if held_out_layouts and held_out_layouts["layouts"] < held_out_layouts["of"]:
+        rows.append(("Held-out layouts", f"{held_out_layouts['layouts']} of {held_out_layouts['of']} so far"))
     return rows
 
 
 def _first_layout_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     """Of the layout that a solve judges itself, until the others come."""
-    heldout = figures.get("heldout") or {}
-    if heldout.get("markers_cutoff_hz") is None:
+    held_out = figures.get("held_out") or {}
+    if held_out.get("markers_cutoff_hz") is None:
         return []
     rows = []
     of_both = (("force", "linear_residual", "rms_N", "N"), ("moment", "angular_residual", "rms_Nm", "N·m"))
-    for (quantity, section, key, unit), cutoff in zip(of_both, heldout["markers_cutoff_hz"], strict=True):
-        markers = heldout[f"kinematics_only_{section}"][key]
-        told = f"{heldout[section][key]:.1f} {unit} (markers {markers:.1f} at {cutoff:g} Hz)"
-        rows.append((f"Withheld, first layout, {quantity}", told))
+    for (quantity, section, key, unit), cutoff in zip(of_both, held_out["markers_cutoff_hz"], strict=True):
+        markers = held_out[f"kinematics_only_{section}"][key]
+        told = f"{held_out[section][key]:.1f} {unit} (markers {markers:.1f} at {cutoff:g} Hz)"
+        rows.append((f"Held out, first layout, {quantity}", told))
     return rows

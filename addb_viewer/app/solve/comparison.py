@@ -109,8 +109,8 @@ def _rows(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, 
     for label, section, key, unit, factor, digits in (
         ("Residual force", "linear_residual", "rms_N", "N", 1.0, 1),
         ("Residual moment", "angular_residual", "rms_Nm", "N·m", 1.0, 1),
-        ("Withheld force", "heldout.linear_residual", "rms_N", "N", 1.0, 1),
-        ("Withheld moment", "heldout.angular_residual", "rms_Nm", "N·m", 1.0, 1),
+        ("Held-out force", "held_out.linear_residual", "rms_N", "N", 1.0, 1),
+        ("Held-out moment", "held_out.angular_residual", "rms_Nm", "N·m", 1.0, 1),
         ("Marker error", "", "marker_rms_m", "cm", 100.0, 2),
         ("Largest one", "", "marker_max_m", "cm", 100.0, 2),
     ):

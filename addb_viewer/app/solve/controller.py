@@ -17,7 +17,7 @@ from addb_viewer.app.solve.html import (
     verdict_html,
 )
 from addb_viewer.app.solve.panel import BEFORE, SolvePanel
-from addb_viewer.app.subjects.shared_subject import SOLVING, WITHHOLDING, SharedSubject
+from addb_viewer.app.subjects.shared_subject import HOLDING_OUT, SOLVING, SharedSubject
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.stored_solves import Solve, stored_solves
 from addb_viewer.trial_view.forces_in_use import mask_now
@@ -59,9 +59,9 @@ class SolveController:
         """End what is at work."""
         stop(self.screen)
 
-    def withhold(self) -> None:
-        """Judge the fit on the screen on the layouts of withheld forces that are left."""
-        self.screen.shared.withhold()
+    def hold_out(self) -> None:
+        """Judge the fit on the screen on the layouts of held-out forces that are left."""
+        self.screen.shared.hold_out()
 
     def keep(self) -> None:
         """The new solve becomes the subject's fit."""
@@ -142,8 +142,8 @@ class SolveController:
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is any more."""
         self._progress(None)
-        if task.doing == WITHHOLDING and not (outcome.succeeded or outcome.cancelled):
-            self.notices.failed(WITHHOLDING, outcome.error or "it ended without a word")
+        if task.doing == HOLDING_OUT and not (outcome.succeeded or outcome.cancelled):
+            self.notices.failed(HOLDING_OUT, outcome.error or "it ended without a word")
         if task.doing != SOLVING:
             return
         if outcome.cancelled:
@@ -192,7 +192,7 @@ class SolveController:
     def _progress(self, progress: TaskProgress | None) -> None:
         panel, busy = self.panel, progress is not None
         panel.cancel.visible = panel.bar.visible = panel.status.visible = busy
-        panel.withhold.visible = not busy and self.screen.shared.fits.withholding_due
+        panel.hold_out.visible = not busy and self.screen.shared.fits.holding_out_due
         if progress is not None:
             show_progress(panel.bar, panel.status, progress)
 
@@ -227,7 +227,7 @@ def nothing_to_solve(shared: SharedSubject) -> bool:
     """
     library = shared.fits.shown
     fit = library.fit
-    if fit is None or fit.heldout_due:
+    if fit is None or fit.held_out_due:
         return False
     for trial in fit.trials:
         name, used = trial.capture.name, trial.mask

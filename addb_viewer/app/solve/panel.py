@@ -13,7 +13,7 @@ class SolvePanel:
     """Handles of the panel."""
 
     solve: viser.GuiButtonHandle
-    withhold: viser.GuiButtonHandle
+    hold_out: viser.GuiButtonHandle
     cancel: viser.GuiButtonHandle
     bar: Any  # viser exports no name for its class
     status: viser.GuiHtmlHandle
@@ -33,8 +33,8 @@ def build_solve(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> SolvePanel:
         solve = gui.add_button(
             "Solve again", icon=viser.Icon.REFRESH, hint="With the present flags and decisions; key G"
         )
-        withhold = gui.add_button(
-            "Judge withheld forces",
+        hold_out = gui.add_button(
+            "Judge held-out forces",
             icon=viser.Icon.SCALE,
             visible=False,
             color="gray",
@@ -59,7 +59,7 @@ def build_solve(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> SolvePanel:
             settings = gui.add_html("")
     return SolvePanel(
         solve,
-        withhold,
+        hold_out,
         cancel,
         bar,
         status,

@@ -14,7 +14,7 @@ from addb_viewer.jobs.root_folder import RootFolder
 from addb_viewer.trial_view.recording import file_of
 from solver.capture.capture import Subject
 from solver.common.errors import ResultsError
-from solver.common.freed_memory import give_back
+from solver.common.memory_release import release_memory
 from solver.fitting.results.store import default_folder
 
 AHEAD_AFTER_S = 1.0  # the page that has just been shown comes first
@@ -134,7 +134,7 @@ class OpenSubjects:
         for shared in gone:
             shared.close()
         if gone:
-            threading.Thread(target=give_back, name="giving memory back", daemon=True).start()
+            threading.Thread(target=release_memory, name="giving memory back", daemon=True).start()
 
     def close(self) -> None:
         """Close all."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
-from annotations.work import Talk
+from annotations.work import CommentThread
 
 TrialPlace = tuple[str, str]  # subject and trial
 SOMEBODY = "somebody"  # who has not said a name yet
@@ -133,9 +133,9 @@ class People:
         """The names of all, by the trial that they are on."""
         return self.others(-1)
 
-    def tell_of_answer(self, talk: Talk, trial: str, by: str, text: str) -> None:
+    def tell_of_answer(self, thread: CommentThread, trial: str, by: str, text: str) -> None:
         """Tell those who spoke in a talk that it goes on."""
-        for name in talk.people:
+        for name in thread.people:
             if name != by:
                 self.tell(name, f"{by} answers on {trial}", text)
 

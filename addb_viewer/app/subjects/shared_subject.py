@@ -18,15 +18,15 @@ from addb_viewer.jobs.stored_solves import Solve
 from addb_viewer.trial_view.disagreements import disagreements
 from annotations.errors import ReviewError
 from annotations.events import Edit
-from annotations.work import Comment, Talk
+from annotations.work import Comment, CommentThread
 from solver.capture.capture import Capture
 from solver.common.errors import SolverError
 
 DIAGNOSING, SOLVING, RECORDING = "Diagnosing", "Solving", "Recording"
-WITHHOLDING = "Judging withheld forces"
+HOLDING_OUT = "Judging held-out forces"
 WORKERS = "addb_viewer.app.workers"
 DIAGNOSE_WORKER, SOLVE_WORKER = f"{WORKERS}.diagnose", f"{WORKERS}.solve"
-RECORD_WORKER, WITHHOLD_WORKER = f"{WORKERS}.record", f"{WORKERS}.withhold"
+RECORD_WORKER, HOLD_OUT_WORKER = f"{WORKERS}.record", f"{WORKERS}.hold_out"
 
 
 class SubjectListener(Protocol):
@@ -124,13 +124,13 @@ class SharedSubject:
         present = [self.jobs.task] if self.jobs.task is not None and self.jobs.process.running else []
         return any(task.doing == SOLVING for task in (*present, *self.jobs.waiting))
 
-    def withhold(self) -> None:
+    def hold_out(self) -> None:
         """Judge the fit on the screen on the layouts that are left, while nothing else is at work."""
-        if not self.fits.withholding_due:
+        if not self.fits.holding_out_due:
             return
-        self.jobs.forget(WITHHOLDING)
+        self.jobs.forget(HOLDING_OUT)
         arguments = (*self._places(), str(self.fits.shown.fit_folder))
-        self.jobs.start(Task(WITHHOLDING, "starting", WITHHOLD_WORKER, arguments, yields=True))
+        self.jobs.start(Task(HOLDING_OUT, "starting", HOLD_OUT_WORKER, arguments, yields=True))
         self._people.queue_changed()
 
     def diagnose(self, author: str) -> None:
@@ -221,14 +221,14 @@ class SharedSubject:
             if self._log is not None:
                 self._log.opened(trial, self.fits.shown, self.fits.compared)
 
-    def answer(self, trial: str, talk: Talk, text: str, author: str) -> None:
+    def answer(self, trial: str, thread: CommentThread, text: str, author: str) -> None:
         """Answer a comment; those who spoke in the talk are told.
 
         Raises:
             ReviewError: it cannot be recorded.
         """
-        self.reviews.say(trial, Comment(text, answers=talk.number), author)
-        self._people.tell_of_answer(talk, trial, author, text)
+        self.reviews.say(trial, Comment(text, answers=thread.number), author)
+        self._people.tell_of_answer(thread, trial, author, text)
 
     def keep(self, author: str) -> None:
         """Make the new solve the subject's fit; the next one that waits comes on the screen.
@@ -237,7 +237,7 @@ class SharedSubject:
             SolverError: none waits.
         """
         self._decided(self.fits.keep(author), "kept", "It is the subject's fit now.", author)
-        self.withhold()
+        self.hold_out()
 
     def discard(self, author: str, number: int | None = None) -> None:
         """Go back to the kept fit; arguments and errors as for `ShownFits.discard`."""
@@ -327,9 +327,9 @@ class SharedSubject:
                 outcome = Outcome(False, False, outcome.said, str(error) or "the solve cannot be found")
             else:
                 self._fit_replaced()
-        if task.doing == WITHHOLDING:
+        if task.doing == HOLDING_OUT:
             try:
-                self.fits.take_in_withheld(task.arguments[-1])
+                self.fits.take_in_held_out(task.arguments[-1])
             except (SolverError, OSError) as error:
                 outcome = Outcome(False, False, outcome.said, str(error))
         if self._log is not None:
@@ -339,7 +339,7 @@ class SharedSubject:
         self._tell(lambda listener: listener.ended(task, outcome))
         self._people.queue_changed()
         if outcome.succeeded and task.doing == SOLVING:
-            self.withhold()
+            self.hold_out()
 
     def _tell(self, what: Callable[[SubjectListener], None]) -> None:
         for listener in self._listeners:

@@ -17,9 +17,9 @@ from addb_viewer.jobs.stored_solves import (
     waiting_solves,
 )
 from solver.common.errors import SolverError
+from solver.fitting.held_out_stage import layouts_due
+from solver.fitting.results.held_out_file import read_held_out
 from solver.fitting.results.store import has_fit, present_solve
-from solver.fitting.results.withheld_file import read_withheld
-from solver.fitting.withheld_stage import layouts_due
 
 LOOK_EVERY = 2.0  # [s]
 
@@ -49,8 +49,8 @@ class ShownFits:
         return self.shown.results
 
     @property
-    def withholding_due(self) -> bool:
-        """Whether the fit on the screen has not been judged on all layouts of withheld forces."""
+    def holding_out_due(self) -> bool:
+        """Whether the fit on the screen has not been judged on all layouts of held-out forces."""
         fit = self.shown.fit
         return fit is not None and self.shown.fit_folder is not None and bool(layouts_due(fit))
 
@@ -142,8 +142,8 @@ class ShownFits:
                 self.shown, self.compared = self._kept(), None
             return self.new is None
 
-    def take_in_withheld(self, fit_folder: str) -> None:
-        """Layouts of withheld forces have come, some of them also where the work was ended.
+    def take_in_held_out(self, fit_folder: str) -> None:
+        """Layouts of held-out forces have come, some of them also where the work was ended.
 
         Args:
             fit_folder: of the fit that they are about.
@@ -154,8 +154,8 @@ class ShownFits:
                 return
             if (folder / "fit.json").stat().st_mtime_ns != library.fit_time_ns:
                 return
-            layouts = read_withheld(folder / present_solve(folder), self.subject.folder)
-            library.fit = replace(library.fit, withheld=layouts)
+            layouts = read_held_out(folder / present_solve(folder), self.subject.folder)
+            library.fit = replace(library.fit, held_out_layouts=layouts)
 
     def _waiting(self) -> Solve:
         if self.new is None:

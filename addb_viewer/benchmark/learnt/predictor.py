@@ -21,7 +21,7 @@ from addb_viewer.benchmark.learnt.training import (
     trained,
 )
 from addb_viewer.benchmark.learnt.windows import ends_of_all, windows_of
-from addb_viewer.benchmark.task import Foretold, Log, Seen, Trials
+from addb_viewer.benchmark.task import Log, Predicted, Seen, Trials
 
 NETWORKS: dict[str, Callable[[int], nn.Module]] = {"mlp": mlp, "groundlinknet": GroundLinkNet}
 
@@ -57,18 +57,18 @@ class Learnt:
         )
         self.bands = error_bands(lambda example: self._answer(example.seen), dev if dev.persons else train)
 
-    def predict(self, seen: Seen) -> Foretold:
+    def predict(self, seen: Seen) -> Predicted:
         """The last frames of windows; at a stretch's beginning its first frame stands for those before."""
-        foretold = self._answer(seen)
+        predicted = self._answer(seen)
         if self.bands is None:
-            return foretold
-        return replace(foretold, force_sd=self.bands.of(foretold.force, seen.mass_kg))
+            return predicted
+        return replace(predicted, force_sd=self.bands.of(predicted.force, seen.mass_kg))
 
-    def _answer(self, seen: Seen) -> Foretold:
+    def _answer(self, seen: Seen) -> Predicted:
         assert self.network is not None, "fit comes first"
         rows, pose = features_of(seen, self.features)
         force, moment = wrenches_of(told(self.network, rows[ends_of_all(seen.frames)]), seen, pose)
-        return Foretold(force, moment)
+        return Predicted(force, moment)
 
 
 def learnt(

@@ -16,8 +16,8 @@ from addb_viewer.commands.benchmark.options import (
     SplitName,
     StartFrom,
     WithoutMass,
-    course_of,
     results_folder,
+    time_history_of,
 )
 from addb_viewer.commands.dataset.options import Release
 from addb_viewer.commands.options import Debug
@@ -63,7 +63,7 @@ def evaluate(
         from addb_viewer.benchmark.results import Result, write_result  # noqa: PLC0415
 
         source = open_for_benchmark(release, skeleton, unweighed=without_mass)
-        course, folder = course_of(source, split, part, frames), results_folder(release, out)
+        time_history, folder = time_history_of(source, split, part, frames), results_folder(release, out)
 
         def told(result: Result) -> None:
             write_result(result, folder)
@@ -74,7 +74,7 @@ def evaluate(
         learning = predictors.Learning(features, start_from)
         for name in predictor or ():
             make = partial(predictors.predictor, name, learning)
-            told(evaluating.evaluate(source, make, course, folder / "work"))
+            told(evaluating.evaluate(source, make, time_history, folder / "work"))
         for file in outside or ():
-            told(evaluating.evaluate_outside(source, read_outside(file), course))
+            told(evaluating.evaluate_outside(source, read_outside(file), time_history))
         typer.echo(folder)

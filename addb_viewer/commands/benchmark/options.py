@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:
-    from addb_viewer.benchmark.evaluating import Course
+    from addb_viewer.benchmark.evaluating import TimeHistory
     from addb_viewer.benchmark.release_trials import BenchmarkRelease
 
 Predictors = Annotated[
@@ -64,9 +64,9 @@ StartFrom = Annotated[
 EVERY_FOLD = "every-fold"
 
 
-def course_of(
+def time_history_of(
     source: "BenchmarkRelease", split: str, part: str, frames: Literal["scored", "all"] = "scored"
-) -> "Course":
+) -> "TimeHistory":
     """Who is tested.
 
     Args:
@@ -75,12 +75,12 @@ def course_of(
         part: one, or every fold.
         frames: that are scored.
     """
-    from addb_viewer.benchmark.evaluating import Course  # noqa: PLC0415 (slow to load)
+    from addb_viewer.benchmark.evaluating import TimeHistory  # noqa: PLC0415 (slow to load)
 
     names: tuple[str, ...] = (part,)
     if part == EVERY_FOLD:
         names = tuple(sorted(set(source.release.split(split).values()) - {"train", "dev"}))
-    return Course(split, names, frames)
+    return TimeHistory(split, names, frames)
 
 
 def results_folder(release: Path, out: Path | None) -> Path:

@@ -9,8 +9,8 @@ from addb_viewer.commands.benchmark.options import (
     Part,
     SkeletonOption,
     SplitName,
-    course_of,
     results_folder,
+    time_history_of,
 )
 from addb_viewer.commands.dataset.options import Release
 from addb_viewer.commands.options import Debug
@@ -34,7 +34,7 @@ def sweep(
         from addb_viewer.benchmark.release_trials import open_for_benchmark  # noqa: PLC0415
 
         source = open_for_benchmark(release, skeleton)
-        parts = [source.parts(split, one).test for one in course_of(source, split, part).parts]
+        parts = [source.parts(split, one).test for one in time_history_of(source, split, part).parts]
         points = sweeping.sweep(source.trials(frozenset().union(*parts)))
         if not points[0].trials:
             raise SolverError(f"no frame of {part} counts for {sweeping.FEWEST_FRAMES} frames in a row")

@@ -13,8 +13,8 @@ from addb_viewer.commands.benchmark.options import (
     SplitName,
     StartFrom,
     WithoutMass,
-    course_of,
     results_folder,
+    time_history_of,
 )
 from addb_viewer.commands.dataset.options import Release
 from addb_viewer.commands.options import Debug
@@ -43,8 +43,8 @@ def train(
         from addb_viewer.benchmark import evaluating, predictors, release_trials  # noqa: PLC0415 (slow)
 
         source = release_trials.open_for_benchmark(release, skeleton, unweighed=without_mass)
-        course, work = course_of(source, split, part), results_folder(release, out) / "work"
+        time_history, work = time_history_of(source, split, part), results_folder(release, out) / "work"
         learning = predictors.Learning(features, start_from)
         for name in predictor:
             make = partial(predictors.predictor, name, learning)
-            typer.echo(evaluating.train(source, make, course, work))
+            typer.echo(evaluating.train(source, make, time_history, work))

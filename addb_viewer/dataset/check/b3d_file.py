@@ -63,7 +63,7 @@ def _person(header: Header, where: str) -> Iterator[Finding]:
 
 
 def _trials(file: B3dFile, where: str) -> Iterator[Finding]:
-    demanded, carried, counted_s = 0.0, 0.0, 0.0
+    required, carried, counted_s = 0.0, 0.0, 0.0
     for trial in file.trials:
         name = f"{where}: {trial.header.name}"
         counts = _counts(trial)
@@ -79,11 +79,11 @@ def _trials(file: B3dFile, where: str) -> Iterator[Finding]:
         up = _acceleration(last, trial.header.trial_timestep)[:, 1] + GRAVITY_M_S2
         total = _forces(last)[..., 1].sum(axis=1)
         inside = counts & np.isfinite(up)
-        demanded += float(up[inside].sum())
+        required += float(up[inside].sum())
         carried += float(total[inside].sum())
         counted_s += float(inside.sum()) * trial.header.trial_timestep
-    if counted_s > FEWEST_FOR_MASS_S and demanded > 0 and file.header.mass_kg > 0:
-        mass = carried / demanded
+    if counted_s > FEWEST_FOR_MASS_S and required > 0 and file.header.mass_kg > 0:
+        mass = carried / required
         if abs(file.header.mass_kg / mass - 1) > MASS_SHARE:
             said = (
                 f"mass_kg is {file.header.mass_kg:.1f}, the forces on {counted_s:.0f} s carry {mass:.1f} kg"
@@ -145,9 +145,9 @@ def _balance(header: Header, trial: B3dTrial, name: str) -> Iterator[Finding]:
             yield error("forces", name, f"{stored.kind} pass: {note.removesuffix('; corrected here')}")
         if about.type != PassType.DYNAMICS or stored.notes or header.mass_kg <= 0 or len(frames.pos) < 5:
             continue
-        demanded = header.mass_kg * _acceleration(frames, trial.header.trial_timestep)
-        demanded[:, 1] += header.mass_kg * GRAVITY_M_S2
-        missed = np.linalg.norm(demanded - _forces(frames).sum(axis=1), axis=1)
+        required = header.mass_kg * _acceleration(frames, trial.header.trial_timestep)
+        required[:, 1] += header.mass_kg * GRAVITY_M_S2
+        missed = np.linalg.norm(required - _forces(frames).sum(axis=1), axis=1)
         both = np.isfinite(missed) & np.isfinite(stored.force_N)
         if not both.any():
             continue

@@ -25,7 +25,7 @@ class Finding:
 
 
 def error(check: str, where: str, said: str) -> Finding:
-    """Something that must be mended.
+    """Something that must be corrected.
 
     Args:
         check: that found it.

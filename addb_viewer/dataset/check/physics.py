@@ -51,9 +51,9 @@ def force_findings(frames: pa.Table, subject: Mapping[str, Any]) -> Iterator[Fin
     if not counts.any():
         return
     mass = float(subject["mass_kg"])
-    demanded = mass * (vector(frames, "com_a_{}_m_s2") - GRAVITY)
+    required = mass * (vector(frames, "com_a_{}_m_s2") - GRAVITY)
     given = sum(vector(frames, f"grf_{side}_{{}}_N") for side in "rl") + vector(frames, "extra_force_{}_N")
-    off = np.linalg.norm(demanded - given - vector(frames, "residual_force_{}_N"), axis=1)
+    off = np.linalg.norm(required - given - vector(frames, "residual_force_{}_N"), axis=1)
     limit = FORCE_N + FORCE_SHARE * mass * 9.80665
     bad = counts & ~(off <= limit)
     if bad.any():
@@ -99,9 +99,9 @@ def torque_findings(
         yield error("torques", trial, f"the centre of mass is {1000 * np.nanmax(off):.2f} mm off the model's")
     feet = [skeleton.body_index(name) for name in subject["contact_bodies"]]
     wrenches = np.stack([_wrench(few, side) for side in "rl"], axis=1)
-    demanded = GroundDemand(body).wrench(q, qd, qdd)
-    yield from _moment_findings(few, demanded, wrenches.sum(axis=1), float(subject["mass_kg"]))
-    told = ~(column(few, "torque_inferred") > 0)
+    required = GroundDemand(body).wrench(q, qd, qdd)
+    yield from _moment_findings(few, required, wrenches.sum(axis=1), float(subject["mass_kg"]))
+    told = ~(column(few, "torque_predicted") > 0)
     again = body.inverse_dynamics(q, qd, qdd, wrenches, feet)
     error_Nm = np.abs(again - tau) - TORQUE_SHARE * np.abs(tau)
     bad = told & ~(error_Nm.max(axis=1) <= TORQUE_NM)
@@ -117,7 +117,7 @@ def torque_findings(
 
 def _moment_findings(
     frames: pa.Table,
-    demanded: Float[np.ndarray, "rows 6"],
+    required: Float[np.ndarray, "rows 6"],
     given: Float[np.ndarray, "rows 6"],
     mass_kg: float,
 ) -> Iterator[Finding]:
@@ -125,11 +125,11 @@ def _moment_findings(
 
     Args:
         frames: of one trial.
-        demanded: by Newton and Euler for the whole body: force, moment about the ground origin.
+        required: by Newton and Euler for the whole body: force, moment about the ground origin.
         given: by the feet, likewise.
         mass_kg: of the body.
     """
-    missing = demanded - given
+    missing = required - given
     about_root = missing[:, 3:] - np.cross(vector(frames, "root_joint_{}_m"), missing[:, :3])
     stored = vector(frames, "residual_moment_{}_Nm") + vector(frames, "extra_moment_{}_Nm")
     off = np.linalg.norm(about_root - stored, axis=1)

@@ -1,1 +1,1 @@
-"""A made-up corpus: people, laboratories, faults and traps whose truth is known."""
+"""A synthetic corpus: people, laboratories, faults and traps whose truth is known."""

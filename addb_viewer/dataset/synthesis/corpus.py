@@ -1,4 +1,4 @@
-"""A corpus of made-up people: folders as several laboratories would hand them over, the truth kept aside."""
+"""A corpus of synthetic people: folders as laboratories would hand them over, the truth kept aside."""
 
 import json
 from collections.abc import Callable, Sequence

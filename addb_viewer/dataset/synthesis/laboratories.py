@@ -1,4 +1,4 @@
-"""Where a made-up corpus comes from: terms, cameras, plates and markers of each source."""
+"""Where a synthetic corpus comes from: terms, cameras, plates and markers of each source."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A made-up subject: its folder as a laboratory would hand it over, and what is true of it."""
+"""A synthetic subject: its folder as a laboratory would hand it over, and what is true of it."""
 
 import json
 from collections.abc import Mapping

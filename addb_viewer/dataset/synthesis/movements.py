@@ -1,4 +1,4 @@
-"""What people of a made-up corpus do: all are simulated, or a few, whom the others follow in similarity."""
+"""What people of a synthetic corpus do: all are simulated, or a few, whom the others follow in similarity."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

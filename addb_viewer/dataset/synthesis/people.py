@@ -1,4 +1,4 @@
-"""Who is in a made-up corpus: sex, age, stature and mass as people have them."""
+"""Who is in a synthetic corpus: sex, age, stature and mass as people have them."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What reviewers say of a made-up subject, kept as the app keeps it."""
+"""What reviewers say of a synthetic subject, kept as the app keeps it."""
 
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta

@@ -1,4 +1,4 @@
-"""The wrench balance of a fit to the markers: demanded and measured, at the markers' frames."""
+"""The wrench balance of a fit to the markers: required and measured, at the markers' frames."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,7 +31,7 @@ class MarkerBalance:
     trial: str
     times: Float[np.ndarray, " frames"]  # [s]
     com: Float[np.ndarray, "frames 3"]  # [m]
-    demanded: Float[np.ndarray, "frames 6"]
+    required: Float[np.ndarray, "frames 6"]
     plates: Float[np.ndarray, "plates frames 6"]  # zero where nothing is handed out
     pressure: Float[np.ndarray, "plates frames 3"]  # [m]; zero where unloaded
     known: Bool[np.ndarray, " frames"]  # forces are handed out, and no end is near
@@ -47,8 +47,8 @@ class MarkerBalance:
 
     @property
     def residual(self) -> Float[np.ndarray, "frames 6"]:
-        """Demanded less measured."""
-        return self.demanded - self.measured
+        """Required less measured."""
+        return self.required - self.measured
 
     def at(self, force: Float[np.ndarray, "frames 3"], point: Float[np.ndarray, "frames 3"]) -> np.ndarray:
         """The wrench of a force at a point."""
@@ -95,7 +95,7 @@ def _balance(skeleton: Skeleton, trial: TrialFit) -> MarkerBalance:
         trial=trial.capture.name,
         times=motion.times,
         com=com,
-        demanded=_about(com, demand),
+        required=_about(com, demand),
         plates=np.where(known[:, None], plates, 0.0),
         pressure=np.array([_pressure(plate, motion.times) for plate in trial.capture.plates]),
         known=known,

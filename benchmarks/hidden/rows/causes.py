@@ -43,14 +43,14 @@ def _linear(id: str, columns: list[np.ndarray], **about: object) -> Candidate:
 
 
 def _time(b: MarkerBalance) -> Iterator[Candidate]:
-    ground = derivative(b.times, b.about_origin(b.demanded), 1)
+    ground = derivative(b.times, b.about_origin(b.required), 1)
     change = np.concatenate([ground[:, :3], ground[:, 3:] - cross(b.com, ground[:, :3])], axis=1)
     yield _linear("clock_offset", [change], parameters=("offset_s",))
     since = b.times - b.times[0]
     yield _linear("sample_rate", [since[:, None] * change], parameters=("stretch",))
     rate = 1 / (b.times[1] - b.times[0])
     for cutoff in FILTER_Hz:
-        lost = b.demanded - low_pass(b.demanded, rate, cutoff)
+        lost = b.required - low_pass(b.required, rate, cutoff)
         yield Candidate("filter_mismatch", np.zeros((*lost.shape, 0)), lost, searched=len(FILTER_Hz))
 
 
@@ -79,9 +79,9 @@ def _plates(b: MarkerBalance) -> Iterator[Candidate]:
     if used:
         yield _linear("gravity_tilt", tilts, parameters=("tilt_x_deg", "tilt_z_deg"))
     yield from _conventions(b, used)
-    light = b.known & (b.measured[:, 1] < 0.5 * b.demanded[:, 1])
+    light = b.known & (b.measured[:, 1] < 0.5 * b.required[:, 1])
     if light.any():
-        yield _linear("off_plate_step", [b.demanded * light[:, None]])
+        yield _linear("off_plate_step", [b.required * light[:, None]])
 
 
 def _conventions(b: MarkerBalance, used: list[int]) -> Iterator[Candidate]:
@@ -89,7 +89,7 @@ def _conventions(b: MarkerBalance, used: list[int]) -> Iterator[Candidate]:
     nothing = np.zeros((len(b.times), 6, 0))
     for right_way in MISREAD:
         lost = [b.at(b.plates[k, :, :3] @ (right_way - np.eye(3)), b.pressure[k]) for k in used]
-        yield Candidate("axis_convention", nothing, sum(lost) + 0 * b.demanded, searched=len(MISREAD))
+        yield Candidate("axis_convention", nothing, sum(lost) + 0 * b.required, searched=len(MISREAD))
     if len(used) == 2:
         one, other = (b.plates[k, :, :3] for k in used)
         there, here = (b.pressure[k] for k in used)
@@ -122,7 +122,7 @@ def _person(b: MarkerBalance) -> Iterator[Candidate]:
 
 
 def _body(b: MarkerBalance) -> Iterator[Candidate]:
-    yield _linear("subject_mass", [-b.demanded], parameters=("mass_factor",), offset=1.0)
+    yield _linear("subject_mass", [-b.required], parameters=("mass_factor",), offset=1.0)
     legs = sum(
         b.body_masses[k] * b.at(b.acceleration(k) - GRAVITY, b.body_com[:, k]) for k in map(b.body, LEGS)
     )

@@ -28,7 +28,7 @@ def best_single_cause(balances: Sequence[MarkerBalance]) -> tuple[dict[str, floa
     """Probabilities of all names from exp(−BIC/2), each name's best target, and the likeliest explained."""
     spread = np.sqrt(np.mean(np.concatenate([b.residual[b.known] for b in balances]) ** 2, axis=0))
     spread = np.maximum(spread, LEAST_SPREAD)
-    nothing = [Candidate(NONE, np.zeros((*b.demanded.shape, 0)), np.zeros_like(b.demanded)) for b in balances]
+    nothing = [Candidate(NONE, np.zeros((*b.required.shape, 0)), np.zeros_like(b.required)) for b in balances]
     per_trial = [candidates(b) for b in balances]
     together = [nothing, *_by_target(per_trial)]
     fitted = [_fitted(balances, of_trials, spread) for of_trials in together]

@@ -21,7 +21,7 @@ from solver.common.errors import SolverError
 
 OURS, LEAST_SQUARES, TORSO, MOTION = "ours", "least-squares", "torso-shift", "motion-alone"
 
-WITHHELD_FROM = 0.8  # of the frames, as the format page says
+HELD_OUT_FROM = 0.8  # of the frames, as the format page says
 NAMES_NOTHING = {NONE: 1 / 3, SOMETHING_ELSE: 2 / 3}
 Predicted = Sequence[np.ndarray]
 
@@ -49,7 +49,7 @@ def answer_from_balance(folder: Path, results: Path) -> None:
     rows: dict[str, Callable[[Sequence[MarkerBalance]], dict[str, Any]]] = {
         LEAST_SQUARES: _single_cause,
         TORSO: lambda balances: _naming_nothing(balances, with_torso_shifted(balances)),
-        MOTION: lambda balances: _naming_nothing(balances, [b.demanded for b in balances]),
+        MOTION: lambda balances: _naming_nothing(balances, [b.required for b in balances]),
     }
     missing = [row for row in rows if not _kept(results, row, folder.name).exists()]
     if not missing:
@@ -65,22 +65,22 @@ def answer_from_balance(folder: Path, results: Path) -> None:
 
 def _single_cause(balances: Sequence[MarkerBalance]) -> dict[str, Any]:
     probabilities, best = best_single_cause(balances)
-    predicted = [b.demanded - left for b, left in zip(balances, best.left_out, strict=True)]
+    predicted = [b.required - left for b, left in zip(balances, best.left_out, strict=True)]
     return {
         "probabilities": probabilities,
         "parameters": best.parameters,
-        "withheld": _withheld(balances, predicted),
+        "held_out": _held_out(balances, predicted),
     }
 
 
 def _naming_nothing(balances: Sequence[MarkerBalance], predicted: Predicted) -> dict[str, Any]:
-    return {"probabilities": NAMES_NOTHING, "withheld": _withheld(balances, predicted)}
+    return {"probabilities": NAMES_NOTHING, "held_out": _held_out(balances, predicted)}
 
 
-def _withheld(balances: Sequence[MarkerBalance], predicted: Predicted) -> dict[str, Any]:
+def _held_out(balances: Sequence[MarkerBalance], predicted: Predicted) -> dict[str, Any]:
     told = {}
     for b, wrench in zip(balances, predicted, strict=True):
-        rows = b.about_origin(wrench)[int(np.ceil(WITHHELD_FROM * len(b.times))) :].round(3)
+        rows = b.about_origin(wrench)[int(np.ceil(HELD_OUT_FROM * len(b.times))) :].round(3)
         told[b.trial] = {"force_N": rows[:, :3].tolist(), "moment_Nm": rows[:, 3:].tolist()}
     return told
 

@@ -12,7 +12,7 @@ TORSO = "torso"
 
 
 def with_torso_shifted(balances: Sequence[MarkerBalance]) -> list[Float[np.ndarray, "frames 6"]]:
-    """The wrenches demanded once the torso's mass, and its centre along its own x and z, are shifted.
+    """The wrenches required once the torso's mass, and its centre along its own x and z, are shifted.
 
     The three numbers make the mean vertical force and the mean moments about the two horizontal axes vanish.
     """
@@ -22,7 +22,7 @@ def with_torso_shifted(balances: Sequence[MarkerBalance]) -> list[Float[np.ndarr
     slopes = np.concatenate(columns)[known].mean(axis=0)
     balanced = [1, 3, 5]  # vertical force, moments about x and z
     x = np.linalg.lstsq(slopes[balanced], -mean[balanced], rcond=None)[0]
-    return [b.demanded + c @ x for b, c in zip(balances, columns, strict=True)]
+    return [b.required + c @ x for b, c in zip(balances, columns, strict=True)]
 
 
 def _columns(b: MarkerBalance) -> Float[np.ndarray, "frames 6 3"]:

@@ -48,17 +48,17 @@ def marker_points(
         notes += (f"{source}: {len(derived)} computed quantities, not markers: {some_of(derived, 3)}",)
     columns = [k for k in columns if not is_computed(named[k])]
 
-    columns, twin_notes = _seen_twins(columns, named, seen_frames, source)
+    columns, counterpart_notes = _seen_counterparts(columns, named, seen_frames, source)
     names, repeated = unique_names([named[k] for k in columns])
     if repeated:
-        twin_notes += (
+        counterpart_notes += (
             f"{source}: more than one marker is called {', '.join(repeated)}; "
             "the later ones are called name#2, name#3, …",
         )
-    return MarkerPoints(names, tuple(columns), notes + twin_notes)
+    return MarkerPoints(names, tuple(columns), notes + counterpart_notes)
 
 
-def _seen_twins(
+def _seen_counterparts(
     columns: Sequence[int], names: Sequence[str], seen_frames: Int[np.ndarray, " points"], source: str
 ) -> tuple[list[int], tuple[str, ...]]:
     """Without the points that were never seen while another one of the same name was."""

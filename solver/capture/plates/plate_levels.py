@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import ForcePlate, Markers, PlateWord
 from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure, surface_of
 from solver.capture.plates.force_settings import CONDITIONING, ConditioningSettings
-from solver.capture.plates.plate_sign import PlateWitness, weigh_signs
+from solver.capture.plates.plate_sign import PlateEvidence, weigh_signs
 from solver.capture.plates.plate_sign_settings import PLATE_SIGN, PlateSignSettings
 from solver.capture.plates.resting_level import resting_samples
 from solver.capture.plates.vertical_momentum import vertical_momentum
@@ -25,7 +25,7 @@ LEVEL_STDS = 2.0  # by which a level that was held may lie off what weight and m
 POINT_LOST_N = 50.0  # [N] with less, programs write no centre of pressure, or one that digits do not hold
 
 
-def plate_witnesses(
+def evidence_on_plates(
     plates: Sequence[ForcePlate],
     markers: Markers,
     mass_kg: float | None = None,
@@ -33,7 +33,7 @@ def plate_witnesses(
     conditioning: ConditioningSettings = CONDITIONING,
     *,
     said: Sequence[PlateWord] = (),
-) -> tuple[PlateWitness, ...]:
+) -> tuple[PlateEvidence, ...]:
     """What a recording says of each plate's sign and zero level, without a model of the body.
 
     Args:
@@ -56,7 +56,7 @@ def _weighed(
     both: tuple[PlateSignSettings, ConditioningSettings],
     *,
     said: Sequence[PlateWord] = (),
-) -> tuple[PlateWitness, ...]:
+) -> tuple[PlateEvidence, ...]:
     settings, conditioning = both
     words = {word.name: word for word in said}
     given = [words.get(plate.name, PlateWord(plate.name)) for plate in plates]
@@ -68,7 +68,7 @@ def _weighed(
         for plate, resting, word in zip(plates, empty, given, strict=True)
     ]
 
-    def weighed(levels: Sequence[float | None]) -> tuple[PlateWitness, ...]:
+    def weighed(levels: Sequence[float | None]) -> tuple[PlateEvidence, ...]:
         return weigh_signs(
             samples.readings_N,
             samples.acceleration,
@@ -81,8 +81,8 @@ def _weighed(
 
     found = weighed(held)
     rested = [
-        _held_once(plate, witness, settings) if level is None else level
-        for plate, witness, level in zip(plates, found, held, strict=True)
+        _held_once(plate, evidence, settings) if level is None else level
+        for plate, evidence, level in zip(plates, found, held, strict=True)
     ]
     return found if rested == held else weighed(rested)
 
@@ -111,20 +111,20 @@ def levelled(
     empty = [resting_samples(plate, markers, settings, conditioning) for plate in plates]
     given = (plates, markers, empty, mass_kg, (settings, conditioning))
     alone = _weighed(*given)
-    witnesses = _weighed(*given, said=said) if said else alone
+    evidence_by_plate = _weighed(*given, said=said) if said else alone
     settled, notes = [], []
-    for plate, witness, unasked, seen_empty in zip(plates, witnesses, alone, empty, strict=True):
+    for plate, evidence, unasked, seen_empty in zip(plates, evidence_by_plate, alone, empty, strict=True):
         word = words.get(plate.name, PlateWord(plate.name))
         if word.sign is not None or word.zero_N is not None:
             notes.append(_said_of(word, unasked, settings))
-        resting = seen_empty if seen_empty.any() else _resting(plate, witness, settings)
-        lowered = witness.is_untared(settings) and bool(
+        resting = seen_empty if seen_empty.any() else _resting(plate, evidence, settings)
+        lowered = evidence.is_untared(settings) and bool(
             seen_empty.any()
             or (
-                witness.has_known_level(settings)
-                and not witness.is_undecided(settings)
+                evidence.has_known_level(settings)
+                and not evidence.is_undecided(settings)
                 and resting.any()
-                and np.nanmax(np.abs(plate.force_ground[:, 1] - witness.zero_N)) > LOAD_N
+                and np.nanmax(np.abs(plate.force_ground[:, 1] - evidence.zero_N)) > LOAD_N
             )
         )
         changed = plate
@@ -132,7 +132,7 @@ def levelled(
             changed = _lowered_by(changed, word.zero_N, resting, conditioning)
         elif lowered:
             changed = _lowered(changed, resting, conditioning)
-        if word.sign == -1 or (word.sign is None and witness.is_turned(settings)):
+        if word.sign == -1 or (word.sign is None and evidence.is_turned(settings)):
             changed = replace(
                 changed,
                 force_ground=-changed.force_ground,
@@ -148,7 +148,7 @@ def levelled(
             changed = replace(changed, cop_ground=np.where(known[:, None], centre, np.nan))
         settled.append(changed)
         if word.sign is None and word.zero_N is None:
-            notes += _sentences(plate, witness, lowered=lowered, settings=settings)
+            notes += _sentences(plate, evidence, lowered=lowered, settings=settings)
     return tuple(settled), tuple(notes)
 
 
@@ -161,7 +161,7 @@ def _refuse_strangers(words: Mapping[str, PlateWord], known: Sequence[str]) -> N
             )
 
 
-def _said_of(word: PlateWord, unasked: PlateWitness, settings: PlateSignSettings) -> str:
+def _said_of(word: PlateWord, unasked: PlateEvidence, settings: PlateSignSettings) -> str:
     """What was done at a person's word, and what the recording alone tells."""
     ways = {1: "its forces act on the person", -1: "its forces act on the plate, so their sign is turned"}
     said = [ways[word.sign]] if word.sign is not None else []
@@ -183,39 +183,39 @@ def _said_of(word: PlateWord, unasked: PlateWitness, settings: PlateSignSettings
 
 
 def _sentences(
-    plate: ForcePlate, witness: PlateWitness, *, lowered: bool, settings: PlateSignSettings
+    plate: ForcePlate, evidence: PlateEvidence, *, lowered: bool, settings: PlateSignSettings
 ) -> list[str]:
     said = []
-    if lowered and abs(witness.zero_N) <= settings.tare_N:
+    if lowered and abs(evidence.zero_N) <= settings.tare_N:
         said.append(
-            f"{plate.name}: reads {witness.zero_N:.1f} N while nobody is on it; taken off as its zero level"
+            f"{plate.name}: reads {evidence.zero_N:.1f} N while nobody is on it; taken off as its zero level"
         )
     elif lowered:
         said.append(
-            f"{plate.name}: its zero level is off: it reads {witness.zero_N:.0f} N while nobody is on it; "
+            f"{plate.name}: its zero level is off: it reads {evidence.zero_N:.0f} N while nobody is on it; "
             "taken off. Was it tared under a load, or not at all?"
         )
     elif (
-        witness.used
-        and witness.is_untared(settings)
-        and not witness.has_known_level(settings)
-        and not witness.is_undecided(settings)
+        evidence.used
+        and evidence.is_untared(settings)
+        and not evidence.has_known_level(settings)
+        and not evidence.is_undecided(settings)
     ):
-        known = f" (± {witness.zero_std_N:.0f} N)" if np.isfinite(witness.zero_std_N) else ""
+        known = f" (± {evidence.zero_std_N:.0f} N)" if np.isfinite(evidence.zero_std_N) else ""
         said.append(
             f"{plate.name}: its zero level is off: by the person's weight and motion it would read "
-            f"{witness.zero_N:.0f} N unloaded{known}. Was it tared while something stood on it? This "
+            f"{evidence.zero_N:.0f} N unloaded{known}. Was it tared while something stood on it? This "
             "recording does not show it empty, so nothing is taken off, and its forces are wrong by that "
             "much: tare it empty and record again, or leave its forces out"
         )
-    if witness.is_undecided(settings):
+    if evidence.is_undecided(settings):
         said.append(
             f"{plate.name}: the sign of its force cannot be determined from this recording (it reads "
             f"{np.nanmin(plate.force_ground[:, 1]):.0f} to {np.nanmax(plate.force_ground[:, 1]):.0f} N "
             "upwards); left unchanged. If that is not the force on the person, or if the plate was tared "
             "under a load, export it again with the right sign and zero level"
         )
-    elif witness.is_turned(settings):
+    elif evidence.is_turned(settings):
         said.append(
             f"{plate.name}: forces point downwards, on the plate; their sign is turned: only then do the "
             "plates carry the person's weight"
@@ -244,14 +244,14 @@ def _held_level(plate: ForcePlate, settings: PlateSignSettings) -> float | None:
     return None
 
 
-def _held_once(plate: ForcePlate, witness: PlateWitness, settings: PlateSignSettings) -> float | None:
+def _held_once(plate: ForcePlate, evidence: PlateEvidence, settings: PlateSignSettings) -> float | None:
     """A level that a program held in one place, where weight and motion ask for about that one [N]."""
-    if not witness.used or not witness.is_untared(settings) or witness.is_undecided(settings):
+    if not evidence.used or not evidence.is_untared(settings) or evidence.is_undecided(settings):
         return None
-    within = LEVEL_STDS * witness.zero_std_N
-    near = [float(w[1]) for w in _held_wrenches(plate, settings) if abs(w[1] - witness.zero_N) <= within]
-    least = np.nanmin(witness.sign * plate.force_ground[:, 1])
-    lowest = [level for level in near if witness.sign * level <= least + settings.tare_N]
+    within = LEVEL_STDS * evidence.zero_std_N
+    near = [float(w[1]) for w in _held_wrenches(plate, settings) if abs(w[1] - evidence.zero_N) <= within]
+    least = np.nanmin(evidence.sign * plate.force_ground[:, 1])
+    lowest = [level for level in near if evidence.sign * level <= least + settings.tare_N]
     return lowest[0] if lowest else None
 
 
@@ -264,11 +264,11 @@ def _held_wrenches(plate: ForcePlate, settings: PlateSignSettings) -> list[Float
 
 
 def _resting(
-    plate: ForcePlate, witness: PlateWitness, settings: PlateSignSettings
+    plate: ForcePlate, evidence: PlateEvidence, settings: PlateSignSettings
 ) -> Bool[np.ndarray, " samples"]:
     """Samples at the zero level, in stretches long enough to be no passage through it."""
     with np.errstate(invalid="ignore"):
-        near = np.abs(plate.force_ground[:, 1] - witness.zero_N) <= settings.tare_N
+        near = np.abs(plate.force_ground[:, 1] - evidence.zero_N) <= settings.tare_N
     near &= np.isfinite(plate.moment_ground).all(axis=1)
     for start, end in runs(near):
         if end - start < settings.rest_s * plate.rate:

@@ -22,7 +22,7 @@ from solver.capture.plates.plate_sign_settings import PLATE_SIGN, PlateSignSetti
 
 
 @dataclass(frozen=True)
-class PlateWitness:
+class PlateEvidence:
     """What a recording says of one plate: the load on the foot is sign · (reading - zero)."""
 
     sign: int  # of the best explanation; +1: the reading is the force on the person, -1: on the plate
@@ -76,7 +76,7 @@ def _sure(nats: float, settings: PlateSignSettings) -> str:
     return "clearly" if nats > 2 * settings.clear_nats else "most likely"
 
 
-UNUSED = PlateWitness(sign=1, sign_nats=0.0, zero_N=0.0, zero_std_N=np.inf, zero_nats=0.0, used=False)
+UNUSED = PlateEvidence(sign=1, sign_nats=0.0, zero_N=0.0, zero_std_N=np.inf, zero_nats=0.0, used=False)
 
 
 def weigh_signs(
@@ -88,7 +88,7 @@ def weigh_signs(
     said: Sequence[int | None] = (),
     mass_kg: float | None = None,
     settings: PlateSignSettings = PLATE_SIGN,
-) -> tuple[PlateWitness, ...]:
+) -> tuple[PlateEvidence, ...]:
     """Compare all choices of signs, each with its best zero levels and body mass.
 
     With more than four used plates, only choices that turn none, one, two or all of them.
@@ -105,11 +105,11 @@ def weigh_signs(
     count = vertical_N.shape[1]
     held = list(held_N) or [None] * count
     used = np.flatnonzero(_is_used(vertical_N, held, settings))
-    witnesses = [
+    evidence_by_plate = [
         replace(UNUSED, zero_N=level, zero_std_N=0.0, zero_nats=np.inf) if level else UNUSED for level in held
     ]
     if not len(used):
-        return tuple(witnesses)
+        return tuple(evidence_by_plate)
     recording = Hypotheses(
         vertical_N[:, used],
         acceleration,
@@ -129,14 +129,14 @@ def weigh_signs(
         elif top.zeros[place]:
             tared = [recording.best(one.signs, tared=place).evidence for one in explanations]
             zero_nats = max(top.evidence - max(tared), 0.0)
-        witnesses[k] = PlateWitness(
+        evidence_by_plate[k] = PlateEvidence(
             sign=top.signs[place],
             sign_nats=float(top.evidence - max(others, default=-np.inf)),
             zero_N=top.zeros[place],
             zero_std_N=0.0 if recording.held[place] else top.zero_stds[place],
             zero_nats=float(zero_nats),
         )
-    return tuple(witnesses)
+    return tuple(evidence_by_plate)
 
 
 def _is_used(

@@ -17,7 +17,7 @@ from solver.capture.formats.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.capture.plates.force_columns import find_plates
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject.force_pairing import holds_forces, pair_forces
-from solver.capture.subject.same_motion import how_they_differ, is_part_of, twins_among
+from solver.capture.subject.same_motion import counterparts_among, how_they_differ, is_part_of
 from solver.capture.subject.statics import static_among
 from solver.capture.subject.trial_names import name_tokens
 from solver.common.errors import CaptureError
@@ -83,8 +83,8 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
     standing = [p for p in (statics.static, *statics.others) if p is not None]
     moving = [p for p in recordings if p not in standing]
     claimed, notes = _by_exact_name(moving, files)
-    twins, twin_notes = _twins(moving, inside)
-    notes += (*twin_notes, *statics.notes)
+    counterparts, counterpart_notes = _counterparts(moving, inside)
+    notes += (*counterpart_notes, *statics.notes)
     tables = [p for p in files if p in inside and is_force_table(p) and holds_force_columns(p)]
     tables = [p for p in tables if p == force_files(p)[0]]
     forces = dict(claimed)
@@ -97,7 +97,7 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
                 for p in moving
                 if p in inside
                 and p not in forces
-                and (_is_text(p) if written_with_text else p not in twins.values())
+                and (_is_text(p) if written_with_text else p not in counterparts.values())
             ],
             [p for p in tables if p not in forces.values() and (_is_text(p) or not written_with_text)],
             settings,
@@ -114,7 +114,7 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
     }
     left |= {copy: f"a copy of {of.name}, byte for byte" for copy, of in copies.items()}
     kept: list[tuple[Path, Path | None]] = []
-    instead = _read_instead(twins, forces, settings)
+    instead = _read_instead(counterparts, forces, settings)
     for markers in moving:
         if markers in instead:
             better = instead[markers]
@@ -159,14 +159,14 @@ def copies_among(files: Sequence[Path]) -> dict[Path, Path]:
 
 
 def _read_instead(
-    twins: Mapping[Path, Path], forces: Mapping[Path, Path], settings: ReadingSettings
+    counterparts: Mapping[Path, Path], forces: Mapping[Path, Path], settings: ReadingSettings
 ) -> dict[Path, Path]:
     """Of files of one motion, which is read in place of the others: the one with forces, or most in it.
 
     A recording with forces of its own is read rather than a part that was cut from it.
     """
     alike: dict[Path, list[Path]] = {}
-    for table, recording in twins.items():
+    for table, recording in counterparts.items():
         alike.setdefault(recording, []).append(table)
     instead: dict[Path, Path] = {}
     for recording, tables in alike.items():
@@ -232,7 +232,9 @@ def _by_exact_name(
     return found, notes
 
 
-def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> tuple[dict[Path, Path], tuple[str, ...]]:
+def _counterparts(
+    recordings: Sequence[Path], inside: Collection[Path]
+) -> tuple[dict[Path, Path], tuple[str, ...]]:
     """Which file shows the motion of one that holds more: TRC of text exports, and both of C3D files.
 
     Two of one name that show two motions are two trials, and a note says what differs.
@@ -244,13 +246,13 @@ def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> tuple[dict[P
     c3ds = [p for p in recordings if p.suffix.lower() == ".c3d"]
     texts = [p for p in recordings if _is_text(p)]
     tables = [p for p in recordings if p.suffix.lower() == ".trc"]
-    found, notes, differing = _twins_of([*tables, *texts], c3ds, inside)
+    found, notes, differing = _counterparts_of([*tables, *texts], c3ds, inside)
     rest = [p for p in tables if p not in found and p not in differing]
-    more, more_notes, _ = _twins_of(rest, [p for p in texts if p not in found], inside)
+    more, more_notes, _ = _counterparts_of(rest, [p for p in texts if p not in found], inside)
     return found | more, notes + more_notes
 
 
-def _twins_of(
+def _counterparts_of(
     tables: Sequence[Path], recordings: Sequence[Path], inside: Collection[Path]
 ) -> tuple[dict[Path, Path], tuple[str, ...], Collection[Path]]:
     """Pairs of one name first, then by what they hold; notes; tables whose namesake is another motion."""
@@ -269,7 +271,7 @@ def _twins_of(
     same = {table: recording for table, recording in named.items() if table not in differing}
     others = [p for p in tables if p not in named and p in inside]
     unnamed = [p for p in recordings if p not in named.values() and p in inside]
-    return same | twins_among(others, unnamed), notes, differing
+    return same | counterparts_among(others, unnamed), notes, differing
 
 
 def holds_force_columns(table: Path) -> bool:

@@ -43,7 +43,7 @@ def people_in(path: Path) -> tuple[str, ...]:
     return () if found is None or not (found.whose or found.others) else (found.whose, *found.others)
 
 
-def twins_among(tables: Sequence[Path], recordings: Sequence[Path]) -> dict[Path, Path]:
+def counterparts_among(tables: Sequence[Path], recordings: Sequence[Path]) -> dict[Path, Path]:
     """Which .trc file shows the same motion as which .c3d file.
 
     Args:

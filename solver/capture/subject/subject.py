@@ -80,8 +80,10 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
     if recording is not None:
         return open_b3d_subject(folder, recording)
     if not folder.is_dir():
-        mend = f"Give its folder: {folder.parent}." if folder.is_file() else "Check the spelling of the path."
-        raise CaptureError(f"{folder}: no folder of that name. {mend}")
+        remedy = (
+            f"Give its folder: {folder.parent}." if folder.is_file() else "Check the spelling of the path."
+        )
+        raise CaptureError(f"{folder}: no folder of that name. {remedy}")
     described = Description()
     by_hand, uploaded, marker_map = (
         folder / name for name in (DESCRIBED_BY_HAND, "_subject.json", MARKER_MAP)

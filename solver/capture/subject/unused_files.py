@@ -69,7 +69,7 @@ KINDS = (  # what files of these endings are, and what to do with them
         f"{AS_C3D}, TRC, or the text of QTM, Nexus or Motive",
     ),
 )
-BY_ENDING = {ending: (what, mend) for endings, what, mend in KINDS for ending in endings.split()}
+BY_ENDING = {ending: (what, remedy) for endings, what, remedy in KINDS for ending in endings.split()}
 DFLOW = re.compile(r"%?\s*TimeStamp\b.*\.(PosX|ForX|MomX|CopX)", re.IGNORECASE)
 ROTATIONS = re.compile(rb"[\x08\xf8][\x80-\xff]ROTATION")  # the group: length of its name, number, name
 IN_SHORT = 3  # names of a kind in a message
@@ -157,9 +157,9 @@ def _without_points(path: Path) -> tuple[str, str]:
 
 def _told(path: Path) -> tuple[str, str]:
     """What a file of a kind that is not read is, and what to do: by its ending, and text by its head."""
-    what, mend = BY_ENDING[path.suffix.lower()]
+    what, remedy = BY_ENDING[path.suffix.lower()]
     if path.suffix.lower() not in TEXT_ENDINGS or path.is_symlink():
-        return what, mend
+        return what, remedy
     export = export_of(path)
     if export is not None:
         held = f" ({export.kind})" if export.kind else ""
@@ -172,10 +172,10 @@ def _told(path: Path) -> tuple[str, str]:
     try:
         head = read_text(path, HEAD_BYTES).lines[:3]
     except CaptureError:
-        return what, mend
+        return what, remedy
     if any(DFLOW.match(line) for line in head):
         return "text of D-Flow (Motek)", "export the session's C3D of the capture program"
-    return what, mend
+    return what, remedy
 
 
 def what_lies_in(folder: Path) -> str:
@@ -194,4 +194,6 @@ def what_lies_in(folder: Path) -> str:
             else:
                 continue
             kinds.setdefault(told, []).append(path.relative_to(folder).as_posix())
-    return "".join(f" {some_of(names, IN_SHORT)}: {what}; {mend}." for (what, mend), names in kinds.items())
+    return "".join(
+        f" {some_of(names, IN_SHORT)}: {what}; {remedy}." for (what, remedy), names in kinds.items()
+    )

@@ -19,7 +19,7 @@ class AtFault(Enum):
     MOVEMENT = "movement"
 
 
-class Course(Enum):
+class TimeHistory(Enum):
     """How a cause acts over time."""
 
     BY_LAW = "by a law"  # a few parameters tell it in every frame
@@ -35,14 +35,14 @@ class Weight(Enum):
     SUPPORT = "support"
 
 
-class Mend(Enum):
-    """How it is put right in later fits of the same recording."""
+class CorrectedBy(Enum):
+    """How it is corrected in later fits of the same recording."""
 
     ACCEPTED = "accepted"  # its parameters become part of the fit
     FLAGGED = "flagged"  # its frames are flagged; may be accepted as well
     LABELS = "labels"  # exchanged back
-    FILES = "files"  # mended in the files
-    NOTHING = "nothing"  # nothing mends it afterwards
+    FILES = "files"  # corrected in the files
+    NOTHING = "nothing"  # nothing corrects it afterwards
 
 
 class Named(Enum):
@@ -87,9 +87,9 @@ class About:
     branch: str = ""  # in the tree of names
     at_fault: AtFault = AtFault.RECORDING
     names: Named = Named.ALL
-    course: Course = Course.BY_LAW
+    time_history: TimeHistory = TimeHistory.BY_LAW
     weight: Weight | None = None
-    mend: Mend = Mend.ACCEPTED
+    corrected_by: CorrectedBy = CorrectedBy.ACCEPTED
     in_markers: bool = False  # seen in the markers, before any force
     seen_standing: bool = False  # the motion shows it as well: no unknown force takes its place
     is_a_clock: bool = False  # of all plates: two of such beside each other are one, told twice
@@ -107,12 +107,12 @@ class About:
     @property
     def free(self) -> bool:
         """Whether it may change in any way over time."""
-        return self.course in (Course.ALL_ALONG, Course.NOW_AND_THEN)
+        return self.time_history in (TimeHistory.ALL_ALONG, TimeHistory.NOW_AND_THEN)
 
     @property
     def at_certain_frames(self) -> bool:
         """Whether its frames are told one stretch after the other."""
-        return self.course in (Course.NOW_AND_THEN, Course.EVENT)
+        return self.time_history in (TimeHistory.NOW_AND_THEN, TimeHistory.EVENT)
 
 
 class Described:

@@ -54,7 +54,7 @@ class AxisConvention(GrossCause):
 
     about = ABOUT
 
-    def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
+    def correct_plates(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
         """Forces in the markers' axes at the recorded centres of pressure, with the recorded free moments."""
         if not any(plate.loaded.any() for plate in plates):
             return None

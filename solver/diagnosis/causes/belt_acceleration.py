@@ -6,19 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.causes.about import About, AtFault, Course, Entry
+from solver.diagnosis.causes.about import About, AtFault, Entry, TimeHistory
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.diagnosis.causes.readings import Reading
 from solver.diagnosis.causes.scene import Scene, force_at
-from solver.diagnosis.causes.time_course import Stretch, stretch_of
+from solver.diagnosis.causes.time_history import Stretch, stretch_of
 
 KNOTS_S = 0.08  # a belt's drive answers each foot's landing
-MOST_KNOTS = 1000  # of one trial: the balance has four hundred windows, which a finer course meets alone
+MOST_KNOTS = (
+    1000  # of one trial: the balance has four hundred windows, which a finer time history meets alone
+)
 MOST_VALUES = 8_000_000  # of columns that are held at a time
 PRIOR_STD_M_PER_S2 = 0.5
 LEAST_M_PER_S2 = 0.15  # RMS; a good treadmill keeps below, and soft tissue looks like 0.12
 CONSTANT_SHARE = 0.1  # of the prior: 0.05 m/s² on average
-COURSE_STD = 0.08  # of the RMS: what is too quick for its splines; by hidden effects
+TIME_HISTORY_STD = 0.08  # of the RMS: what is too quick for its splines; by hidden effects
 MOST_ASIDE = 0.6  # [rad]
 FEWEST_M = 0.3  # a person who travels less than that in a trial has no direction of progression
 
@@ -36,7 +38,7 @@ ABOUT = About(
     told_apart_by="a marker on the belt or on the platform",
     branch="ground/belt or platform",
     at_fault=AtFault.MOVEMENT,
-    course=Course.ALL_ALONG,
+    time_history=TimeHistory.ALL_ALONG,
     odds_against=3.0,
     readings=(Reading("rms_m_per_s2", "{amount} (root mean square)", "m/s²"),),
 )
@@ -50,7 +52,7 @@ class BeltAcceleration(InPieces):
     angle about +y from the trial's progression [rad].
     """
 
-    courses: tuple[Stretch, ...] = ()  # whole trials, each with parameters of its own
+    time_histories: tuple[Stretch, ...] = ()  # whole trials, each with parameters of its own
 
     about = ABOUT
 
@@ -72,20 +74,20 @@ class BeltAcceleration(InPieces):
 
     def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Splines of a(t) in this trial; zero for those of other trials."""
-        if scene.name not in {c.trial for c in self.courses}:
+        if scene.name not in {c.trial for c in self.time_histories}:
             return
         angle = progression(scene) + eta[0]
         whole = force_at(
             -scene.skeleton.mass * np.array([np.cos(angle), 0.0, -np.sin(angle)]), scene.com_ground
         )
         each = max(1, MOST_VALUES // whole.size)
-        for c in self.courses:
-            courses = _Courses(c)
-            for first in range(0, courses.count, each):
-                some = slice(first, min(first + each, courses.count))
+        for c in self.time_histories:
+            time_histories = _TimeHistories(c)
+            for first in range(0, time_histories.count, each):
+                some = slice(first, min(first + each, time_histories.count))
                 prior_std = np.full(some.stop - some.start, PRIOR_STD_M_PER_S2)
                 if c.trial == scene.name:
-                    columns = whole[:, :, None] * courses.some(some)[:, None]
+                    columns = whole[:, :, None] * time_histories.some(some)[:, None]
                 else:
                     columns = np.zeros((*whole.shape, len(prior_std)))
                 yield Signature(columns, prior_std)
@@ -101,29 +103,29 @@ class BeltAcceleration(InPieces):
         """rms_m_per_s2 over all frames."""
         gram, frames = np.zeros((len(x), len(x))), 0
         first = 0
-        for c in self.courses:
-            courses = _Courses(c)
-            own = slice(first, first + courses.count)
-            gram[own, own] = courses.gram()
+        for c in self.time_histories:
+            time_histories = _TimeHistories(c)
+            own = slice(first, first + time_histories.count)
+            gram[own, own] = time_histories.gram()
             first, frames = own.stop, frames + c.frames
         gram /= frames
         rms = float(np.sqrt(x @ gram @ x))
         slope = gram @ x / max(rms, 1e-9)
-        variance = float(slope @ covariance @ slope) + (COURSE_STD * rms) ** 2
+        variance = float(slope @ covariance @ slope) + (TIME_HISTORY_STD * rms) ** 2
         return {"rms_m_per_s2": Estimate(rms, float(np.sqrt(variance)))}
 
     def frames(
         self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
     ) -> tuple[Range, ...]:
         """All frames of its trials."""
-        return tuple(Range(c.trial, 0, c.frames) for c in self.courses)
+        return tuple(Range(c.trial, 0, c.frames) for c in self.time_histories)
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """More than a good treadmill's unrest."""
         return estimates["rms_m_per_s2"].value > LEAST_M_PER_S2
 
 
-class _Courses:
+class _TimeHistories:
     """Splines of mean zero, and a small constant: nothing goes on speeding up in a laboratory."""
 
     def __init__(self, stretch: Stretch) -> None:
@@ -131,14 +133,14 @@ class _Courses:
         self._means = np.asarray(self._humps.mean(axis=0))
         self.count = len(self._means) + 1
 
-    def some(self, which: slice) -> Float[np.ndarray, "frames courses"]:
+    def some(self, which: slice) -> Float[np.ndarray, "frames time histories"]:
         """Those of a range."""
-        courses = self._humps[:, which].toarray() - self._means[which]
+        time_histories = self._humps[:, which].toarray() - self._means[which]
         if which.stop < self.count:
-            return np.asarray(courses)
-        return np.concatenate([courses, np.full((len(courses), 1), CONSTANT_SHARE)], axis=1)
+            return np.asarray(time_histories)
+        return np.concatenate([time_histories, np.full((len(time_histories), 1), CONSTANT_SHARE)], axis=1)
 
-    def gram(self) -> Float[np.ndarray, "courses courses"]:
+    def gram(self) -> Float[np.ndarray, "time histories time histories"]:
         """Their products with each other, summed over frames: zero of the constant with the others."""
         frames, n = self._humps.shape[0], self.count - 1
         found = np.zeros((self.count, self.count))
@@ -172,6 +174,8 @@ def _against_the_belt(scene: Scene) -> Float[np.ndarray, "3"]:
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """One support, in all trials and in each alone: an uneven drive may be switched on for one."""
-    courses = [stretch_of(s, 0, s.frames) for s in scenes]
-    of_trials = [courses, *([c] for c in courses)] if len(courses) > 1 else [courses]
+    time_histories = [stretch_of(s, 0, s.frames) for s in scenes]
+    of_trials = (
+        [time_histories, *([c] for c in time_histories)] if len(time_histories) > 1 else [time_histories]
+    )
     return [BeltAcceleration("all", tuple(some)) for some in of_trials if some]

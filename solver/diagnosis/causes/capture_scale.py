@@ -80,8 +80,8 @@ class CaptureScale(Candidate):
         weight = scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
         by_gravity = np.broadcast_to(-weight, scene.com_ground.shape)
         moment_by_gravity = cross(scene.com_ground, by_gravity)
-        by_motion = scene.demanded_ground[:, :3] - by_gravity
-        moment_by_motion = scene.demanded_ground[:, 3:] - moment_by_gravity
+        by_motion = scene.required_ground[:, :3] - by_gravity
+        moment_by_motion = scene.required_ground[:, 3:] - moment_by_gravity
         column = np.concatenate([by_motion, 2 * moment_by_motion + moment_by_gravity], axis=1)
         if self.log_size is None:
             return Signature(column[:, :, None], np.array([PRIOR_STD]))

@@ -7,11 +7,11 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.causes.about import About, AtFault, Entry, Named, Size, Weight
-from solver.diagnosis.causes.demanded_by_inertia import demanded_by_changes
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.diagnosis.causes.limbs import BETWEEN_OTHERS_ODDS, inner_arm_segments
 from solver.diagnosis.causes.pictures import Ball
 from solver.diagnosis.causes.readings import NOT_TOLD, ON_SEGMENT, Place, Reading
+from solver.diagnosis.causes.required_by_inertia import required_by_changes
 from solver.diagnosis.causes.scene import Scene
 
 LIGHTEST_SHARE = 0.004  # of body mass: what lighter ones carry (toes), their neighbours carry as well
@@ -60,7 +60,7 @@ ABOUT = About(
 
 @dataclass(frozen=True)
 class CarriedMass(InTrials):
-    """A rigid load of mass m at r in the body's frame: more is demanded, so the signature is −Δdemanded.
+    """A rigid load of mass m at r in the body's frame: more is required, so the signature is −Δrequired.
 
     With r₀ the segment's own centre of mass the load's pseudo-inertia is linear in m, m(r − r₀) and the six
     second moments about r₀. All ten are columns, so nothing is lost for a load far from r₀ or a wide one.
@@ -83,7 +83,7 @@ class CarriedMass(InTrials):
         changes = load_basis(scene.skeleton.bodies[body].com_body)
         second = PRIOR_KG * SPREAD_M**2
         prior_std = np.concatenate([[PRIOR_KG], np.full(3, PRIOR_KG * REACH_M), np.full(6, second)])
-        return Signature(-demanded_by_changes(scene, body, changes), prior_std)
+        return Signature(-required_by_changes(scene, body, changes), prior_std)
 
     def estimates(
         self,

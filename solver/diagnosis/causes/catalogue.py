@@ -39,7 +39,7 @@ from solver.diagnosis.causes import (
     wobbling_mass,
     zero_level,
 )
-from solver.diagnosis.causes.about import About, Mend
+from solver.diagnosis.causes.about import About, CorrectedBy
 from solver.diagnosis.causes.effect import NO_PATHS, Candidate, Paths
 from solver.diagnosis.causes.scene import Scene
 
@@ -88,9 +88,9 @@ def catalogue(scenes: Sequence[Scene], paths: Paths = NO_PATHS) -> list[Candidat
         scenes: of the subject's trials.
         paths: what each plate's path of pressure says of its turns.
     """
-    return [cause.heard(paths) for module in MODULES for cause in module.candidates(scenes)]
+    return [cause.with_evidence(paths) for module in MODULES for cause in module.candidates(scenes)]
 
 
 def cannot_be_accepted(id: str) -> bool:
-    """Whether a cause lies in the markers and no fit can mend it."""
-    return id in ABOUT and ABOUT[id].mend in (Mend.FILES, Mend.NOTHING)
+    """Whether a cause lies in the markers and no fit can correct it."""
+    return id in ABOUT and ABOUT[id].corrected_by in (CorrectedBy.FILES, CorrectedBy.NOTHING)

@@ -67,9 +67,9 @@ class ClockOffset(Candidate):
         shifted = scene.retimed(lambda times: times + eta[0])
         return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), shifted - scene.measured_ground)
 
-    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+    def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
         """Those that the right clock puts outside the recording."""
-        return scene.unheard(lambda times: times + eta[0])
+        return scene.unrecorded(lambda times: times + eta[0])
 
     def estimates(
         self,

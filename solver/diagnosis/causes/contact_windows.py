@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.causes.time_course import Stretch, stretch_of
+from solver.diagnosis.causes.time_history import Stretch, stretch_of
 
 HOP_S = 0.05
 SHORTEST_S = 0.15
@@ -127,5 +127,5 @@ def _likeliest(force: Float[np.ndarray, "blocks 3"]) -> list[Run]:
 def _error_N(scene: Scene) -> Float[np.ndarray, "3"]:
     """Standard deviation of the balance's force without any contact, by axis [N]."""
     rest = -scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
-    motion = np.sqrt(((scene.demanded_ground[:, :3] - rest) ** 2).mean(axis=0))
+    motion = np.sqrt(((scene.required_ground[:, :3] - rest) ** 2).mean(axis=0))
     return np.hypot(ERROR_SHARE * scene.weight_N, MOTION_SHARE * motion)

@@ -77,7 +77,8 @@ class Drag(InTrials):
             return None
         body = scene.skeleton.body_index(self.target)
         return Signature(
-            columns_at_centre(scene, body, self._course(scene, eta[0])), prior_with_reach(PRIOR_STD_NS_PER_M)
+            columns_at_centre(scene, body, self._time_history(scene, eta[0])),
+            prior_with_reach(PRIOR_STD_NS_PER_M),
         )
 
     def estimates(
@@ -90,8 +91,8 @@ class Drag(InTrials):
     ) -> dict[str, Estimate]:
         """b_Ns_per_m (at 1 m/s), mean_force_N (of the magnitude), exponent."""
         b, std = float(x[0]), float(np.sqrt(covariance[0, 0]))
-        courses = np.concatenate([self._course(s, eta[0]) for s in self.own(scenes)])
-        size = float(np.linalg.norm(courses, axis=1).mean())
+        time_histories = np.concatenate([self._time_history(s, eta[0]) for s in self.own(scenes)])
+        size = float(np.linalg.norm(time_histories, axis=1).mean())
         return {
             "b_Ns_per_m": Estimate(b, std),
             "mean_force_N": Estimate(b * size, std * size),
@@ -102,7 +103,7 @@ class Drag(InTrials):
         """It brakes, and more than still air."""
         return estimates["mean_force_N"].value > LEAST_N
 
-    def _course(self, scene: Scene, exponent: float) -> Float[np.ndarray, "frames 3"]:
+    def _time_history(self, scene: Scene, exponent: float) -> Float[np.ndarray, "frames 3"]:
         body = scene.skeleton.body_index(self.target)
         place = scene.point_ground(body, scene.skeleton.bodies[body].com_body)
         velocity = CubicSpline(scene.times, place)(scene.times, 1)

@@ -2,12 +2,12 @@
 
 With a candidate the balance of a trial reads
 
-    demanded(motion) − measured − fixed(η) − columns(η) x  =  what is left,
+    required(motion) − measured − fixed(η) − columns(η) x  =  what is left,
 
 forces in newtons and moments about the ground origin in newton metres, frame by frame. x are parameters that
 act linearly and have a Gaussian prior; η are the few that do not (a time shift, a frequency), given as starts
 for a search. A cause that changes the inertia of the body or its motion is written the same way, with the
-change of the demanded wrench and its sign turned. One cause, one file; what is to
+change of the required wrench and its sign turned. One cause, one file; what is to
 say about it stands there as well (`about`).
 """
 
@@ -100,7 +100,7 @@ class Candidate(Described, ABC):
         """Log evidence for or against it from outside the wrench balance [nats]."""
         return 0.0
 
-    def heard(self, paths: Paths) -> Self:
+    def with_evidence(self, paths: Paths) -> Self:
         """The same, knowing what each plate's path of pressure says by itself."""
         return self
 
@@ -151,8 +151,8 @@ class Candidate(Described, ABC):
         if whole is not None:
             yield whole
 
-    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
-        """Frames of which nothing is known once the recording is put right; none unless it says otherwise."""
+    def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+        """Frames of which nothing is known once the recording is corrected; none unless it says otherwise."""
         return np.zeros(scene.frames, dtype=bool)
 
     @abstractmethod

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.diagnosis.causes.about import About, AtFault, Course, Entry, Named
+from solver.diagnosis.causes.about import About, AtFault, Entry, Named, TimeHistory
 from solver.diagnosis.causes.contact_windows import HOP_S, INDEPENDENT_HOPS, UP, contact_windows
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.diagnosis.causes.force_on_body import columns_at_point
@@ -14,19 +14,19 @@ from solver.diagnosis.causes.limbs import BETWEEN_OTHERS_ODDS, inner_segments
 from solver.diagnosis.causes.pictures import Arrow, Steady
 from solver.diagnosis.causes.readings import NOT_TOLD, ON_SEGMENT, Place, Reading, along
 from solver.diagnosis.causes.scene import Scene, force_at
-from solver.diagnosis.causes.time_course import Stretch, frames_of, joined
+from solver.diagnosis.causes.time_history import Stretch, frames_of, joined
 from solver.diagnosis.causes.unmeasured_stances import unmeasured_stances
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Body
 
 KNOTS_S = 0.10  # a hand's push grows and fades no faster
 MOST_KNOTS = 20  # a long hold changes slowly
-EDGE_S = 0.05  # by which its course goes beyond a window found in the balance
+EDGE_S = 0.05  # by which its time history goes beyond a window found in the balance
 WHOLE_S = 0.08  # by which the contact does: windows end at half the force, and a push grows over 0.1 to 0.2 s
 EDGE_STD_S = 0.06  # of either end
 LIGHTEST_SHARE = 0.003  # of body mass: less than a hand, more than a kneecap
 PRIOR_N = 60.0  # a hand on a rail; what the balance lacks where that is more
-CHANGE_SHARE = 0.5  # of the force's scale: how much its course differs from a constant
+CHANGE_SHARE = 0.5  # of the force's scale: how much its time history differs from a constant
 LEAST_REACH_M = 0.05  # from a segment's centre of mass to where it is touched, beside its radius of gyration
 MOMENT_SHARE_M = 0.012  # error of the balance's moments over body weight, for finding the point
 INDEPENDENT_S = INDEPENDENT_HOPS * HOP_S  # how long an error of the balance lasts
@@ -36,7 +36,7 @@ MOST_SHARE = 0.95  # of a trial, for a contact to be one that begins or ends in 
 LEAST_N = 15.0  # a sleeve caught on a rail
 MOST_WEIGHTS = 1.5  # on average: a seat carries one; opposite forces on near segments would grow without end
 
-Missing = Mapping[str, Float[np.ndarray, "frames 6"]]  # by trial: what the balance lacks, weight put right
+Missing = Mapping[str, Float[np.ndarray, "frames 6"]]  # by trial: what the balance lacks, weight corrected
 
 
 ABOUT = About(
@@ -56,7 +56,7 @@ ABOUT = About(
     branch="on the person/touch",
     names=Named.BODIES,
     at_fault=AtFault.MOVEMENT,
-    course=Course.NOW_AND_THEN,
+    time_history=TimeHistory.NOW_AND_THEN,
     odds_against=4.0,
     readings=(
         *along("force_{}_N", "mean force on the person {{amount}} towards {{which}}", "N", axes="x"),
@@ -70,7 +70,7 @@ ABOUT = About(
 
 @dataclass(frozen=True)
 class ExternalContact(InPieces):
-    """In each window a free course of force at one point of the body.
+    """In each window a free time history of force at one point of the body.
 
     Each axis has a constant and splines about it, at the segment's centre of mass. The point's way d from
     there is bilinear with the force f: columns (0, R eᵢ × f) for its components take f from the balance.
@@ -98,13 +98,13 @@ class ExternalContact(InPieces):
         place = scene.point_ground(body, segment.com_body)
         eased = np.zeros((scene.frames, 1))
         for window, scale in zip(self.windows, self.scales_N, strict=True):
-            courses = _courses(window)
-            columns = np.zeros((scene.frames, 6, 3 * courses.shape[1]))
+            time_histories = _time_histories(window)
+            columns = np.zeros((scene.frames, 6, 3 * time_histories.shape[1]))
             if window.trial == scene.name:
-                moving = [force_at(c[:, None] * axis, place) for axis in np.eye(3) for c in courses.T]
+                moving = [force_at(c[:, None] * axis, place) for axis in np.eye(3) for c in time_histories.T]
                 columns = np.stack(moving, axis=-1)
-                eased += courses[:, :1]
-            shares = np.array([1.0, *([CHANGE_SHARE] * (courses.shape[1] - 1))])
+                eased += time_histories[:, :1]
+            shares = np.array([1.0, *([CHANGE_SHARE] * (time_histories.shape[1] - 1))])
             yield Signature(columns, np.tile(scale * shares, 3))
         force = eased * _missing_ground(scene, dict(self.wrong_weights_N).get(scene.name, 0.0))[:, :3]
         shifts = columns_at_point(scene, body, segment.com_body, force)[:, :, 1:]
@@ -142,9 +142,11 @@ class ExternalContact(InPieces):
         frames = sum(int(within.sum()) for within in inside.values())
         blocks = []
         for window in self.windows:
-            courses = _courses(window)
-            of_frames = courses[inside[window.trial]].sum(axis=0) / frames if window.trial in inside else 0.0
-            blocks.append(np.kron(np.eye(3), np.broadcast_to(of_frames, courses.shape[1:])))
+            time_histories = _time_histories(window)
+            of_frames = (
+                time_histories[inside[window.trial]].sum(axis=0) / frames if window.trial in inside else 0.0
+            )
+            blocks.append(np.kron(np.eye(3), np.broadcast_to(of_frames, time_histories.shape[1:])))
         return np.concatenate([*blocks, np.zeros((3, 3))], axis=1)
 
     def is_possible(self, estimates: dict[str, Estimate]) -> bool:
@@ -182,7 +184,7 @@ def _size_N(estimates: dict[str, Estimate]) -> float:
     return float(np.hypot.reduce([estimates[f"force_{axis}_N"].value for axis in "xyz"]))
 
 
-def _courses(window: Stretch) -> Float[np.ndarray, "frames courses"]:
+def _time_histories(window: Stretch) -> Float[np.ndarray, "frames time histories"]:
     """One while in contact, and splines about it."""
     wide = window.widened(EDGE_S)
     humps = wide.humps(max(KNOTS_S, wide.seconds / MOST_KNOTS))

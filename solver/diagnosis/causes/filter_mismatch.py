@@ -267,7 +267,7 @@ def _through(
     values: Float[np.ndarray, "samples columns"],
     rate: float,
     cutoff_Hz: float,
-    made_of: Callable[[Float[np.ndarray, " frequencies"]], Float[np.ndarray, " frequencies"]],
+    gain_to: Callable[[Float[np.ndarray, " frequencies"]], Float[np.ndarray, " frequencies"]],
 ) -> Float[np.ndarray, "samples columns"]:
     """Samples times something made of the filter's gain at each frequency."""
     reach = min(int(np.ceil(2 * rate / cutoff_Hz)), len(values) - 1)
@@ -275,7 +275,7 @@ def _through(
     after = 2 * values[-1] - values[-2 : -2 - reach : -1]
     extended = np.concatenate([before, values, after])
     gain = zero_phase_gain(np.fft.rfftfreq(len(extended), 1 / rate), rate, cutoff_Hz)
-    spectrum = np.fft.rfft(extended, axis=0) * made_of(gain)[:, None]
+    spectrum = np.fft.rfft(extended, axis=0) * gain_to(gain)[:, None]
     return np.fft.irfft(spectrum, len(extended), axis=0)[reach : reach + len(values)]
 
 

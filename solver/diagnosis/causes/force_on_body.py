@@ -14,7 +14,7 @@ REACH_M = 0.10  # from the segment's centre of mass to where a belt or a strap h
 def columns_at_centre(
     scene: Scene, body: int, force_ground: Float[np.ndarray, "frames 3"]
 ) -> Float[np.ndarray, "frames 6 4"]:
-    """A force of a given course at a segment's centre of mass, and what shifts of its point add.
+    """A force of a given time history at a segment's centre of mass, and what shifts of its point add.
 
     A force x f at the centre of mass p plus R r is x (f, p × f) + Σ (x rᵢ) (0, R eᵢ × f): the last three
     parameters are first moments along the body's axes [m × unit of x].
@@ -43,9 +43,9 @@ def prior_with_reach(std: float, reach_m: float = REACH_M) -> Float[np.ndarray, 
 
 
 def trunk_bodies(skeleton: Skeleton) -> tuple[str, ...]:
-    """Where belts and harnesses hold: the root segment, and the heaviest other one that has no twin."""
-    twins = scale_groups(skeleton).group.tolist()
-    single = [b for b in range(len(skeleton.bodies)) if twins.count(twins[b]) == 1]
+    """Where belts and harnesses hold: the root segment, and the heaviest other one without a counterpart."""
+    counterparts = scale_groups(skeleton).group.tolist()
+    single = [b for b in range(len(skeleton.bodies)) if counterparts.count(counterparts[b]) == 1]
     roots = [b for b, joint in enumerate(skeleton.joints) if joint.parent < 0]
     others = sorted(set(single) - set(roots), key=lambda b: skeleton.bodies[b].mass)
     return tuple(skeleton.body_names[b] for b in (*roots, *others[-1:]))

@@ -21,24 +21,24 @@ KEPT_SCENES = 32
 
 
 class GrossCause(Candidate):
-    """An error without size: it is there or not, and the recording can be put right."""
+    """An error without size: it is there or not, and the recording can be corrected."""
 
     @abstractmethod
-    def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
+    def correct_plates(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
         """All plates of a trial as they should have been recorded; None where it cannot be in this trial."""
 
-    def target_put_right(self, target: str) -> str:
-        """Which plate holds, in the recording put right, the force that the files give to `target`."""
+    def target_corrected(self, target: str) -> str:
+        """Which plate holds, in the recording corrected, the force that the files give to `target`."""
         return target
 
-    def righted(self, scene: Scene) -> Scene:
+    def corrected(self, scene: Scene) -> Scene:
         """The trial as it should have been recorded."""
-        plates = self.put_right(scene.plates)
+        plates = self.correct_plates(scene.plates)
         return scene if plates is None else replace(scene, plates=plates)
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """The recording put right less the recording."""
-        plates = self.put_right(scene.plates)
+        """The recording corrected less the recording."""
+        plates = self.correct_plates(scene.plates)
         if plates is None:
             return None
         fixed = np.sum([plate.wrench_ground for plate in plates], axis=0) - scene.measured_ground
@@ -62,7 +62,7 @@ class GrossCause(Candidate):
 
 @dataclass(frozen=True)
 class Beyond(Candidate):
-    """Another cause, in the recording whose gross error was put right."""
+    """Another cause, in the recording whose gross error was corrected."""
 
     cause: Candidate
     gross: GrossCause
@@ -89,7 +89,7 @@ class Beyond(Candidate):
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """The cause's."""
-        return self.cause.starts(self._righted(scenes))
+        return self.cause.starts(self._corrected(scenes))
 
     def steps(self) -> Eta:
         """The cause's."""
@@ -97,7 +97,7 @@ class Beyond(Candidate):
 
     def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
         """The cause's."""
-        return self.cause.prior(self._righted(scenes))
+        return self.cause.prior(self._corrected(scenes))
 
     def admissible(self, eta: Eta) -> bool:
         """The cause's."""
@@ -112,12 +112,12 @@ class Beyond(Candidate):
         return self.cause.lifted_N(trial, estimates)
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """What the cause changes in the recording put right."""
-        return self.cause.signature(righted(self.gross, scene), eta)
+        """What the cause changes in the recording corrected."""
+        return self.cause.signature(corrected(self.gross, scene), eta)
 
-    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+    def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
         """The cause's."""
-        return self.cause.unheard(righted(self.gross, scene), eta)
+        return self.cause.unrecorded(corrected(self.gross, scene), eta)
 
     def estimates(
         self,
@@ -128,7 +128,7 @@ class Beyond(Candidate):
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
         """The cause's."""
-        return self.cause.estimates(self._righted(scenes), eta, eta_std, x, covariance)
+        return self.cause.estimates(self._corrected(scenes), eta, eta_std, x, covariance)
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """The cause's."""
@@ -138,16 +138,16 @@ class Beyond(Candidate):
         self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
     ) -> tuple[Range, ...]:
         """The cause's."""
-        return self.cause.frames(self._righted(scenes), eta, x)
+        return self.cause.frames(self._corrected(scenes), eta, x)
 
-    def _righted(self, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
-        return tuple(righted(self.gross, scene) for scene in scenes)
+    def _corrected(self, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
+        return tuple(corrected(self.gross, scene) for scene in scenes)
 
 
 @lru_cache(maxsize=KEPT_SCENES)
-def righted(gross: GrossCause, scene: Scene) -> Scene:
+def corrected(gross: GrossCause, scene: Scene) -> Scene:
     """A trial as it should have been recorded; kept."""
-    return gross.righted(scene)
+    return gross.corrected(scene)
 
 
 def with_samples(

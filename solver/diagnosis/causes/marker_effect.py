@@ -3,7 +3,7 @@
 A marker that slips drags the fitted pose along and its neighbours seem to move. What remains of the errors
 when every change of pose is taken out, P e with P = W − W J (Jᵀ W J)⁻¹ Jᵀ W, is free of that: (P e)_m,
 divided by the block P_mm, is the marker's distance from where the others alone would put it, in the axes of
-its segment (leave-one-out residual of linear least squares). W allows for flesh that carries a segment's
+its segment (leave-one-out residual of linear least squares). W allows for soft tissue that moves a segment's
 markers together.
 
 These causes are looked for before the wrench balance: the markers are repaired and the pose is fitted again.
@@ -26,7 +26,9 @@ CHUNK = 64  # frames whose Jacobians are held at once
 TRUSTED_M = 0.04  # a marker this far off counts half
 FEWEST_SEEN = 0.5  # share of markers on a frame: with fewer the pose is too loose to judge one
 RESOLVED_M = 0.001  # changes below are within what cameras and filters do
-NOISE_M = 0.003  # of a marker within a tenth or two of a second, against the priors of how flesh moves it
+NOISE_M = (
+    0.003  # of a marker within a tenth or two of a second, against the priors of how soft tissue moves it
+)
 SHIFT_STD_M = 0.03  # prior of how far a marker slips
 PULL = 1e-4  # on what no marker sees, in squares of a marker's own weight per rad or m
 
@@ -77,23 +79,23 @@ class ProjectedChunk:
     score_body: Float[np.ndarray, "some markers 3"]  # P e [m]
 
 
-def pose_free(scene: Scene, flesh: float) -> PoseFree:
+def pose_free(scene: Scene, soft_tissue: float) -> PoseFree:
     """Take all poses out of a trial's marker errors.
 
     Args:
         scene: with the motion that the markers tell.
-        flesh: how far a segment's markers move together, against how far each moves for itself.
+        soft_tissue: how far a segment's markers move together, against how far each moves for itself.
     """
     count = len(scene.markers.names)
     score, information = np.zeros((scene.frames, count, 3)), np.zeros((scene.frames, count, 3, 3))
-    for chunk in projected_chunks(scene, flesh):
+    for chunk in projected_chunks(scene, soft_tissue):
         score[chunk.frames] = chunk.score_body
         lone = np.einsum("tmm->tm", chunk.W)[..., None, None] * np.eye(3)
         information[chunk.frames] = lone - np.einsum("tmid,tmjd->tmij", chunk.halves, chunk.WJ)
     return PoseFree(np.isfinite(scene.markers.observed_ground).all(axis=2), score, information)
 
 
-def projected_chunks(scene: Scene, flesh: float) -> Iterator[ProjectedChunk]:
+def projected_chunks(scene: Scene, soft_tissue: float) -> Iterator[ProjectedChunk]:
     """A trial's marker errors without its poses, some frames at a time; arguments as in `pose_free`."""
     markers, kinematics = scene.markers, ForwardKinematics(scene.skeleton)
     seen = np.isfinite(markers.observed_ground).all(axis=2)
@@ -109,7 +111,7 @@ def projected_chunks(scene: Scene, flesh: float) -> Iterator[ProjectedChunk]:
             x = kinematics.markers(poses)
             J = marker_jacobian(kinematics, poses, x).reshape(len(x), count, 3, -1)
             J = R[own].transpose(0, 1, 3, 2) @ J
-            W = _weights(trust[own], of_body, flesh)
+            W = _weights(trust[own], of_body, soft_tissue)
             score, WJ, halves = _projected(W, J, error[own])
             yield ProjectedChunk(own, W, WJ, halves, score)
 
@@ -143,11 +145,13 @@ def _usual_place_removed(
 
 
 def _weights(
-    trust: Float[np.ndarray, "some markers"], of_body: Float[np.ndarray, "markers segments"], flesh: float
+    trust: Float[np.ndarray, "some markers"],
+    of_body: Float[np.ndarray, "markers segments"],
+    soft_tissue: float,
 ) -> Float[np.ndarray, "some markers markers"]:
-    """Inverse of diag(1/trust) + flesh² 11ᵀ within segments (Woodbury)."""
+    """Inverse of diag(1/trust) + soft_tissue² 11ᵀ within segments (Woodbury)."""
     spread = trust[:, :, None] * of_body
-    inner = 1 / (flesh**-2 + spread.sum(axis=1))
+    inner = 1 / (soft_tissue**-2 + spread.sum(axis=1))
     return trust[:, :, None] * np.eye(trust.shape[1]) - (spread * inner[:, None]) @ spread.transpose(0, 2, 1)
 
 

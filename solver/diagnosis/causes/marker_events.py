@@ -1,6 +1,6 @@
 """Several markers that seem to slip at one instant: which of them did, if any.
 
-A jump is seen by the pose that all markers together take. Where a trunk bends, shoulders rise, flesh swings
+A jump is seen by the pose that all markers together take. Trunks bend, shoulders rise, soft tissue swings
 at a landing, or a neighbour slips, that pose is off and sound markers seem to jump. The distances within a
 segment know no pose: they are asked which marker moved.
 """
@@ -37,7 +37,7 @@ def events_of(
 
     A jump that distances show is a slip, of the marker that they show. One that they should show and do not
     is none. Where they cannot tell, several at once, or the same marker twice, are the segment's or its
-    flesh's; one alone stays, less sure, unless the others move against one another by more than it: then
+    soft tissue's; one alone stays, less sure, unless the others move against one another by more: then
     the pose that it seems to leave is not known so well.
 
     Args:
@@ -46,7 +46,7 @@ def events_of(
         before: what was found in this trial and repaired; no segment slips twice at one instant.
     """
     reach = TOGETHER_S * scene.rate
-    fresh = [jump for jump in jumps if not any(_is_one_event(scene, jump, known, reach) for known in before)]
+    fresh = [jump for jump in jumps if not any(_is_one_event(jump, known, reach) for known in before)]
     lost = ~np.isfinite(scene.markers.observed_ground).all(axis=2)
     slips: list[MarkerSlip] = []
     notes: list[str] = []
@@ -57,7 +57,7 @@ def events_of(
         shown = _once_each([slip for slip in told if slip is not None])
         if shown:
             slips += [s if _was_lost(s, lost, reach) else _less_sure(s) for s in shown]
-        elif len(event) == 1 and asked[0].foretold < CLEAR and _stands_out(event[0], asked[0]):
+        elif len(event) == 1 and asked[0].predicted < CLEAR and _stands_out(event[0], asked[0]):
             slips.append(_less_sure(event[0]))
         else:
             notes.append(_note(scene, event))
@@ -107,12 +107,12 @@ def _once_each(slips: Sequence[MarkerSlip]) -> list[MarkerSlip]:
     return kept
 
 
-def _is_one_event(scene: Scene, jump: MarkerSlip, known: MarkerFinding, reach: float) -> bool:
+def _is_one_event(jump: MarkerSlip, known: MarkerFinding, reach: float) -> bool:
     slips = known.slips if isinstance(known, SegmentDisplaced) else (known,)
     return any(
         isinstance(slip, MarkerSlip)
         and slip.frames.trial == jump.frames.trial
-        and scene.markers.body[slip.marker] == scene.markers.body[jump.marker]
+        and slip.body == jump.body
         and abs(slip.frames.start - jump.frames.start) <= reach
         for slip in slips
     )

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
-from solver.diagnosis.causes.about import About, Course, Entry, Mend, Named, Size
+from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Named, Size, TimeHistory
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_effect import (
     FEWEST_SEEN,
@@ -26,7 +26,7 @@ from solver.diagnosis.causes.pictures import Markers
 from solver.diagnosis.causes.readings import Reading
 from solver.diagnosis.causes.scene import Scene
 
-FLESH = 1.5  # a segment's markers move together by half as much again as each moves for itself
+SOFT_TISSUE = 1.5  # a segment's markers move together by half as much again as each moves for itself
 SPANS_S = (0.0, 0.05, 0.15, 0.4)  # over which medians before and after must all differ; 0: next frames
 END_S = 0.3  # nearer to an end, or to a longer gap, a slip looks like a disturbance that passes
 LONGEST_GAP_S = 0.1
@@ -38,7 +38,7 @@ OFTEN = 3.0  # the largest other jump of a trial is about three standard deviati
 AT_ONCE = 5.5  # the largest other change from one frame to the next, of theirs: a few frames are far worse
 SAME_TIME_S = 0.05  # neighbours seem to jump with the marker that did
 MOST_SLIPS = 6
-ANGLE_STD_M = 0.03  # prior of how far flesh moves a marker per rad, and per rad² below
+ANGLE_STD_M = 0.03  # prior of how far soft tissue moves a marker per rad, and per rad² below
 SQUARE_STD_M = 0.02
 
 AngleFit = Callable[[int | None], tuple[Float[np.ndarray, "samples axes"], Float[np.ndarray, " axes"]]]
@@ -61,8 +61,8 @@ ABOUT = About(
     told_apart_by="a static trial before and after the recording",
     branch="markers/one",
     names=Named.MARKERS,
-    course=Course.EVENT,
-    mend=Mend.FILES,
+    time_history=TimeHistory.EVENT,
+    corrected_by=CorrectedBy.FILES,
     in_markers=True,
     sizes=(Size("shift_m", 0.012, 0.04, 0.3, "the segment's length at most"),),
     readings=(
@@ -80,7 +80,8 @@ class MarkerSlip(MarkerFinding):
     Only the components of the shift in which the other markers hold the segment are known.
     """
 
-    marker: int
+    marker: int  # of the fit in which it was found; after a repair, another may use fewer
+    body: int  # its segment
     shift_body: Float[np.ndarray, "3"]  # [m]
     R_ground_body: Float[np.ndarray, "frames 3 3"]  # of the marker's segment
     in_its_path: bool = False  # its own path is cut there (`leaps`), not only its place among the others
@@ -91,10 +92,10 @@ class MarkerSlip(MarkerFinding):
         self, observed_ground: Float[np.ndarray, "frames markers 3"]
     ) -> Float[np.ndarray, "frames markers 3"]:
         """The marker put back to where it sat before."""
-        mended = observed_ground.copy()
+        corrected = observed_ground.copy()
         after = slice(self.frames.start, None)
-        mended[after, self.marker] -= self.R_ground_body[after] @ self.shift_body
-        return mended
+        corrected[after, self.marker] -= self.R_ground_body[after] @ self.shift_body
+        return corrected
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,36 +139,34 @@ def findings(scene: Scene) -> list[MarkerSlip]:
     near joints' angles is taken off, or from all that happens to it between two samples. Slips in longer gaps
     and near the ends are not looked for, but for those in a gap at which another marker seems to jump.
     """
-    found: list[MarkerSlip] = []
-    at = scene
+    found, at = list[MarkerSlip](), scene
     for _ in range(MOST_SLIPS):
-        free = pose_free(at, FLESH)
-        enough = seen_share(at) >= FEWEST_SEEN
-        markers = range(len(at.markers.names))
-        one_of_many = float(np.log(len(markers)))
-        courses = [course for m in markers if (course := _course(at, free, m, enough))]
-        jumps = [jump for course in courses if (jump := _largest_jump(course)) and jump.size > LEAST_M]
+        free, enough = pose_free(at, SOFT_TISSUE), seen_share(at) >= FEWEST_SEEN
+        one_of_many = float(np.log(len(at.markers.names)))
+        paths = [path for m in range(len(at.markers.names)) if (path := _path(at, free, m, enough))]
+        jumps = [jump for path in paths if (jump := _largest_jump(path)) and jump.size > LEAST_M]
         clear = [jump for jump in jumps if jump.gain - one_of_many > LEAST_GAIN]
         if not clear:
             break
         first = max(clear, key=lambda j: j.gain)
         near = [j for j in jumps if abs(j.frame - first.frame) <= SAME_TIME_S * scene.rate]
-        lost = [j for c in courses if (j := _beside_a_gap(c, first.frame)) and j.size > first.size]
+        lost = [j for c in paths if (j := _beside_a_gap(c, first.frame)) and j.size > first.size]
         near += [jump for jump in lost if jump.gain - one_of_many > LEAST_GAIN]
         slip = _finding(scene, max(near, key=lambda j: j.energy), first.gain - one_of_many)
         found.append(slip)
-        repaired = slip.repaired(at.markers.observed_ground)
-        at = replace(at, markers=replace(at.markers, observed_ground=repaired))
+        at = replace(
+            at, markers=replace(at.markers, observed_ground=slip.repaired(at.markers.observed_ground))
+        )
     return found
 
 
 def slip_at(scene: Scene, marker: int, frame: int) -> MarkerSlip | None:
     """The slip of a marker at a frame; None where it is not seen well enough or does not jump there."""
-    course = _course(scene, pose_free(scene, FLESH), marker, seen_share(scene) >= FEWEST_SEEN)
-    if course is None or not (near := np.abs(course.frames - frame) <= SAME_TIME_S * scene.rate).any():
+    path = _path(scene, pose_free(scene, SOFT_TISSUE), marker, seen_share(scene) >= FEWEST_SEEN)
+    if path is None or not (near := np.abs(path.frames - frame) <= SAME_TIME_S * scene.rate).any():
         return None
-    size = near * _changes(course.place, scene.rate)[1]
-    jump = _jump_at(course, int(size.argmax()))
+    size = near * _changes(path.place, scene.rate)[1]
+    jump = _jump_at(path, int(size.argmax()))
     return (
         None if jump is None else _finding(scene, jump, jump.gain - float(np.log(len(scene.markers.names))))
     )
@@ -189,13 +188,14 @@ def _finding(scene: Scene, jump: _Jump, gain: float) -> MarkerSlip:
         frames=Range(scene.name, jump.frame, scene.frames),
         gain=gain,
         marker=jump.marker,
+        body=int(scene.markers.body[jump.marker]),
         shift_body=jump.shift_body,
         R_ground_body=scene.R_ground_body[:, scene.markers.body[jump.marker]],
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Course:
+class _Path:
     """Where one marker is against the place that the others give it, along the axes that they hold."""
 
     marker: int
@@ -222,7 +222,7 @@ class _Course:
         return clear
 
 
-def _course(scene: Scene, free: PoseFree, marker: int, enough: Bool[np.ndarray, " frames"]) -> _Course | None:
+def _path(scene: Scene, free: PoseFree, marker: int, enough: Bool[np.ndarray, " frames"]) -> _Path | None:
     frames = np.flatnonzero(free.seen[:, marker] & enough)
     if len(frames) < FEWEST_SAMPLES:
         return None
@@ -236,63 +236,63 @@ def _course(scene: Scene, free: PoseFree, marker: int, enough: Bool[np.ndarray, 
     place = np.linalg.solve(information, score[..., None])[..., 0]
     angles = near_angles(scene, int(scene.markers.body[marker]))[frames]
     fit = _angle_fit(angles, place, scene.rate)
-    return _Course(marker, frames, scene.rate, axes, axes.T @ usual @ axes, place, fit)
+    return _Path(marker, frames, scene.rate, axes, axes.T @ usual @ axes, place, fit)
 
 
-def _largest_jump(course: _Course) -> _Jump | None:
+def _largest_jump(path: _Path) -> _Jump | None:
     """The clearer of what a step found beside the angles and one found before them leads to.
 
     A slip turns the fitted pose and with it the angles: fitted alone they would take the step for their own.
     """
     jumps = []
-    for start in (course.place, course.without_angles(None)[0]):
-        size = course.clear * _changes(start, course.rate)[1]
+    for start in (path.place, path.without_angles(None)[0]):
+        size = path.clear * _changes(start, path.rate)[1]
         if size.max() > LEAST_M / 2:
-            jumps.append(_followed(course, int(size.argmax())))
+            jumps.append(_followed(path, int(size.argmax())))
     return max((jump for jump in jumps if jump), key=lambda jump: jump.gain, default=None)
 
 
-def _followed(course: _Course, step: int) -> _Jump | None:
+def _followed(path: _Path, step: int) -> _Jump | None:
     """The jump that a first guess leads to, once angles and step are fitted together."""
     for _ in range(2):
-        size = course.clear * _changes(course.without_angles(step)[0], course.rate)[1]
+        size = path.clear * _changes(path.without_angles(step)[0], path.rate)[1]
         if int(size.argmax()) == step:
             break
         step = int(size.argmax())
-    return _jump_at(course, step)
+    return _jump_at(path, step)
 
 
-def _beside_a_gap(course: _Course, frame: int) -> _Jump | None:
+def _beside_a_gap(path: _Path, frame: int) -> _Jump | None:
     """The jump of a marker that was lost when another one seemed to jump, and is back elsewhere."""
-    reach = round(SAME_TIME_S * course.rate)
-    for (first, back), (_, end) in pairwise(course.stretches):
-        lost, found = course.frames[back - 1], course.frames[back]
-        seen = min(lost - course.frames[first], course.frames[end - 1] - found)  # before, and after
-        if lost - reach <= frame <= found + reach and seen >= END_S * course.rate:
-            size = _changes(course.place, course.rate)[1][back : back + reach + 1]
-            return _jump_at(course, back + int(size.argmax()))
+    reach = round(SAME_TIME_S * path.rate)
+    for (first, back), (_, end) in pairwise(path.stretches):
+        lost, found = path.frames[back - 1], path.frames[back]
+        seen = min(lost - path.frames[first], path.frames[end - 1] - found)  # before, and after
+        if lost - reach <= frame <= found + reach and seen >= END_S * path.rate:
+            size = _changes(path.place, path.rate)[1][back : back + reach + 1]
+            return _jump_at(path, back + int(size.argmax()))
     return None
 
 
-def _jump_at(course: _Course, step: int) -> _Jump | None:
-    """The change at a sample, against all others of the course; None where angles do better than a step."""
-    rest, shift = course.without_angles(step)
-    change, size = _changes(rest, course.rate)
+def _jump_at(path: _Path, step: int) -> _Jump | None:
+    """The change at a sample, against all others in time; None where angles do better than a step."""
+    rest, shift = path.without_angles(step)
+    change, size = _changes(rest, path.rate)
     if np.linalg.norm(shift) < 0.5 * size[step]:
         return None
-    after = np.arange(len(course.frames)) >= step
-    others, elsewhere = _changes(rest - after[:, None] * shift, course.rate)
+    after = np.arange(len(path.frames)) >= step
+    others, elsewhere = _changes(rest - after[:, None] * shift, path.rate)
     at_once = np.linalg.norm(np.delete(others[0], step, axis=0), axis=1)
     jump = np.median(change[:, step], axis=0)
     return _Jump(
-        marker=course.marker,
-        frame=int(course.frames[step]),
-        shift_body=course.axes_body @ jump,
+        marker=path.marker,
+        frame=int(path.frames[step]),
+        shift_body=path.axes_body @ jump,
         size=float(size[step]),
-        std=float((course.clear * elsewhere).max() + RESOLVED_M) / OFTEN,
+        std=float((path.clear * elsewhere).max() + RESOLVED_M) / OFTEN,
         std_at_once=float(at_once.max() + RESOLVED_M) / AT_ONCE,
-        energy=float(jump @ course.information @ jump),
-        places=len(course.frames),
+        energy=float(jump @ path.information @ jump),
+        places=len(path.frames),
     )
 
 

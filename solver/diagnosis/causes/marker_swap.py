@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.common.runs import runs
-from solver.diagnosis.causes.about import About, Course, Entry, Mend, Named
+from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Named, TimeHistory
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.causes.marker_effect import TRUSTED_M, MarkerFinding
 from solver.diagnosis.causes.pictures import Markers
@@ -34,8 +34,8 @@ ABOUT = About(
     told_apart_by=("the cameras' own view: labels are swapped where the markers pass or were hidden"),
     branch="markers/one",
     names=Named.MARKERS,
-    course=Course.EVENT,
-    mend=Mend.LABELS,
+    time_history=TimeHistory.EVENT,
+    corrected_by=CorrectedBy.LABELS,
     in_markers=True,
     picture=Markers(),
 )
@@ -56,11 +56,11 @@ class MarkerSwap(MarkerFinding):
         self, observed_ground: Float[np.ndarray, "frames markers 3"]
     ) -> Float[np.ndarray, "frames markers 3"]:
         """The two exchanged back."""
-        mended = observed_ground.copy()
+        corrected = observed_ground.copy()
         frames = slice(self.frames.start, self.frames.end)
         a, b = self.pair
-        mended[frames, [a, b]] = observed_ground[frames, [b, a]]
-        return mended
+        corrected[frames, [a, b]] = observed_ground[frames, [b, a]]
+        return corrected
 
 
 @dataclass(frozen=True)
@@ -203,9 +203,9 @@ def _distance(
     """Of both markers from the model's, or from their usual place, robust, if exchanged on some frames."""
     observed, total = scene.markers.observed_ground, 0.0
     for m, other in (pair, pair[::-1]):
-        mended = np.where(exchanged[:, None], observed[:, other], observed[:, m])
+        corrected = np.where(exchanged[:, None], observed[:, other], observed[:, m])
         R = scene.R_ground_body[:, scene.markers.body[m]]
-        error = np.einsum("tji,tj->ti", R, mended - scene.markers.model_ground[:, m])
+        error = np.einsum("tji,tj->ti", R, corrected - scene.markers.model_ground[:, m])
         error = error[np.isfinite(error).all(axis=1)]
         if anywhere and len(error):
             error = error - np.median(error, axis=0)

@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.runs import runs
-from solver.diagnosis.causes.about import About, AtFault, Course, Entry, Mend, Named
+from solver.diagnosis.causes.about import About, AtFault, CorrectedBy, Entry, Named, TimeHistory
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.diagnosis.causes.pictures import Arrow, Steady
 from solver.diagnosis.causes.readings import Reading
 from solver.diagnosis.causes.scene import Scene, force_at
-from solver.diagnosis.causes.time_course import Stretch, frames_of
+from solver.diagnosis.causes.time_history import Stretch, frames_of
 from solver.diagnosis.causes.unmeasured_stances import UnmeasuredStance, unmeasured_stances
 from solver.skeleton.forward import cross
 
@@ -43,8 +43,8 @@ ABOUT = About(
     branch="ground/missed step",
     names=Named.BODIES,
     at_fault=AtFault.MOVEMENT,
-    course=Course.NOW_AND_THEN,
-    mend=Mend.FLAGGED,
+    time_history=TimeHistory.NOW_AND_THEN,
+    corrected_by=CorrectedBy.FLAGGED,
     seen_standing=True,
     readings=(
         Reading("force_y_N", "the ground carries {amount} there on average", "N"),
@@ -56,10 +56,10 @@ ABOUT = About(
 
 @dataclass(frozen=True)
 class OffPlateStep(InPieces):
-    """In each stance a free course of force through the foot's sole.
+    """In each stance a free time history of force through the foot's sole.
 
     The vertical force is shared between heel and tip, so that the centre of pressure lies between them as
-    long as both press; courses of tangential force act at the sole's middle; couples for a centre of pressure
+    long as both press; histories of tangential force act at a sole's middle; couples for a centre of pressure
     aside of the middle line and for a free moment complete the wrench.
     """
 
@@ -91,8 +91,8 @@ class OffPlateStep(InPieces):
         trials = {s.trial for s in self._stretches}
         own, weight = [scene for scene in scenes if scene.name in trials], scenes[0].weight_N
         inside = {scene.name: frames_of(self._stretches, scene) for scene in own}
-        course = self._vertical_sums(own) / sum(int(frames.sum()) for frames in inside.values())
-        mean, std = float(course @ x), float(np.sqrt(course @ covariance @ course))
+        time_history = self._vertical_sums(own) / sum(int(frames.sum()) for frames in inside.values())
+        mean, std = float(time_history @ x), float(np.sqrt(time_history @ covariance @ time_history))
         force = np.concatenate([self._vertical(scene, x)[inside[scene.name]] for scene in own])
         pressing = force.clip(min=0).sum() / max(np.abs(force).sum(), np.finfo(float).tiny)
         return {
@@ -153,10 +153,14 @@ def _columns(scene: Scene, stance: UnmeasuredStance) -> Float[np.ndarray, "frame
         stance.stretch.humps(spacing).T for spacing in (KNOTS_S, TANGENT_KNOTS_S, SLOW_KNOTS_S)
     )
     forward, up, side = np.eye(3)
-    columns = [force_at(course[:, None] * up, point) for point in (heel, tip) for course in pressing]
+    columns = [
+        force_at(time_history[:, None] * up, point) for point in (heel, tip) for time_history in pressing
+    ]
     middle = (heel + tip) / 2
-    columns += [force_at(course[:, None] * axis, middle) for axis in (forward, side) for course in tangent]
-    couples = [course[:, None] * axis for axis in (cross(left, up), up) for course in slow]
+    columns += [
+        force_at(time_history[:, None] * axis, middle) for axis in (forward, side) for time_history in tangent
+    ]
+    couples = [time_history[:, None] * axis for axis in (cross(left, up), up) for time_history in slow]
     columns += [np.concatenate([np.zeros_like(couple), couple], axis=1) for couple in couples]
     return np.stack(columns, axis=-1)
 

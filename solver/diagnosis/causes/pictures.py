@@ -35,7 +35,7 @@ class AgainstMotion:
 
 @dataclass(frozen=True)
 class Arrow:
-    """A force on a body, from where it acts; its course over time, if the answer has one, goes before all."""
+    """A force on a body, from where it acts; its time history, if the answer has one, goes before all."""
 
     force: Steady | Band | AgainstMotion
     point: str = ""  # [m] in the body's frame; its centre of mass where empty

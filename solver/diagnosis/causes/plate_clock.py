@@ -48,12 +48,12 @@ class PlateClock(ClockOffset):
         if plate is None:
             return None
         shifted = plate.at_times(plate.loads.wrench_ground, plate.times + eta[0])
-        unheard = self.unheard(scene, eta)
-        shifted[unheard] = plate.wrench_ground[unheard]
+        unrecorded = self.unrecorded(scene, eta)
+        shifted[unrecorded] = plate.wrench_ground[unrecorded]
         fixed = np.nan_to_num(shifted) - plate.wrench_ground
         return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
 
-    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+    def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
         """Those that the right clock puts outside the recording."""
         plate = self._plate(scene)
         if plate is None:

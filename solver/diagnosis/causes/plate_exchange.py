@@ -49,12 +49,12 @@ class PlateExchange(PairOfPlates):
         )
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """Both plates put right less as they are, and what middles farther apart change."""
+        """Both plates corrected less as they are, and what middles farther apart change."""
         plain = super().signature(scene, eta)
-        righted = self.put_right(scene.plates)
-        if plain is None or righted is None:
+        corrected = self.correct_plates(scene.plates)
+        if plain is None or corrected is None:
             return None
-        a, b = (p for p in righted if p.target in self.targets)
+        a, b = (p for p in corrected if p.target in self.targets)
         columns: Float[np.ndarray, "frames 6 2"] = np.zeros((scene.frames, 6, 2))
         for k, axis in enumerate(np.eye(3)[[0, 2]]):
             columns[:, 3:, k] = cross(axis, a.wrench_ground[:, :3] - b.wrench_ground[:, :3])

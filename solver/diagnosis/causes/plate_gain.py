@@ -53,7 +53,7 @@ class PlateGain(Candidate):
         """Less what the motion demands of the plate."""
         for plate in scene.plates:
             if plate.target == self.target and plate.loaded.any():
-                return Signature(-demanded_of(plate, scene)[:, :, None], np.array([PRIOR_STD]))
+                return Signature(-required_of(plate, scene)[:, :, None], np.array([PRIOR_STD]))
         return None
 
     def estimates(
@@ -72,7 +72,7 @@ class PlateGain(Candidate):
         return LEAST < abs(estimates["gain_error"].value) < MOST
 
 
-def demanded_of(plate: PlateScene, scene: Scene) -> Float[np.ndarray, "frames 6"]:
+def required_of(plate: PlateScene, scene: Scene) -> Float[np.ndarray, "frames 6"]:
     """Wrench about the ground origin [N], [N·m]: the recorded one and its share of what all leave.
 
     The share is that of the vertical force. Where more than half of the plate's force is left, something else
@@ -81,7 +81,7 @@ def demanded_of(plate: PlateScene, scene: Scene) -> Float[np.ndarray, "frames 6"
     total = np.sum([p.loaded * p.wrench_ground[:, 1] for p in scene.plates], axis=0)
     own = plate.wrench_ground
     share = np.divide(own[:, 1], total, out=np.zeros(len(total)), where=plate.loaded & (total > 0))
-    left = scene.demanded_ground - scene.measured_ground
+    left = scene.required_ground - scene.measured_ground
     usual = np.linalg.norm(left[:, :3], axis=1) < MOST_LEFT * np.linalg.norm(own[:, :3], axis=1)
     return own + np.where(usual, np.clip(share, 0.0, 1.0), 0.0)[:, None] * left
 

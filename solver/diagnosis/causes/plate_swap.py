@@ -39,7 +39,7 @@ class PairOfPlates(GrossCause):
         one, other = self.target.split("+")
         return one, other
 
-    def target_put_right(self, target: str) -> str:
+    def target_corrected(self, target: str) -> str:
         """The other of the two plates."""
         one, other = self.targets
         return {one: other, other: one}.get(target, target)
@@ -48,8 +48,8 @@ class PairOfPlates(GrossCause):
     def of_pair(self, a: PlateScene, b: PlateScene) -> tuple[PlateScene, PlateScene]:
         """Both as they should have been recorded."""
 
-    def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
-        """All plates with these two put right; None unless one clock drives both."""
+    def correct_plates(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
+        """All plates with these two corrected; None unless one clock drives both."""
         pair = [plate for plate in plates if plate.target in self.targets]
         if len(pair) != 2 or not any(plate.loaded.any() for plate in pair):
             return None

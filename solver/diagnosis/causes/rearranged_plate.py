@@ -34,7 +34,7 @@ class RearrangedPlate(GrossCause):
         """How much better the plate's pressures follow the foot with it, without any model of the body."""
         return self.path_nats
 
-    def heard(self, paths: Paths) -> Self:
+    def with_evidence(self, paths: Paths) -> Self:
         """With what the path says of this turn or mirror."""
         turn = turn_of(self.R_true_recorded[np.ix_([0, 2], [0, 2])])
         return replace(self, path_nats=paths.get(self.target, {}).get(turn, 0.0))
@@ -49,20 +49,20 @@ class RearrangedPlate(GrossCause):
         """Of true forces and moments over recorded ones."""
         return 1.0
 
-    def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
+    def correct_plates(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
         """The plate as it should have been recorded, about its middle."""
         if not any(plate.target == self.target and plate.loaded.any() for plate in plates):
             return None
-        return tuple(self._righted(p) if p.target == self.target else p for p in plates)
+        return tuple(self._corrected(p) if p.target == self.target else p for p in plates)
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """The plate put right less the plate, and what a middle that lies elsewhere changes."""
+        """The plate corrected less the plate, and what a middle that lies elsewhere changes."""
         plain = super().signature(scene, eta)
         if plain is None or np.array_equal(self.R_true_recorded, np.eye(3)):
             return plain
-        righted = self.put_right(scene.plates)
-        assert righted is not None
-        plate = next(p for p in righted if p.target == self.target)
+        corrected = self.correct_plates(scene.plates)
+        assert corrected is not None
+        plate = next(p for p in corrected if p.target == self.target)
         columns = np.zeros((scene.frames, 6, 2))
         for k, axis in enumerate(np.eye(3)[[0, 2]]):
             columns[:, 3:, k] = cross(axis, plate.wrench_ground[:, :3])
@@ -89,7 +89,7 @@ class RearrangedPlate(GrossCause):
     def as_found(self) -> dict[str, Estimate]:
         """Its parameters."""
 
-    def _righted(self, plate: PlateScene) -> PlateScene:
+    def _corrected(self, plate: PlateScene) -> PlateScene:
         R, wrench = self.R_true_recorded, plate.loads.wrench_ground
         middle = np.broadcast_to(plate.centre_ground, wrench[:, :3].shape)
         recorded = about_point(wrench, middle)

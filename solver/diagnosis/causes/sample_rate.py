@@ -79,9 +79,9 @@ class SampleRate(Candidate):
         stretched = scene.retimed(lambda times: times[0] + (1 + eta[0]) * (times - times[0]))
         return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), stretched - scene.measured_ground)
 
-    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+    def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
         """Those that the right clock puts outside the recording."""
-        return scene.unheard(lambda times: times[0] + (1 + eta[0]) * (times - times[0]))
+        return scene.unrecorded(lambda times: times[0] + (1 + eta[0]) * (times - times[0]))
 
     def estimates(
         self,

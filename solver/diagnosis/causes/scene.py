@@ -107,7 +107,7 @@ class MarkerScene:
 class Scene:
     """One trial: the motion that the markers alone tell, and everything measured beside it.
 
-    Motion and whatever derives from it are low-passed, for signatures; only `demanded_ground` is of the
+    Motion and whatever derives from it are low-passed, for signatures; only `required_ground` is of the
     motion as the markers tell it, noise and all.
     """
 
@@ -120,7 +120,7 @@ class Scene:
     p_ground_body: Float[np.ndarray, "frames bodies 3"]  # [m]
     material: Float[np.ndarray, "frames bodies 3 4"]  # A with ẍ − g = A [x_body; 1] [m/s²]
     com_ground: Float[np.ndarray, "frames 3"]  # [m]
-    demanded_ground: Float[np.ndarray, "frames 6"]  # [N], [N·m about the ground origin]
+    required_ground: Float[np.ndarray, "frames 6"]  # [N], [N·m about the ground origin]
     plates: tuple[PlateScene, ...]
     markers: MarkerScene
     soles: tuple[Sole, ...]
@@ -172,18 +172,18 @@ class Scene:
         total = np.zeros((self.frames, 6))
         for plate in self.plates:
             total += plate.at_times(plate.loads.wrench_ground, read_at(plate.times))
-        unheard = self.unheard(read_at)
-        total[unheard] = self.measured_ground[unheard]
+        unrecorded = self.unrecorded(read_at)
+        total[unrecorded] = self.measured_ground[unrecorded]
         return total
 
-    def unheard(
+    def unrecorded(
         self, read_at: Callable[[Float[np.ndarray, " frames"]], Float[np.ndarray, " frames"]]
     ) -> Bool[np.ndarray, " frames"]:
         """Frames of which some plate recorded nothing at the times at which they are to be read."""
-        heard = np.ones(self.frames, dtype=bool)
+        is_recorded = np.ones(self.frames, dtype=bool)
         for plate in self.plates:
-            heard &= plate.covers(read_at(plate.times))
-        return ~heard
+            is_recorded &= plate.covers(read_at(plate.times))
+        return ~is_recorded
 
     @cached_property
     def missing_ground(self) -> Float[np.ndarray, "frames 6"]:
@@ -191,7 +191,7 @@ class Scene:
 
         On frames that don't count a line from one neighbour that does to the other.
         """
-        missing = self.demanded_ground - self.measured_ground
+        missing = self.required_ground - self.measured_ground
         if not self.counts.any():
             return np.zeros_like(missing)
         return low_pass(bridged(missing, self.counts), self.rate, SLOW_HZ)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.causes.about import About, Course, Entry, Mend, Named, Size
+from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Named, Size, TimeHistory
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.leaps import Leap
 from solver.diagnosis.causes.marker_effect import RESOLVED_M, MarkerFinding
@@ -37,8 +37,8 @@ ABOUT = About(
     told_apart_by="a static trial before and after the recording",
     branch="markers/several at once",
     names=Named.BODIES,
-    course=Course.EVENT,
-    mend=Mend.FILES,
+    time_history=TimeHistory.EVENT,
+    corrected_by=CorrectedBy.FILES,
     in_markers=True,
     sizes=(Size("shift_m", 0.02, 0.06, 0.3, "cloth that slides; the segment's length at most"),),
     readings=(
@@ -142,7 +142,7 @@ def of_leap(scene: Scene, leap: Leap, names: Sequence[str]) -> MarkerFinding | N
         return slips[0] if slips else UnusedMarkerSlip(moved[0], parameters, frames, gain)
     if not slips:
         return None
-    bodies = dict.fromkeys(scene.skeleton.body_names[scene.markers.body[s.marker]] for s in slips)
+    bodies = dict.fromkeys(scene.skeleton.body_names[s.body] for s in slips)
     return SegmentDisplaced("+".join(bodies), parameters, frames, gain, slips)
 
 
@@ -151,23 +151,24 @@ def _slip_of(
 ) -> MarkerSlip:
     frames, gain = event
     marker = scene.markers.names.index(name)
-    R = scene.R_ground_body[:, scene.markers.body[marker]]
+    body = int(scene.markers.body[marker])
+    R = scene.R_ground_body[:, body]
     shift = R[frames.start].T @ shift_ground
     parameters = {
         "shift_m": Estimate(float(np.linalg.norm(shift)), std_m),
         "time_s": Estimate(frames.start / scene.rate, 1 / scene.rate),
         **{f"shift_{axis}_m": Estimate(float(v), std_m) for axis, v in zip("xyz", shift, strict=True)},
     }
-    return MarkerSlip(name, parameters, frames, gain, marker, shift, R, in_its_path=True)
+    return MarkerSlip(name, parameters, frames, gain, marker, body, shift, R, in_its_path=True)
 
 
 def _belong(scene: Scene, one: MarkerSlip, other: MarkerSlip) -> bool:
     """At one moment, on one segment or on two of which the one carries the other."""
-    if one.frames.trial != other.frames.trial or one.marker == other.marker:
+    if one.frames.trial != other.frames.trial or one.target == other.target:
         return False
     if abs(one.frames.start - other.frames.start) > TOGETHER_S * scene.rate:
         return False
-    a, b = (int(scene.markers.body[slip.marker]) for slip in (one, other))
+    a, b = one.body, other.body
     return a == b or _carrier(scene, a) == b or _carrier(scene, b) == a
 
 
@@ -181,7 +182,7 @@ def _carrier(scene: Scene, body: int) -> int:
 
 def _event(slips: Sequence[MarkerSlip], scenes: Mapping[str, Scene]) -> SegmentDisplaced:
     scene = scenes[slips[0].frames.trial]
-    bodies = dict.fromkeys(scene.skeleton.body_names[scene.markers.body[s.marker]] for s in slips)
+    bodies = dict.fromkeys(scene.skeleton.body_names[s.body] for s in slips)
     first = min(slips, key=lambda slip: slip.frames.start)
     sizes = [slip.parameters["shift_m"] for slip in slips]
     mean = float(np.mean([size.value for size in sizes]))

@@ -1,7 +1,7 @@
 """How far each segment's markers move together over the bone, linearly in the angles of the near joints.
 
 With P as in `marker_effect` and the markers of segment b displaced by d_b in its axes, the sum of P e over
-them is Σ_c A_bc d_c: what one segment's flesh does, the fitted pose hands on to its neighbours. So all are
+them is Σ_c A_bc d_c: what a segment's soft tissue does, the pose hands on to its neighbours. So all are
 told together. The one that is judged is free, the others are held to a little: left out, each would have a
 share of the others' displacements for its own; quite free, they would take it away from the one judged.
 """
@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from solver.diagnosis.causes.marker_effect import FEWEST_SEEN, NOISE_M, projected_chunks, seen_share
 from solver.diagnosis.causes.scene import Scene
 
-FLESH = 0.3  # joints decide where a segment's markers should be, or nothing would be seen
+SOFT_TISSUE = 0.3  # joints decide where a segment's markers should be, or nothing would be seen
 FEWEST_MARKERS = 2
 FEWEST_S = 0.8  # of frames that show the segment; shorter trials have no range of angles
 LEAST_HELD = 0.5  # information of the segment's markers moved together, below which a direction is not judged
@@ -35,7 +35,7 @@ class SegmentDisplacement:
     rms_std_m: float
     energy: float  # in squares of metres: what of all markers' errors it explains
     gain: float  # [nats]
-    turn_rad: float  # root mean square of the near joints' turns, which flesh follows
+    turn_rad: float  # root mean square of the near joints' turns, which soft tissue follows
     displacement_ground: Float[np.ndarray, "frames 3"]  # [m]
 
 
@@ -115,7 +115,7 @@ def _together(scene: Scene, bodies: Int[np.ndarray, " segments"]) -> _Together:
     of_body = (scene.markers.body[:, None] == bodies).astype(float)
     score = np.zeros((scene.frames, len(bodies), 3))
     A = np.zeros((scene.frames, len(bodies), len(bodies), 3, 3))
-    for chunk in projected_chunks(scene, FLESH):
+    for chunk in projected_chunks(scene, SOFT_TISSUE):
         score[chunk.frames] = np.einsum("tmi,mb->tbi", chunk.score_body, of_body)
         weight = np.einsum("mb,tmn,nc->tbc", of_body, chunk.W, of_body, optimize=True)
         halves = np.einsum("tmid,mb->tbid", chunk.halves, of_body)

@@ -1,7 +1,7 @@
 """Which marker of a segment moved at an instant, by the distances between its markers; no body model.
 
 A marker that slips changes its distances from the segment's other markers and leaves theirs as they are. A
-segment that bends, flesh that swings, or a pose that the model cannot take changes none, or others as well.
+segment that bends, soft tissue that swings, or a pose beyond the model changes none, or others as well.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class SegmentDistances:
 
     markers: Int[np.ndarray, " markers"]  # of the segment, those that are seen
     gains: Float[np.ndarray, " markers"]  # [nats] for a slip of each, over nothing that happened
-    foretold: float  # [nats] that the distances would show for the slip that was asked about
+    predicted: float  # [nats] that the distances would show for the slip that was asked about
     among_others_m: float  # by how much distances that are not its own change at the instant, at most
 
     def gain(self, marker: int) -> float:
@@ -74,8 +74,8 @@ def segment_distances(
         if own[m] == marker:
             moved = np.linalg.norm(apart + sign[:, None] * shift_body, axis=1) - np.linalg.norm(apart, axis=1)
     others = np.abs(change)[(own[ends] != marker).all(axis=1)]
-    foretold = float(0.5 * ((moved / std) ** 2).sum())
-    return SegmentDistances(own, np.array(gains), foretold, float(others.max(initial=0.0)))
+    predicted = float(0.5 * ((moved / std) ** 2).sum())
+    return SegmentDistances(own, np.array(gains), predicted, float(others.max(initial=0.0)))
 
 
 def _gain(

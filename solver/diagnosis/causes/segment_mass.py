@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.causes.about import About, AtFault, Entry, Named, Size, Weight
-from solver.diagnosis.causes.demanded_by_inertia import demanded_by_bodies
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Signature
 from solver.diagnosis.causes.pictures import Segments
 from solver.diagnosis.causes.readings import Reading
+from solver.diagnosis.causes.required_by_inertia import required_by_bodies
 from solver.diagnosis.causes.scene import Scene
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.skeleton import Skeleton
@@ -86,9 +86,9 @@ class SegmentMass(Candidate):
         bodies = self._bodies(scene.skeleton)
         if bodies is None:
             return None
-        own = demanded_by_bodies(scene, bodies)
+        own = required_by_bodies(scene, bodies)
         borne = eta[0] * self._ratio(scene.skeleton)
-        change = own - borne * (scene.demanded_ground - own)
+        change = own - borne * (scene.required_ground - own)
         return Signature(-change[:, :, None], np.array([PRIOR_STD]))
 
     def estimates(
@@ -125,11 +125,11 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
         return []
     skeleton = scenes[0].skeleton
     heavy = skeleton.bodies_from_share(LIGHTEST_SEGMENT_SHARE)
-    twins = scale_groups(skeleton).group
+    counterparts = scale_groups(skeleton).group
     groups: list[tuple[int, ...]] = [(b,) for b in heavy]
-    paired = {b for b in heavy if twins.tolist().count(twins[b]) == 2}
-    for group in dict.fromkeys(twins.tolist()):
-        pair = np.flatnonzero(twins == group).tolist()
+    paired = {b for b in heavy if counterparts.tolist().count(counterparts[b]) == 2}
+    for group in dict.fromkeys(counterparts.tolist()):
+        pair = np.flatnonzero(counterparts == group).tolist()
         if len(pair) == 2 and set(pair) <= set(heavy):
             groups.append(tuple(pair))
             carriers = [skeleton.joints[b].parent for b in pair]

@@ -1,11 +1,11 @@
-"""Soft tissue: flesh carries all markers of a segment together over the bone, as the near joints turn."""
+"""Soft tissue carries all markers of a segment together over the bone, as the near joints turn."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.causes.about import About, AtFault, Entry, Mend, Named
+from solver.diagnosis.causes.about import About, AtFault, CorrectedBy, Entry, Named
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.pictures import Segments
@@ -15,7 +15,7 @@ from solver.diagnosis.causes.segment_displacement import SegmentDisplacement, se
 from solver.kinematics.scale_prior import without_side
 
 # Sound recordings: thighs 4 to 9 mm, shanks and feet 1 to 7, pelvis 2 to 11, arms 1 to 18, trunk to 19. Twins
-# that reach 7 mm differ by a factor of 1.35 at most; made-up ones up to 7.8 mm in squares.
+# that reach 7 mm differ by a factor of 1.35 at most; synthetic ones up to 7.8 mm in squares.
 BEYOND_TWIN_M = 0.0082
 USUAL_TURN_RAD = 0.45  # root mean square of a thigh's joints in walks, where that was seen; a squat's is 0.85
 AGAINST_TWIN = 1.5
@@ -31,7 +31,7 @@ ABOUT = About(
     entry=Entry(
         "body",
         (
-            "the segment's markers slide over the bone with the angles of the near joints, more than flesh "
+            "the segment's markers slide over the bone with the near joints' angles, more than soft tissue "
             "usually does"
         ),
         "`rms_m`",
@@ -49,7 +49,7 @@ ABOUT = About(
     branch="markers/several at once",
     names=Named.BODIES,
     at_fault=AtFault.MODEL,
-    mend=Mend.NOTHING,
+    corrected_by=CorrectedBy.NOTHING,
     in_markers=True,
     readings=(Reading("rms_m", "by {amount} (root mean square)", "mm", 1e3),),
     picture=Segments(),
@@ -76,17 +76,17 @@ class SoftTissue(MarkerFinding):
         self, observed_ground: Float[np.ndarray, "frames markers 3"]
     ) -> Float[np.ndarray, "frames markers 3"]:
         """The segment's markers carried back."""
-        mended = observed_ground.copy()
-        mended[:, self.markers] -= self.displacement_ground[:, None]
-        return mended
+        corrected = observed_ground.copy()
+        corrected[:, self.markers] -= self.displacement_ground[:, None]
+        return corrected
 
 
 def findings(scene: Scene) -> list[MarkerFinding]:
     """Segments whose markers move together, certainly and far beyond what skin does on everybody.
 
-    A segment is compared with its twin of the other side, which has the same joints, the same person and the
-    same movement, and may slide the farther the more its joints turn; without a twin only what no sound
-    recording shows is reported. The twin of one that was found has nothing left to be compared with.
+    A segment is compared with its counterpart of the other side, of the same joints, the same person and the
+    same movement, and may slide farther the more its joints turn; without a counterpart only what no sound
+    recording shows is reported. The counterpart of one that was found has nothing left to be compared with.
     """
     found: list[MarkerFinding] = []
     names, judged = scene.skeleton.body_names, set()
@@ -121,10 +121,10 @@ def _ordinary(scene: Scene, displacement: SegmentDisplacement, seen: list[Segmen
     """What this segment may show without being remarkable [m]."""
     names = scene.skeleton.body_names
     stem = without_side(names[displacement.body])
-    twins = [d for d in seen if d is not displacement and without_side(names[d.body]) == stem]
-    if twins:
+    counterparts = [d for d in seen if d is not displacement and without_side(names[d.body]) == stem]
+    if counterparts:
         beyond_m = BEYOND_TWIN_M * max(1.0, displacement.turn_rad / USUAL_TURN_RAD)
-        return max(float(np.hypot(twins[0].rms_m, beyond_m)), AGAINST_TWIN * twins[0].rms_m)
+        return max(float(np.hypot(counterparts[0].rms_m, beyond_m)), AGAINST_TWIN * counterparts[0].rms_m)
     return ROOT_M if scene.skeleton.joints[displacement.body].parent < 0 else WITHOUT_TWIN_M
 
 

@@ -46,11 +46,11 @@ ABOUT = About(
 
 @dataclass(frozen=True)
 class SubjectMass(Candidate):
-    """All segments' inertias times mass_factor: mass_factor × demanded force is what the ground really gave.
+    """All segments' inertias times mass_factor: mass_factor × required force is what the ground really gave.
 
-    The force is exact at any size: true − recorded demand = −x × demanded with x = mass_factor − 1. Of the
+    The force is exact at any size: true − recorded demand = −x × required with x = mass_factor − 1. Of the
     moments about the centre of mass nothing is claimed, although they grow likewise. They are the change of
-    the body's spin, some N·m of which much is flesh and a generic model; a factor below 1 makes that smaller.
+    the body's spin, some N·m, much of it soft tissue and a generic model; a factor below 1 reduces it.
     In all of 13 sound real recordings their own factor is below 1, by 0.2 to 0.7 and up to 8 standard
     deviations, while weight gives 0.97 to 1.03: they would speak for a lighter body in each of them.
     """
@@ -59,7 +59,7 @@ class SubjectMass(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """The force that the whole body demands, at its centre of mass, with its sign turned."""
-        force = force_at(scene.demanded_ground[:, :3], scene.com_ground)
+        force = force_at(scene.required_ground[:, :3], scene.com_ground)
         return Signature(-force[:, :, None], np.array([PRIOR_STD]))
 
     def estimates(

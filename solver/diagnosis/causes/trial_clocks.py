@@ -73,12 +73,12 @@ class TrialClocks(Candidate):
         shifted = scene.retimed(lambda times: times + offset)
         return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), shifted - scene.measured_ground)
 
-    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+    def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
         """Those that the right clock puts outside the recording."""
         if scene.name not in self.trials:
             return np.zeros(scene.frames, dtype=bool)
         offset = self._of(scene, eta)
-        return scene.unheard(lambda times: times + offset)
+        return scene.unrecorded(lambda times: times + offset)
 
     def estimates(
         self,

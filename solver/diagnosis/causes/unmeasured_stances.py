@@ -18,7 +18,7 @@ from solver.contact.proposals import (
     ZERO_WHILE_ACCELERATING,
 )
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.causes.time_course import Stretch, joined, stretch_of
+from solver.diagnosis.causes.time_history import Stretch, joined, stretch_of
 
 EDGE_S = 0.04  # how early and late a sole's motion and a detection may see a contact
 SUSPECT_SHARE = 0.08  # of body weight, mean over a stance: worth trying

@@ -17,7 +17,7 @@ from solver.diagnosis.causes.readings import Reading
 from solver.diagnosis.causes.scene import Scene
 from solver.skeleton.forward import cross
 
-LIGHTEST_SHARE = 0.04  # of body mass, of a segment with flesh that counts: a shank is
+LIGHTEST_SHARE = 0.04  # of body mass, of a segment with soft tissue that counts: a shank is
 PRIOR_STD_KG = 4.0
 LEAST_KG = 1.0
 FREQUENCIES_HZ = (1.5, 15.0)
@@ -40,7 +40,7 @@ ABOUT = About(
     sentence="Soft tissue of {target} swings on its own, and the markers do not show it.",
     remedy="Strap it, or state which share of the segment swings, and at which frequency.",
     told_apart_by="a hop or a heel drop, after which the swing dies out",
-    branch="body/flesh",
+    branch="body/soft_tissue",
     names=Named.BODIES,
     at_fault=AtFault.MODEL,
     odds_against=13.0,
@@ -77,7 +77,7 @@ class WobblingMass(Candidate):
         return ((5.0, 2.5), (0.25, 0.2))
 
     def admissible(self, eta: Eta) -> bool:
-        """Within what flesh does."""
+        """Within what soft tissue does."""
         frequency, damping = eta
         return FREQUENCIES_HZ[0] <= frequency <= FREQUENCIES_HZ[1] and DAMPING[0] <= damping <= DAMPING[1]
 
@@ -85,11 +85,11 @@ class WobblingMass(Candidate):
         """A kilogramme that swings from rest, and six ways to swing from the beginning."""
         if self.target not in scene.skeleton.body_names:
             return None
-        flesh = _flesh(scene, scene.skeleton.body_index(self.target))
-        r, r_dd = _driven(flesh.push_fine, scene.rate, eta)
-        moment = flesh.moment_still - cross(flesh.place + r, flesh.felt + r_dd)
+        soft_tissue = _soft_tissue(scene, scene.skeleton.body_index(self.target))
+        r, r_dd = _driven(soft_tissue.push_fine, scene.rate, eta)
+        moment = soft_tissue.moment_still - cross(soft_tissue.place + r, soft_tissue.felt + r_dd)
         driven = np.concatenate([-r_dd, moment], axis=1)[:, :, None]
-        columns = np.concatenate([driven, _free(flesh, scene, eta)], axis=2)
+        columns = np.concatenate([driven, _free(soft_tissue, scene, eta)], axis=2)
         return Signature(columns, np.full(7, PRIOR_STD_KG))
 
     def estimates(
@@ -108,7 +108,7 @@ class WobblingMass(Candidate):
         }
 
     def is_possible(self, estimates: dict[str, Estimate]) -> bool:
-        """Flesh that swings slower or faster, or goes on by itself, is no flesh."""
+        """Soft tissue that swings slower or faster, or goes on by itself, is no soft tissue."""
         eta = estimates["frequency_Hz"], estimates["damping_ratio"]
         return all(
             low - e.std <= e.value <= high + e.std
@@ -121,7 +121,7 @@ class WobblingMass(Candidate):
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One for each body with enough flesh."""
+    """One for each body with enough soft tissue."""
     if not scenes:
         return []
     skeleton = scenes[0].skeleton
@@ -175,7 +175,7 @@ class _Flesh:
 
 
 @lru_cache(maxsize=KEPT)
-def _flesh(scene: Scene, body: int) -> _Flesh:
+def _soft_tissue(scene: Scene, body: int) -> _Flesh:
     """Kept: a search over frequency and damping asks again and again."""
     com = scene.skeleton.bodies[body].com_body
     place = scene.point_ground(body, com)
@@ -192,7 +192,7 @@ def _flesh(scene: Scene, body: int) -> _Flesh:
     )
 
 
-def _free(flesh: _Flesh, scene: Scene, eta: Eta) -> Float[np.ndarray, "frames 6 6"]:
+def _free(soft_tissue: _Flesh, scene: Scene, eta: Eta) -> Float[np.ndarray, "frames 6 6"]:
     """Wrenches of a kilogramme that swings out from a place or a speed along each axis, by closed form."""
     omega = 2 * np.pi * eta[0]
     columns = np.zeros((scene.frames, 6, 2, 3))
@@ -202,7 +202,9 @@ def _free(flesh: _Flesh, scene: Scene, eta: Eta) -> Float[np.ndarray, "frames 6 
         size = TRANSIENT_M_PER_S2 / omega ** (2 - k)
         r, r_dd = (size * part for part in decay(times, eta, begin))
         columns[:, axes, k, axes] = -r_dd[:, None]
-        columns[:, 3:, k] = -r_dd[:, None, None] * flesh.place_cross - r[:, None, None] * flesh.cross_felt
+        columns[:, 3:, k] = (
+            -r_dd[:, None, None] * soft_tissue.place_cross - r[:, None, None] * soft_tissue.cross_felt
+        )
     return columns.reshape(scene.frames, 6, 6)
 
 

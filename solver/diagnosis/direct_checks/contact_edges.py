@@ -19,7 +19,7 @@ from solver.diagnosis.causes.contact_edges import (
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.statement import About, Statement
 
-WITNESS = "edges of contacts"
+DIRECT_CHECK = "edges of contacts"
 
 
 def contact_edges(trials: Sequence[Measured]) -> list[Statement]:
@@ -37,7 +37,7 @@ def _of_trial(trial: Measured) -> Statement | None:
         return None
     share, usual = math.exp(fall), math.exp(SOUND)
     return Statement(
-        WITNESS,
+        DIRECT_CHECK,
         f"Where contacts begin and end, the forces at {QUICK_HZ:.0f} Hz are {100 * share:.2g} % of those at "
         f"{SLOW_HZ:.0f} Hz; {100 * usual:.0f} % is usual (normal: at least a quarter of that).",
         {About.FILTER: filtered_nats(fall)},

@@ -11,7 +11,7 @@ from solver.common.runs import runs
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.statement import About, Statement, nats_of
 
-WITNESS = "empty plate"
+DIRECT_CHECK = "empty plate"
 
 
 def empty_plate(trials: Sequence[Measured]) -> list[Statement]:
@@ -37,7 +37,7 @@ def _of_plate(trial: Measured, k: int, plate: ForcePlate, stretches: list[np.nda
     nats = nats_of(size, 0.0, settings.empty_scatter_N, settings.empty_usual_N)
     drifts = f", {abs(drift):.0f} N more at the end" if abs(drift) > settings.empty_scatter_N else ""
     return Statement(
-        WITNESS,
+        DIRECT_CHECK,
         f"{plate.name} reads {size:.0f} N while nobody is on it ({seconds:.1f} s{drifts}; normal: "
         "below 8 N).",
         {About.PLATE_ZERO: nats, About.LOAD: nats},

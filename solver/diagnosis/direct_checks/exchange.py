@@ -10,7 +10,7 @@ from solver.common.runs import runs
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.statement import About, Statement, nats_of
 
-WITNESS = "exchange between plates"
+DIRECT_CHECK = "exchange between plates"
 LEAST_SHIFT_N = 3.0  # root mean square of what goes to and fro; less is the plates' own noise
 
 
@@ -63,7 +63,7 @@ def _said(trial: Measured, found: Exchange) -> Statement:
     else:
         nats, against_sign = -1.0, 0.5 * (share / std) ** 2
     return Statement(
-        WITNESS,
+        DIRECT_CHECK,
         f"On both feet {names[1]} loses {share:.2f} ± {std:.2f} N for each newton that {names[0]} gains "
         "(normal: 1, within 0.1).",
         {About.PLATE_SCALE: nats, About.PLATE_SIGN: min(against_sign, 50.0)},

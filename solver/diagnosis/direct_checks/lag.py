@@ -10,7 +10,7 @@ from solver.common.gravity import GRAVITY
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.statement import About, Statement, nats_of
 
-WITNESS = "lag"
+DIRECT_CHECK = "lag"
 COARSE_S, STEP_S = 0.01, 0.002  # a step lasts ten times as long: there is one best lag nearby
 LEAST_SWING = 0.5  # [m/s²] root mean square: quiet standing has no time
 
@@ -64,7 +64,7 @@ def lag(trials: Sequence[Measured]) -> list[Statement]:
         nats = nats_of(one.lag_s, 0.0, settings.lag_scatter_s, settings.lag_usual_s)
         said.append(
             Statement(
-                WITNESS,
+                DIRECT_CHECK,
                 f"The forces come {1e3 * abs(one.lag_s):.0f} ms {'after' if one.lag_s > 0 else 'before'} the "
                 f"acceleration of the markers (correlation {one.agreement:.2f}; normal: within 12 ms).",
                 {About.CLOCK: nats},
@@ -85,7 +85,7 @@ def _between(found: Sequence[Lag], trials: Sequence[Measured]) -> Statement:
     nats = nats_of(away[k], 0.0, settings.trial_lag_scatter_s, settings.lag_usual_s)
     others = tuple(one.trial for n, one in enumerate(found) if n != k)
     return Statement(
-        WITNESS,
+        DIRECT_CHECK,
         f"The forces come {1e3 * abs(away[k]):.0f} ms {'later' if away[k] > 0 else 'earlier'} than in the "
         "other trials (normal: within 8 ms): the clocks differ from trial to trial.",
         {About.CLOCK: nats},

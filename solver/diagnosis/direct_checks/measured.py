@@ -1,4 +1,4 @@
-"""What all witnesses start from: vertical motion of the body by its markers, and the plates beside it."""
+"""What all direct checks start from: vertical motion of the body by its markers, and the plates beside it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from solver.capture.reading_settings import ReadingSettings
 from solver.capture.resampling import covered, resample
 from solver.common.gravity import GRAVITY
 from solver.common.runs import runs
-from solver.diagnosis.direct_checks.settings import WITNESSES, WitnessSettings
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES, DirectCheckSettings
 
 # Heights of ankle, knee and hip as shares of the highest marker's, and what lies below, between and above
 # weighs of body mass (Winter 2009, tables 4.1 and fig. 4.1); hands hang at the hip and count as trunk.
@@ -28,7 +28,7 @@ class Measured:
 
     capture: Capture
     reading: ReadingSettings
-    settings: WitnessSettings = WITNESSES
+    settings: DirectCheckSettings = DIRECT_CHECKES
 
     @property
     def rate(self) -> float:
@@ -155,7 +155,7 @@ def _bridged(height: Float[np.ndarray, "frames markers"]) -> Float[np.ndarray, "
 
 
 def measured(
-    captures: Sequence[Capture], reading: ReadingSettings, settings: WitnessSettings = WITNESSES
+    captures: Sequence[Capture], reading: ReadingSettings, settings: DirectCheckSettings = DIRECT_CHECKES
 ) -> list[Measured]:
     """Trials that have plates and markers."""
     return [

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from solver.capture.capture import Markers
-from solver.diagnosis.direct_checks.settings import WITNESSES, WitnessSettings
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES, DirectCheckSettings
 from solver.markers.label_parts import sides
 
 FEWEST_MARKERS = 2  # one marker has no heel and toe
@@ -27,7 +27,7 @@ class PressingFoot:
     lift: Float[np.ndarray, " frames"]  # [m] of its lowest marker above its own lowest; NaN where unseen
 
 
-def pressing_feet(markers: Markers, settings: WitnessSettings = WITNESSES) -> Sequence[PressingFoot]:
+def pressing_feet(markers: Markers, settings: DirectCheckSettings = DIRECT_CHECKES) -> Sequence[PressingFoot]:
     """Both feet, or the one that is seen; none where no foot has two markers."""
     height = markers.positions_ground[:, :, 1]
     seen = np.flatnonzero(np.isfinite(height).any(axis=0))
@@ -47,7 +47,7 @@ def _one_foot_each(
     markers: Markers,
     group: Int[np.ndarray, " markers"],
     side_of: Mapping[str, str],
-    settings: WitnessSettings,
+    settings: DirectCheckSettings,
 ) -> list[Int[np.ndarray, " markers"]]:
     """The same, or those of each side where both are in it; none where it is longer than a foot."""
     of_side = [group[[side_of.get(markers.names[k]) == side for k in group]] for side in ("r", "l")]
@@ -60,7 +60,7 @@ def _one_foot_each(
 
 
 def _that_keep_their_distance(
-    places: Float[np.ndarray, "frames markers 3"], settings: WitnessSettings
+    places: Float[np.ndarray, "frames markers 3"], settings: DirectCheckSettings
 ) -> list[list[int]]:
     count = places.shape[1]
     group = list(range(count))
@@ -74,7 +74,7 @@ def _that_keep_their_distance(
     return [[k for k in range(count) if group[k] == g] for g in sorted(set(group))]
 
 
-def _foot(places: Float[np.ndarray, "frames markers 3"], settings: WitnessSettings) -> PressingFoot:
+def _foot(places: Float[np.ndarray, "frames markers 3"], settings: DirectCheckSettings) -> PressingFoot:
     above = places[:, :, 1] - np.nanpercentile(places[:, :, 1], 2, axis=0)
     bears = np.exp(-np.clip(np.nan_to_num(above, nan=1.0), -settings.pressing_m, 1.0) / settings.pressing_m)
     bears = np.where(np.isfinite(above), bears, 0.0)

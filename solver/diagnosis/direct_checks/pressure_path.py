@@ -16,10 +16,10 @@ from solver.diagnosis.causes.effect import Turn
 from solver.diagnosis.causes.rearranged_plate import turn_of
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.pressing_feet import PressingFoot, pressing_feet
-from solver.diagnosis.direct_checks.settings import WITNESSES, WitnessSettings
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES, DirectCheckSettings
 from solver.diagnosis.direct_checks.statement import MOST_NATS, About, Statement, nats_of
 
-WITNESS = "path of the pressure"
+DIRECT_CHECK = "path of the pressure"
 AS_IT_IS = "as it is"
 TURNS = {  # of x and z, seen from above
     AS_IT_IS: np.array([[1.0, 0.0], [0.0, 1.0]]),
@@ -50,7 +50,7 @@ def pressure_path(trials: Sequence[Measured]) -> list[Statement]:
 
 
 def turns_by_path(
-    trials: Sequence[Measured], settings: WitnessSettings = WITNESSES
+    trials: Sequence[Measured], settings: DirectCheckSettings = DIRECT_CHECKES
 ) -> dict[str, dict[Turn, float]]:
     """By plate, how much better its pressures go with the foot under each turn than as they are [nats].
 
@@ -92,7 +92,7 @@ def _errors(stances: Sequence[_Stance]) -> tuple[dict[str, float], dict[str, Flo
     return errors, shifts
 
 
-def _worth(settings: WitnessSettings) -> float:
+def _worth(settings: DirectCheckSettings) -> float:
     """Of a square metre [nats]."""
     return settings.path_worth / (2 * settings.path_scatter_m**2)
 
@@ -114,7 +114,7 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
         told += f"; {best} it would scatter by {100 * rest:.0f} cm"
     stood = "stance" if len(stances) == 1 else "stances"
     return Statement(
-        WITNESS,
+        DIRECT_CHECK,
         f"plate {number}: its pressure is {told} ({len(stances)} {stood}; normal: up to 7 cm off, "
         "scattering by 5).",
         {About.PLATE_TURN: turned, About.PLATE_PLACE: place},

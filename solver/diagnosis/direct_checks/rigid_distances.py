@@ -11,7 +11,7 @@ from solver.capture.capture import Markers
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.statement import About, Statement, nats_of
 
-WITNESS = "rigid distances"
+DIRECT_CHECK = "rigid distances"
 NEAR_M = 0.04  # nearer ones say nothing of a direction
 SUDDEN_S = 0.1  # on either side of a moment
 SUDDEN_SHARE = 0.7  # of the lasting change that is there at once
@@ -91,7 +91,7 @@ def _moved(trial: Measured) -> list[Statement]:
         time = markers.start_time + frame / markers.rate
         said.append(
             Statement(
-                WITNESS,
+                DIRECT_CHECK,
                 f"At {time:.2f} s {', '.join(names)} {'moves' if alone else 'move'} against others nearby by "
                 f"{1e3 * size:.0f} mm, and {'stays' if alone else 'stay'} there ({len(event)} distances).",
                 {About.SLIP: nats if alone else -1.0, About.SEGMENT: -1.0 if alone else nats},
@@ -131,7 +131,7 @@ def _between(trials: Sequence[Measured]) -> list[Statement]:
         nats = nats_of(scatter, 0.0, BETWEEN_SCATTER, BETWEEN_USUAL)
         said.append(
             Statement(
-                WITNESS,
+                DIRECT_CHECK,
                 f"{len(ratios)} distances on segments differ by {100 * size:+.1f} % on average from those in "
                 f"{trials[0].capture.name}, scattering by {100 * scatter:.1f} % (one person: below 2 %).",
                 {About.ENTERED_MASS: nats, About.LOAD: nats},

@@ -1,4 +1,4 @@
-"""Settings of the witnesses: what sound recordings show, and how large faults are, each with its reason.
+"""Settings of the direct checks: what sound recordings show, and how large faults are, each with its reason.
 
 Scatter of sound recordings is remade by `benchmarks.sound_recordings`, of all people whose recordings are
 sound, those in folders as laboratories left them too; each counts once.
@@ -13,15 +13,15 @@ from solver.common.settings_field import setting
 
 
 @dataclass(frozen=True)
-class WitnessSettings:
-    """What the witnesses know beforehand."""
+class DirectCheckSettings:
+    """What the direct checks know beforehand."""
 
     told_nats: float = setting(
         5.0,
         unit="nats",
-        why="150 to 1: what a witness says for a class is told from here on; each trial has ten figures",
+        why="150 to 1: what a direct check says for a class is told from here on; each trial has ten figures",
     )
-    accusing_nats: float = setting(
+    suspecting_nats: float = setting(
         6.0,
         unit="nats",
         why="400 to 1: from here on nothing else is named; a plate that is 19 cm off has as much",
@@ -63,7 +63,10 @@ class WitnessSettings:
     )
     trial_mass_scatter: float = setting(0.015, unit="", why="between trials of one person")
     lag_bias_s: float = setting(
-        -0.004, unit="s", least=-0.1, why="of the method: flesh lags behind the bones that the forces move"
+        -0.004,
+        unit="s",
+        least=-0.1,
+        why="of the method: soft tissue lags behind the bones that the forces move",
     )
     lag_scatter_s: float = setting(0.006, unit="s", why="-9, -4, -3 ms in three sound walks of three people")
     lag_usual_s: float = setting(0.03, unit="s", why="a trigger line, a filter's delay, a hand-set start")
@@ -109,16 +112,18 @@ class WitnessSettings:
     rigid_m: float = setting(
         BodyLengthSettings.rigid_m,
         unit="m",
-        why="by which distances on a segment scatter with flesh; joints let them vary more",
+        why="by which distances on a segment scatter with soft tissue; joints let them vary more",
     )
     near_m: float = setting(0.3, unit="m", why="farther markers are on other segments")
     step_m: float = setting(
         0.008, unit="m", why="change of such a distance at one moment that is worth a word"
     )
     step_scatter_m: float = setting(
-        0.005, unit="m", why="13 mm at most, of flesh at a strike and of thighs, on the people who set this"
+        0.005,
+        unit="m",
+        why="13 mm at most, of soft tissue at a strike and of thighs, on the people who set this",
     )
     step_usual_m: float = setting(0.03, unit="m", why="a marker knocked off and put back elsewhere")
 
 
-WITNESSES = WitnessSettings()
+DIRECT_CHECKES = DirectCheckSettings()

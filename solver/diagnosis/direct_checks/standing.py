@@ -16,7 +16,7 @@ from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.pressing_feet import PressingFoot, pressing_feet
 from solver.diagnosis.direct_checks.statement import About, Statement, nats_of
 
-WITNESS = "point of the changes"
+DIRECT_CHECK = "point of the changes"
 LEAST_SHIFT_N = 10.0  # root mean square of what goes to and fro
 STILL_M = 0.02  # by which a standing foot's middle moves, in all
 
@@ -58,7 +58,7 @@ def _of_plate(trial: Measured, k: int, plate: ForcePlate, feet: Sequence[Pressin
     foot = min(places, key=lambda p: float(np.linalg.norm(p - point)))
     off, constant = float(np.linalg.norm(point - foot)), float(np.linalg.norm(mean - point))
     return Statement(
-        WITNESS,
+        DIRECT_CHECK,
         f"The load on {plate.name} changes about a point {100 * off:.0f} ± {100 * std:.0f} cm from the "
         f"foot's middle, and its mean pressure lies {100 * constant:.0f} cm from there (normal: within 8).",
         {

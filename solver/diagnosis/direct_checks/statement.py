@@ -1,4 +1,4 @@
-"""What a witness says: a figure that was measured without a model of the body, and what it speaks for."""
+"""What a direct check says: a figure measured without a model of the body, and what it speaks for."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class About(StrEnum):
-    """Classes of causes that a witness can speak for or against."""
+    """Classes of causes that a direct check can speak for or against."""
 
     ENTERED_MASS = "entered_mass"  # the mass that was entered is not this person's
     LOAD = "load"  # a load, an object on a plate or another person, in one trial
@@ -25,13 +25,13 @@ class About(StrEnum):
 
 @dataclass(frozen=True)
 class Statement:
-    """One figure of one witness.
+    """One figure of one direct check.
 
     `nats` is the log of how much likelier the figure is if something of a class is wrong than if all is
     sound; negative where it speaks against it.
     """
 
-    witness: str
+    direct_check: str
     sentence: str  # for people: what was measured, with its doubt, and what a sound recording shows
     nats: Mapping[About, float]
     figures: Mapping[str, float]  # by name with unit

@@ -13,10 +13,10 @@ from jaxtyping import Bool
 
 from solver.common.gravity import GRAVITY
 from solver.common.runs import runs
-from solver.common.student import log_t
+from solver.common.statistics import log_t
 from solver.diagnosis.direct_checks.exchange import Exchange, exchange_of
 from solver.diagnosis.direct_checks.measured import Measured, may_hide
-from solver.diagnosis.direct_checks.settings import WITNESSES, WitnessSettings
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES, DirectCheckSettings
 from solver.diagnosis.direct_checks.statement import SOUND_DOF
 
 LEAST_KG = 1.0  # less on a plate is nobody
@@ -47,7 +47,7 @@ class Weighings:
     weighings: tuple[Weighing, ...] = ()
     exchanges: tuple[Exchange, ...] = ()
     entered_kg: float | None = None
-    settings: WitnessSettings = WITNESSES
+    settings: DirectCheckSettings = DIRECT_CHECKES
 
     def for_factors(self, factors: Factors, beside: Factors) -> float:
         """How much likelier the weighings are if plates read so many times what is true [nats].

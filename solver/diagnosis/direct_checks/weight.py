@@ -9,11 +9,11 @@ from jaxtyping import Bool, Float
 from solver.common.gravity import GRAVITY
 from solver.common.runs import runs
 from solver.diagnosis.direct_checks.measured import Measured, may_hide
-from solver.diagnosis.direct_checks.settings import WitnessSettings
+from solver.diagnosis.direct_checks.settings import DirectCheckSettings
 from solver.diagnosis.direct_checks.statement import About, Statement, nats_of
 from solver.diagnosis.direct_checks.weighings import LEAST_KG
 
-WITNESS = "weight"
+DIRECT_CHECK = "weight"
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def _carried(
 def carried_kg(
     vertical_N: Float[np.ndarray, " frames"],
     asked_m_per_s2: Float[np.ndarray, " frames"],
-    settings: WitnessSettings,
+    settings: DirectCheckSettings,
 ) -> float | None:
     """What mass these forces carry; None where they are no weighing.
 
@@ -64,7 +64,7 @@ def carried_kg(
     Args:
         vertical_N: upward force.
         asked_m_per_s2: g and the upward acceleration, on the same frames.
-        settings: of the witnesses.
+        settings: of the direct checks.
     """
     asked = float(asked_m_per_s2.mean())
     mass = float(vertical_N.mean()) / asked if asked > settings.least_asked_share * GRAVITY else 0.0
@@ -79,11 +79,11 @@ def weight(trials: Sequence[Measured], entered_kg: float | None) -> list[Stateme
     return [*entered, *_between(found, trials), *alone]
 
 
-def _against_entered(one: Carried, entered_kg: float, settings: WitnessSettings) -> Statement:
+def _against_entered(one: Carried, entered_kg: float, settings: DirectCheckSettings) -> Statement:
     away = float(np.log(one.mass_kg / entered_kg))
     nats = nats_of(away, one.std_kg / one.mass_kg, settings.mass_scatter, settings.mass_usual)
     return Statement(
-        WITNESS,
+        DIRECT_CHECK,
         f"The plates carry {one.mass_kg:.1f} ± {one.std_kg:.1f} kg, and {entered_kg:.1f} kg were entered: "
         f"{100 * (one.mass_kg / entered_kg - 1):+.1f} % (normal: within 6 %).",
         {About.ENTERED_MASS: nats, About.LOAD: nats, About.PLATE_SCALE: nats},
@@ -106,7 +106,7 @@ def _between(found: Sequence[Carried], trials: Sequence[Measured]) -> list[State
         nats = nats_of(away, std, settings.trial_mass_scatter, settings.mass_usual)
         said.append(
             Statement(
-                WITNESS,
+                DIRECT_CHECK,
                 f"The plates carry {one.mass_kg:.1f} kg here and {usual:.1f} kg in the other trials "
                 "(normal: within 3 %).",
                 {About.LOAD: nats},
@@ -141,7 +141,7 @@ def _plates(trial: Measured) -> Statement | None:
     nats = nats_of(float(away[k]), 0.0, settings.plates_scatter, settings.exchange_usual)
     masses = ", ".join(f"{trial.capture.plates[j].name} {mass:.1f} kg" for j, mass in found.items())
     return Statement(
-        WITNESS,
+        DIRECT_CHECK,
         f"While one plate bears alone, it carries: {masses} (normal: within 8 % of each other).",
         {About.PLATE_SCALE: nats, About.PLATE_ZERO: nats, About.OFF_PLATE: nats},
         {f"plate_{j + 1}_kg": mass for j, mass in found.items()},

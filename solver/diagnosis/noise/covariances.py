@@ -16,7 +16,7 @@ class Covariances:
     fixed: tuple[Float[np.ndarray, "own own"], ...]  # C of each trial: of markers and plates
     model: tuple[Float[np.ndarray, "own own"], ...]  # M of each trial, at scale 1
     shared: Float[np.ndarray, "rows shared"]  # H: inertias, what every laboratory is off by
-    tissue: Float[np.ndarray, "rows columns"]  # S: of flesh, at scale 1
+    tissue: Float[np.ndarray, "rows columns"]  # S: of soft tissue, at scale 1
 
     def at(self, scale: float, slack: float) -> Float[np.ndarray, "rows rows"]:
         """K."""

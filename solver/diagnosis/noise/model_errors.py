@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.causes.scene import Scene
-from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
+from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.windows import Windows
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.skeleton.chain import Moving, chain_of
@@ -27,7 +27,7 @@ def mass_change(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> F
     """What the whole body's mass changes, one standard deviation of all that may be wrong with it."""
     columns = np.column_stack(
         [
-            reduced(_demanded_by(scene, b, body_inertia[None])[:, :, 0])
+            reduced(_required_by(scene, b, body_inertia[None])[:, :, 0])
             for b, body_inertia in _unit_masses(scene)
         ]
     )
@@ -54,7 +54,7 @@ def _inertias(
             size = np.sqrt(abs(second[i, i] * second[j, j])) * settings.segment_inertia_std
             change[i, j] = change[j, i] = size if i == j else 0.5 * size
             changes.append(change)
-        own = reduced(_demanded_by(scene, b, np.array(changes)))
+        own = reduced(_required_by(scene, b, np.array(changes)))
         masses.append(own[:, 0])
         columns.append(own[:, 1:])
     H = np.column_stack(masses)
@@ -85,21 +85,21 @@ def _mass_covariance(scene: Scene, settings: DiagnosisSettings) -> Float[np.ndar
     return np.asarray(covariance)
 
 
-def _demanded_by(
+def _required_by(
     scene: Scene, body: int, changes: Float[np.ndarray, "changes 4 4"]
 ) -> Float[np.ndarray, "frames 6 changes"]:
     """What changes of a body's pseudo-inertia demand, about the ground origin."""
-    demanded = demanded_wrench(
+    required = required_wrench(
         scene.material[:, body : body + 1], scene.T_ground_body[:, body : body + 1], changes[None]
     )
-    return demanded[:, 0].transpose(0, 2, 1)
+    return required[:, 0].transpose(0, 2, 1)
 
 
 def _bounce(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, "rows 6"]:
     """Accelerations of the whole body along each axis, and changes of its spin about each, exaggerated."""
-    inertial = scene.demanded_ground.copy()
+    inertial = scene.required_ground.copy()
     inertial[:, :3] += scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
-    about_com = scene.demanded_ground[:, 3:] - cross(scene.com_ground, scene.demanded_ground[:, :3])
+    about_com = scene.required_ground[:, 3:] - cross(scene.com_ground, scene.required_ground[:, :3])
     columns = []
     sizes = (settings.sway_std, settings.bounce_std, settings.sway_std, *[settings.spin_std] * 3)
     for axis, size in enumerate(sizes):
@@ -143,7 +143,7 @@ def soft_tissue(
                 force = body.mass * np.gradient(np.gradient(u, dt, axis=0), dt, axis=0)
                 moment = cross(u, weight_and_inertia) + cross(x, force)
                 columns.append(reduced(np.concatenate([force, moment], axis=1)))
-    return np.stack(columns, axis=1) if columns else np.zeros((len(reduced(scene.demanded_ground)), 0))
+    return np.stack(columns, axis=1) if columns else np.zeros((len(reduced(scene.required_ground)), 0))
 
 
 def model_error(
@@ -153,7 +153,7 @@ def model_error(
     time_s = windows.centre / scene.rate
     together = np.exp(-0.5 * ((time_s[:, None] - time_s) / settings.model_time_s) ** 2)
     weight = scene.weight_N
-    demand = scene.demanded_ground[:, :3] - scene.skeleton.mass * -np.asarray(scene.skeleton.gravity)
+    demand = scene.required_ground[:, :3] - scene.skeleton.mass * -np.asarray(scene.skeleton.gravity)
     level = np.sqrt((windows.means(demand**2)).mean(axis=0))
     force = settings.model_force_share * weight + settings.model_motion_share * level
     moment = np.full(3, settings.model_arm_m * weight)

@@ -38,7 +38,7 @@ class TrialRows:
     covariance: Float[np.ndarray, "rows rows"]  # of markers and plates
     model_error: Float[np.ndarray, "rows rows"]  # at scale 1
     nuisance: Float[np.ndarray, "rows nuisances"]  # shared by trials, each at one standard deviation
-    tissue: Float[np.ndarray, "rows columns"]  # likewise, of flesh that slides
+    tissue: Float[np.ndarray, "rows columns"]  # likewise, of soft tissue that slides
     mass: Float[np.ndarray, " rows"]  # the whole body's mass among them, at one standard deviation
 
     def reduced(
@@ -101,8 +101,8 @@ class TrialRows:
 
     @cached_property
     def residual(self) -> Float[np.ndarray, " rows"]:
-        """Demanded less measured."""
-        return self.reduced(self.scene.demanded_ground - self.scene.measured_ground)
+        """Required less measured."""
+        return self.reduced(self.scene.required_ground - self.scene.measured_ground)
 
 
 def trial_rows(

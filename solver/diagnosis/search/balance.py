@@ -1,12 +1,12 @@
 """The wrench balance of all trials as one Gaussian, and how likely it is with and without a cause.
 
-r = demanded − measured, averaged over short windows, moments about the centre of mass. Its covariance
+r = required − measured, averaged over short windows, moments about the centre of mass. Its covariance
 K(s, h) = markers' errors carried through the motion + plates' noise + inertias within what anthropometry
-scatters (shared by trials) + plates that are a little off + h² flesh that slides with the joints + s² model
+scatters (shared by trials) + plates a little off + h² soft tissue that slides with the joints + s² model
 errors that last a tenth of a second. Candidates enter as columns with a Gaussian prior; all that the ordinary
 fit can absorb is thereby projected out within its own prior. Every hypothesis, no cause included, has the
 scales s and h that suit it best and pays for them through the determinant of K: none can win by shrinking the
-noise. How far flesh slides differs between persons, and a recording of some seconds tells it.
+noise. How far soft tissue slides differs between persons, and a recording of some seconds tells it.
 """
 
 from collections.abc import Collection, Sequence
@@ -21,9 +21,9 @@ from solver.diagnosis.causes.effect import NO_PATHS, Candidate, Corrected, Eta, 
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.direct_checks.weighings import Weighings
 from solver.diagnosis.noise.covariances import Covariances
-from solver.diagnosis.noise.ladder import Ladder
+from solver.diagnosis.noise.noise_grid import NoiseGrid
+from solver.diagnosis.noise.noise_scales import Basis, NoiseScale, Seen, TrialsBasis
 from solver.diagnosis.noise.rows import TrialRows
-from solver.diagnosis.noise.rungs import Basis, Rung, Seen, TrialsBasis
 from solver.diagnosis.search.terms import CandidateRows, Solved, Term, normal_equations
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
@@ -31,7 +31,7 @@ MANY_ROWS = 1200  # from which on turning them pays
 
 
 class Balance:
-    """All trials' rows and the ladder of scales."""
+    """All trials' rows and the grid of noise scales of scales."""
 
     def __init__(self, trials: Sequence[TrialRows], settings: DiagnosisSettings) -> None:
         self.trials, self.settings = tuple(trials), settings
@@ -50,9 +50,9 @@ class Balance:
             tissue=np.concatenate([t.tissue for t in trials]),
         )
         self.basis = TrialsBasis(of) if len(self.residual) > MANY_ROWS else Basis(of)
-        self.ladder = Ladder(self.basis, settings)
-        self.rungs = self.ladder.rungs
-        self.accused: frozenset[str] = frozenset()
+        self.noise_grid = NoiseGrid(self.basis, settings)
+        self.noise_scales = self.noise_grid.noise_scales
+        self.suspect: frozenset[str] = frozenset()
         self.weighings = Weighings()
         self.paths: Paths = NO_PATHS
         self.evaluations = 0.0  # rows fitted so far
@@ -62,16 +62,16 @@ class Balance:
         """Whether a search has had as many evaluations as it may have."""
         return self.evaluations >= self.settings.most_evaluations
 
-    def witnessed(self, accused: Collection[str], weighings: Weighings, paths: Paths = NO_PATHS) -> "Balance":
-        """The same, with what witnesses say of it.
+    def checked(self, suspect: Collection[str], weighings: Weighings, paths: Paths = NO_PATHS) -> "Balance":
+        """The same, with what direct checks say of it.
 
         Args:
-            accused: plates that are grossly wrong: nothing else is named beside that.
+            suspect: plates that are grossly wrong: nothing else is named beside that.
             weighings: of the person on each plate, which refute other units.
             paths: what each plate's path of pressure says of its turns.
         """
         other = copy(self)
-        other.accused, other.weighings, other.paths = frozenset(accused), weighings, paths
+        other.suspect, other.weighings, other.paths = frozenset(suspect), weighings, paths
         return other
 
     @property
@@ -125,59 +125,61 @@ class Balance:
             rows.span,
         )
 
-    def see_ahead(self, terms: Sequence[Term], beside: Sequence[Term], near: Rung) -> None:
-        """Many terms at once, with their products with others, at a rung and where climbs from it look first.
+    def see_ahead(self, terms: Sequence[Term], beside: Sequence[Term], near: NoiseScale) -> None:
+        """Many terms at once, with their products with others, at a noise scale and where climbs look first.
 
         Args:
             terms: that will be fitted one by one.
             beside: the same terms, before each of them.
             near: where the climbs begin.
         """
-        for rung in self.ladder.around(near):
+        for noise_scale in self.noise_grid.around(near):
             alike: dict[tuple[int, int], list[Term]] = {}
             for term in terms:
-                if not self.basis.kept.has("seen", term.same, rung):
+                if not self.basis.kept.has("seen", term.same, noise_scale):
                     alike.setdefault((term.rows.start, term.rows.stop), []).append(term)
             for some in alike.values():
-                self._see_together(some, beside, rung)
+                self._see_together(some, beside, noise_scale)
 
-    def _see_together(self, terms: Sequence[Term], beside: Sequence[Term], rung: Rung) -> None:
+    def _see_together(self, terms: Sequence[Term], beside: Sequence[Term], noise_scale: NoiseScale) -> None:
         """Terms on the same rows."""
         kept, parts = self.basis.kept, [term.own(self.basis) for term in terms]
-        whole = rung.seen(np.concatenate(parts, axis=1), terms[0].rows)
-        products = [whole.times(other.seen(rung)) for other in beside]
+        whole = noise_scale.seen(np.concatenate(parts, axis=1), terms[0].rows)
+        products = [whole.times(other.seen(noise_scale)) for other in beside]
         ends = np.cumsum([part.shape[1] for part in parts])
         for term, part, end in zip(terms, parts, ends, strict=True):
             own = slice(end - part.shape[1], end)
             seen = Seen(whole.rows, whole.scaled[:, own].copy(), whole.along[:, own].copy())
-            kept.put(seen, "seen", term.same, rung)
+            kept.put(seen, "seen", term.same, noise_scale)
             for other, product in zip(beside, products, strict=True):
-                kept.put(product[own].copy(), "product", term.same, other.same, rung)
+                kept.put(product[own].copy(), "product", term.same, other.same, noise_scale)
 
     def mass_strain(self, solved: Solved) -> float:
         """How far a hypothesis needs the body's mass from the entered one, in prior standard deviations.
 
         The posterior mean of a nuisance z ~ N(0, 1) with rows h is hᵀ K⁻¹ (what terms leave).
         """
-        return float(solved.rung.whitened(self.basis.turned(self.mass)) @ solved.left)
+        return float(solved.noise_scale.whitened(self.basis.turned(self.mass)) @ solved.left)
 
-    def solve_at(self, terms: Sequence[Term], rung: Rung) -> Solved:
+    def solve_at(self, terms: Sequence[Term], noise_scale: NoiseScale) -> Solved:
         """Terms fitted together at one scale."""
         self.evaluations += len(self.residual)
         std = np.concatenate([t.prior_std for t in terms]) if terms else np.zeros(0)
-        M, b, square = normal_equations(terms, rung)
+        M, b, square = normal_equations(terms, noise_scale)
         if not len(std):
-            return Solved(tuple(terms), rung, rung.constant - 0.5 * square, std, std, np.zeros((0, 0)))
-        L = self._root(terms, rung, M, std)
+            return Solved(
+                tuple(terms), noise_scale, noise_scale.constant - 0.5 * square, std, std, np.zeros((0, 0))
+            )
+        L = self._root(terms, noise_scale, M, std)
         b *= std
         u = cho_solve((L, True), b, check_finite=False)
-        log = rung.constant - 0.5 * float(square - b @ u) - float(np.log(np.diag(L)).sum())
-        return Solved(tuple(terms), rung, log, u * std, std, L)
+        log = noise_scale.constant - 0.5 * float(square - b @ u) - float(np.log(np.diag(L)).sum())
+        return Solved(tuple(terms), noise_scale, log, u * std, std, L)
 
     def _root(
         self,
         terms: Sequence[Term],
-        rung: Rung,
+        noise_scale: NoiseScale,
         M: Float[np.ndarray, "parameters parameters"],
         std: Float[np.ndarray, " parameters"],
     ) -> Float[np.ndarray, "parameters parameters"]:
@@ -198,21 +200,21 @@ class Balance:
         before, last = slice(0, n), slice(n, None)
         if not n:
             return factored(last)
-        first = rung.basis.kept.get(lambda: factored(before), "root", rung, *terms[:-1])
+        first = noise_scale.basis.kept.get(lambda: factored(before), "root", noise_scale, *terms[:-1])
         across = solve_triangular(first, of(last, before).T, lower=True, check_finite=False)
         L = np.zeros((len(std), len(std)))
         L[before, before], L[last, before] = first, across.T
         L[last, last] = factored(last, across.T @ across)
         return L
 
-    def solve(self, terms: Sequence[Term], near: Rung | None = None) -> Solved:
+    def solve(self, terms: Sequence[Term], near: NoiseScale | None = None) -> Solved:
         """Terms fitted together at the scales that suit them best.
 
         Args:
             terms: any number.
-            near: where the climb over the ladder begins; None: at the usual slack.
+            near: where the climb over the grid of noise scales begins; None: at the usual slack.
         """
-        return self.ladder.best(lambda rung: self.solve_at(terms, rung), near)
+        return self.noise_grid.best(lambda noise_scale: self.solve_at(terms, noise_scale), near)
 
 
 def usual_std(candidate: Candidate, settings: DiagnosisSettings) -> float:

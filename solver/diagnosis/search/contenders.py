@@ -34,7 +34,7 @@ class Found:
     """A cause beside all others that were found, and what else might be in its place."""
 
     contender: Contender
-    heldout_gain: float  # log density of withheld blocks beyond the causes found before
+    held_out_gain: float  # log density of held-out blocks beyond the causes found before
     rivals: tuple[Contender, ...]  # others that were tried in its place, best first
 
 
@@ -60,7 +60,7 @@ def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisS
 
 def overlap(one: Contender, other: Contender) -> float:
     """Absolute cosine between what two causes explain, whitened where the first fits best."""
-    own, others = (c.solved.explained(_place(c), one.solved.rung) for c in (one, other))
+    own, others = (c.solved.explained(_place(c), one.solved.noise_scale) for c in (one, other))
     return abs(cosine(own, others))
 
 

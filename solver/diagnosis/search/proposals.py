@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Int
 
 from solver.diagnosis.causes.effect import Candidate, Estimate
-from solver.diagnosis.heldout import HeldoutGain, heldout_gain
+from solver.diagnosis.held_out import HeldOutGain, held_out_gain
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Contender, Found, handicap
 from solver.diagnosis.search.terms import Solved
@@ -66,19 +66,19 @@ class Proposal:
 
 
 @dataclass(frozen=True, eq=False)
-class Withheld(Proposal):
-    """A cause that has to foretell blocks which its fit has not seen."""
+class HeldOut(Proposal):
+    """A cause that has to predict blocks which its fit has not seen."""
 
     blocks: Sequence[Int[np.ndarray, " rows"]]
 
     @cached_property
-    def heldout(self) -> HeldoutGain:
+    def held_out(self) -> HeldOutGain:
         """What it gains on them [nats]."""
-        return heldout_gain(self.balance, self.blocks, self.without, self.solved)
+        return held_out_gain(self.balance, self.blocks, self.without, self.solved)
 
 
 @dataclass(frozen=True, eq=False)
-class Added(Withheld):
+class Added(HeldOut):
     """A further cause, or the first one."""
 
     others: tuple[Found, ...]  # found before
@@ -86,7 +86,7 @@ class Added(Withheld):
 
 
 @dataclass(frozen=True, eq=False)
-class Exchanged(Withheld):
+class Exchanged(HeldOut):
     """A cause in the place of another one."""
 
     instead_of: Contender
@@ -98,7 +98,7 @@ class Exchanged(Withheld):
 
 
 @dataclass(frozen=True, eq=False)
-class Paired(Withheld):
+class Paired(HeldOut):
     """Two causes of which neither stands out alone; `contender` is the second, with what both add."""
 
     others: tuple[Found, ...]
@@ -136,7 +136,7 @@ class OnReading(Proposal):
 
 @dataclass(frozen=True, eq=False)
 class BesideUnknown(Proposal):
-    """A named cause beside a force of unknown course, which may as well be in its place."""
+    """A named cause beside a force of unknown time history, which may as well be in its place."""
 
     left: Contender  # the unknown beside all named causes
     in_its_place: Callable[[], Contender | None]  # the unknown without this one
@@ -164,7 +164,7 @@ class BesideUnknown(Proposal):
 
 @dataclass(frozen=True, eq=False)
 class AllInPlace(Proposal):
-    """All named causes together against a force of unknown course alone."""
+    """All named causes together against a force of unknown time history alone."""
 
     found: tuple[Found, ...]
     alone: Callable[[], Contender | None]
@@ -187,7 +187,7 @@ class AgainstAnything(Proposal):
 
 @dataclass(frozen=True, eq=False)
 class Remainder(Proposal):
-    """What no named cause explains: a force or a moment of unknown course beside them."""
+    """What no named cause explains: a force or a moment of unknown time history beside them."""
 
     others: tuple[Found, ...]
     size_N: float

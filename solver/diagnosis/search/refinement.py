@@ -14,7 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from solver.diagnosis.causes.effect import Candidate, Eta
-from solver.diagnosis.noise.rungs import Rung
+from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import Beside, Gained, beside
 from solver.diagnosis.search.terms import CandidateRows, Term
@@ -27,15 +27,15 @@ MOST_TURNS = 12
 HALVINGS = 4
 
 
-def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) -> Term:
+def refined(balance: Balance, term: Term, others: Sequence[Term], noise_scale: NoiseScale) -> Term:
     """The term at its best η, with derivatives by η as further columns; unchanged where all acts linearly.
 
-    A term that was refined already, at another rung, is sought near its η.
+    A term that was refined already, at another noise scale, is sought near its η.
     """
     candidate = term.candidate
     if not candidate.steps():
         return term
-    climb = Climb(balance, candidate, beside(others, rung))
+    climb = Climb(balance, candidate, beside(others, noise_scale))
     start = climb.at(term.eta)
     if start is None:
         return term

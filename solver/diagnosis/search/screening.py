@@ -1,7 +1,7 @@
 """The whole catalogue against the balance: each candidate at the best of its starts beside accepted causes.
 
 A candidate's rows don't depend on what else is accepted: they are made once, and so is their product with
-the precision P = K⁻¹ of each rung. Accepted causes, all of them integrated out, take W Wᵀ off that precision,
+the precision P = K⁻¹ of each noise scale. Accepted causes, integrated out, take W Wᵀ off that precision,
 with as many columns as they have parameters (Woodbury). A candidate with columns B (unit prior) on the rows
 of its trials adds ½ (bᵀ S⁻¹ b − log det S) to the log evidence, with S = I + Bᵀ (P − W Wᵀ) B and
 b = Bᵀ (P − W Wᵀ) r. Only the rows of its trials are touched. Candidates on the same trials with as many
@@ -18,7 +18,7 @@ from jaxtyping import Float, Int
 from scipy.linalg import cho_factor, solve_triangular
 
 from solver.diagnosis.causes.effect import Candidate
-from solver.diagnosis.noise.rungs import Basis, Rung
+from solver.diagnosis.noise.noise_scales import Basis, NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import handicap
 from solver.diagnosis.search.terms import CandidateRows, Term, with_the_usual
@@ -31,7 +31,7 @@ class Screened:
     rows: CandidateRows
     notable: bool  # its size there is one that anybody would act on
     possible: bool  # there can be such a cause
-    gain: float  # log evidence beyond the accepted causes, at the same rung
+    gain: float  # log evidence beyond the accepted causes, at the same noise scale
     x: Float[np.ndarray, " parameters"]
 
 
@@ -52,7 +52,7 @@ class Gained:
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Of candidates' columns C and fixed parts f with the precision of a rung, nothing accepted."""
+    """Of candidates' columns C and fixed parts f with the precision of a noise scale, nothing accepted."""
 
     CPC: Float[np.ndarray, "candidates parameters parameters"]
     CPf: Float[np.ndarray, "candidates parameters"]
@@ -91,13 +91,13 @@ class Stack:
         many, width, own = self.columns.shape
         return (self.columns.reshape(many * width, own) @ weights).reshape(many, width, *weights.shape[1:])
 
-    def products(self, rung: Rung) -> Products:
+    def products(self, noise_scale: NoiseScale) -> Products:
         """Only the rows of their trials are looked at."""
         many, width, own = self.columns.shape
         parts = self.columns
         if self.fixed is not None:
             parts = np.concatenate([parts, self.fixed[:, None]], axis=1)
-        seen = rung.seen(parts.reshape(-1, own).T, self.span)
+        seen = noise_scale.seen(parts.reshape(-1, own).T, self.span)
         scaled, along = (np.reshape(part.T, (many, parts.shape[1], -1)) for part in (seen.scaled, seen.along))
         whole = scaled @ scaled.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1)
         if self.fixed is None:
@@ -105,36 +105,38 @@ class Stack:
         return Products(whole[:, :width, :width], whole[:, :width, width], whole[:, width, width])
 
 
-def beside(accepted: Sequence[Term], rung: Rung) -> "Beside":
+def beside(accepted: Sequence[Term], noise_scale: NoiseScale) -> "Beside":
     """Kept: many candidates are tried beside the same causes."""
-    return rung.basis.kept.get(lambda: Beside(accepted, rung), "beside", rung, *accepted)
+    return noise_scale.basis.kept.get(lambda: Beside(accepted, noise_scale), "beside", noise_scale, *accepted)
 
 
 class Beside:
-    """The residual's precision with accepted causes integrated out, at one rung: P − W Wᵀ, in the basis.
+    """The residual's precision, accepted causes integrated out, at one noise scale: P − W Wᵀ, in the basis.
 
     Each further cause adds columns to W and leaves those of the causes before it, which are kept: many sets
     begin with the same causes.
     """
 
-    def __init__(self, accepted: Sequence[Term], rung: Rung) -> None:
-        self.rung = rung
+    def __init__(self, accepted: Sequence[Term], noise_scale: NoiseScale) -> None:
+        self.noise_scale = noise_scale
         self._before: tuple[Beside, ...] = ()  # of fewer causes each, none first
-        self._left = rung.residual  # less what is fixed
-        self.own: Float[np.ndarray, "rows own"] = np.zeros((len(rung.residual), 0))  # columns of the last
+        self._left = noise_scale.residual  # less what is fixed
+        self.own: Float[np.ndarray, "rows own"] = np.zeros(
+            (len(noise_scale.residual), 0)
+        )  # columns of the last
         self.Pr: Float[np.ndarray, " rows"] = np.zeros(0)  # what accepted causes leave, weighted
         if not accepted:
-            self.Pr = rung.weighted(rung.residual)
+            self.Pr = noise_scale.weighted(noise_scale.residual)
             return
-        before, term = beside(accepted[:-1], rung), accepted[-1]
+        before, term = beside(accepted[:-1], noise_scale), accepted[-1]
         self._before, self._left, self.Pr = before.each, before._left, before.Pr
-        fixed, columns = term.within(rung.basis)
+        fixed, columns = term.within(noise_scale.basis)
         if fixed is not None:
             self._left = self._left - fixed
-            self.Pr = self.Pr - before._without(rung.weighted(fixed), fixed)
+            self.Pr = self.Pr - before._without(noise_scale.weighted(fixed), fixed)
         if columns.shape[1]:
             B = columns * term.prior_std
-            PB = before._without(term.weighted(rung), B)
+            PB = before._without(term.weighted(noise_scale), B)
             M = B.T @ PB
             M[np.arange(len(M)), np.arange(len(M))] += 1.0
             factor = cho_factor(M, lower=True, check_finite=False)[0]
@@ -161,12 +163,12 @@ class Beside:
 
     @cached_property
     def _own_by_rows(self) -> Float[np.ndarray, "rows own"]:
-        return self.rung.basis.rows(self.own)
+        return self.noise_scale.basis.rows(self.own)
 
     @cached_property
     def left_by_rows(self) -> Float[np.ndarray, " rows"]:
         """What is left, weighted, of the balance's rows."""
-        return self.rung.basis.rows(self.Pr)
+        return self.noise_scale.basis.rows(self.Pr)
 
     def by_rows(self, some: slice | Int[np.ndarray, " some"]) -> Float[np.ndarray, "some accepted"]:
         """W of some of the balance's rows."""
@@ -178,16 +180,16 @@ class Beside:
         Args:
             rows: of one that is not among the accepted ones.
         """
-        alone = Stack.of([rows], self.rung.basis)
+        alone = Stack.of([rows], self.noise_scale.basis)
         across = np.concatenate([alone.times(one.own[alone.span]) for one in self.each], axis=2)
-        return self.gains(alone, alone.products(self.rung), across)[0]
+        return self.gains(alone, alone.products(self.noise_scale), across)[0]
 
     def across(self, stack: Stack) -> Float[np.ndarray, "candidates parameters accepted"]:
         """Columnsᵀ W of a stack that will be asked for again; kept for each accepted cause."""
         return np.concatenate([one._own_across(stack) for one in self.each], axis=2)
 
     def _own_across(self, stack: Stack) -> Float[np.ndarray, "candidates parameters own"]:
-        kept = self.rung.basis.kept
+        kept = self.noise_scale.basis.kept
         return kept.get(lambda: stack.times(self.own[stack.span]), "across", stack, self)
 
     def gains(
@@ -197,7 +199,7 @@ class Beside:
 
         Args:
             stack: of candidates that are not among the accepted ones.
-            products: of its rows at this rung.
+            products: of its rows at this noise scale.
             CW: its columnsᵀ W.
         """
         Pr, std = self.Pr[stack.span], stack.prior_std
@@ -235,20 +237,20 @@ class Screen:
                     self._rows.append(rows)
         self._starts = [places for places in self._starts if places]
         self._stacks = [(places, self._stacked(places)) for places in alike.values()]
-        self._products: dict[int, list[Products]] = {}  # by rung
+        self._products: dict[int, list[Products]] = {}  # by noise scale
         self._terms: dict[int, Term] = {}  # by rows, which are kept
 
-    def best(self, rung: Rung, accepted: Sequence[Term] = ()) -> Iterator[Screened]:
+    def best(self, noise_scale: NoiseScale, accepted: Sequence[Term] = ()) -> Iterator[Screened]:
         """Candidates that touch a trial, beside accepted causes, by what they gain over their odds.
 
         Of each candidate the start is taken that is notable, or at least possible, before those that gain
         more. What its starts gain bounds what it can: only candidates that may be the next are looked at.
 
         Args:
-            rung: scale of the model error.
+            noise_scale: scale of the model error.
             accepted: causes fitted with it; candidates among them are left out.
         """
-        gained = self._gained(rung, accepted)
+        gained = self._gained(noise_scale, accepted)
         taken = {t.candidate.key for t in accepted}
         free = [places for places in self._starts if self._rows[places[0]].candidate.key not in taken]
         against = [handicap(self._rows[places[0]].candidate, self._balance.settings) for places in free]
@@ -266,10 +268,10 @@ class Screen:
             one = max(tried, key=lambda s: (s.notable, s.possible, s.gain))
             heappush(waiting, (against[k] - one.gain, k, one))
 
-    def by_name(self, rung: Rung, accepted: Sequence[Term] = ()) -> Iterator[Screened]:
+    def by_name(self, noise_scale: NoiseScale, accepted: Sequence[Term] = ()) -> Iterator[Screened]:
         """The best variant of each name, likeliest name first; of what cannot be, only what has a search."""
         told: set[tuple[str, str]] = set()
-        for one in self.best(rung, accepted):
+        for one in self.best(noise_scale, accepted):
             candidate = one.rows.candidate
             if candidate.key not in told and (one.possible or candidate.steps()):
                 told.add(candidate.key)
@@ -281,13 +283,13 @@ class Screen:
             self._terms[id(rows)] = self._balance.spread(rows)
         return self._terms[id(rows)]
 
-    def _gained(self, rung: Rung, accepted: Sequence[Term]) -> list[Gained]:
+    def _gained(self, noise_scale: NoiseScale, accepted: Sequence[Term]) -> list[Gained]:
         """At every start."""
-        others = beside(accepted, rung)
-        if id(rung) not in self._products:
-            self._products[id(rung)] = [stack.products(rung) for _, stack in self._stacks]
+        others = beside(accepted, noise_scale)
+        if id(noise_scale) not in self._products:
+            self._products[id(noise_scale)] = [stack.products(noise_scale) for _, stack in self._stacks]
         found: dict[int, Gained] = {}
-        for (places, stack), products in zip(self._stacks, self._products[id(rung)], strict=True):
+        for (places, stack), products in zip(self._stacks, self._products[id(noise_scale)], strict=True):
             found.update(zip(places, others.gains(stack, products, others.across(stack)), strict=True))
         return [found[place] for place in range(len(self._rows))]
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from solver.common.progress import Progress, silent
 from solver.diagnosis.causes.effect import Candidate
-from solver.diagnosis.checks import DECIDED, about_the_accused
+from solver.diagnosis.checks import DECIDED, about_the_suspect
 from solver.diagnosis.decisions import tenable
-from solver.diagnosis.heldout import blocks
+from solver.diagnosis.held_out import blocks
 from solver.diagnosis.memory import Memory
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Contender, Found, handicap, overlap
@@ -94,7 +94,7 @@ class Search:
             if self.trail.put(proposal).fell_at is not None:
                 continue
             rivals = tuple(c for c in among if c is not one)
-            self.found = [Found(one, proposal.heldout.own_scales, rivals)]
+            self.found = [Found(one, proposal.held_out.own_scales, rivals)]
             self.solved = one.solved
             self._grow(silent)
             if self._standing() > best[0] + self.settings.exchange_margin:
@@ -104,7 +104,7 @@ class Search:
     def _standing(self) -> float:
         """The odds of what was found, ahead where something is seen without any force."""
         seen = any(t.candidate.about.seen_standing for t in self.terms)
-        return self._odds() + (self.settings.witness_lead if seen else 0.0)
+        return self._odds() + (self.settings.direct_check_margin if seen else 0.0)
 
     def _equals(self, first: Found) -> list[Contender]:
         """Others that do nearly as well in the first place, and explain something else: one of each kind."""
@@ -139,7 +139,7 @@ class Search:
         contenders = self._contenders(self.terms, self.solved)
         likely = tenable(self.balance, contenders, self.solved)
         inadmissible = {
-            id(c) for c in contenders if not about_the_accused([c.term.candidate.key], self.balance)
+            id(c) for c in contenders if not about_the_suspect([c.term.candidate.key], self.balance)
         }
         for one in contenders:
             proposal = Added(self.balance, one, self.solved, self.blocks, tuple(self.found), likely)
@@ -150,7 +150,7 @@ class Search:
                 inadmissible |= {id(one)} if verdict.pays else set()
                 continue
             rivals = tuple(c for c in contenders if c is not one and id(c) not in inadmissible)
-            self.found.append(Found(one, proposal.heldout.own_scales, rivals))
+            self.found.append(Found(one, proposal.held_out.own_scales, rivals))
             self.solved = one.solved
             self.first = self.first or self.found[0]
             return True
@@ -162,7 +162,7 @@ class Search:
         able = [c for c in contenders if c.odds_gain(settings) > settings.least_of_two]
         tried = []
         for one, two in combinations(able[: settings.tried_in_pairs], 2):
-            both = self.balance.solve([*self.terms, one.term, two.term], near=one.solved.rung)
+            both = self.balance.solve([*self.terms, one.term, two.term], near=one.solved.noise_scale)
             gain = both.log_evidence - self.solved.log_evidence
             odds = gain - handicap(one.term.candidate, settings) - handicap(two.term.candidate, settings)
             tried.append((odds, one, two, Contender(two.term, both, gain)))
@@ -186,7 +186,7 @@ class Search:
         both = both_beside.solved
         for own, other in ((one, two), (two, one)):
             gain = both.log_evidence - other.solved.log_evidence
-            self.found.append(Found(Contender(own.term, both, gain), proposal.heldout.own_scales, ()))
+            self.found.append(Found(Contender(own.term, both, gain), proposal.held_out.own_scales, ()))
         self.solved = both
         return True
 
@@ -203,7 +203,7 @@ class Search:
 
     def _kept(self) -> list[Kept]:
         """Each cause, and the set without it."""
-        terms, near = self.terms, self.solved.rung
+        terms, near = self.terms, self.solved.noise_scale
         proposals = []
         for k, term in enumerate(terms):
             without = self.balance.solve(terms[:k] + terms[k + 1 :], near=near)
@@ -224,14 +224,14 @@ class Search:
         """The k-th cause against all others in its place, beside the rest."""
         one = self.found[k]
         rest = self.terms[:k] + self.terms[k + 1 :]
-        without = self.balance.solve(rest, near=self.solved.rung)
+        without = self.balance.solve(rest, near=self.solved.noise_scale)
         contenders = self._contenders(rest, without)
         key = one.contender.term.candidate.key
         gain = self.solved.log_evidence - without.log_evidence
         own = Contender(one.contender.term, self.solved, gain)
         contenders = [own, *(c for c in contenders if c.term.candidate.key != key)]
         contenders.sort(key=lambda c: -c.odds_gain(self.settings))
-        chosen, heldout, inadmissible = own, one.heldout_gain, set()
+        chosen, held_out, inadmissible = own, one.held_out_gain, set()
         for c in contenders:
             if c is own:
                 break
@@ -240,13 +240,13 @@ class Search:
             if not verdict.pays:
                 break
             if verdict.fell_at is None:
-                chosen, heldout = c, proposal.heldout.own_scales
+                chosen, held_out = c, proposal.held_out.own_scales
                 terms = [*self.terms[:k], chosen.term, *self.terms[k + 1 :]]
-                self.solved = self.balance.solve(terms, near=chosen.solved.rung)
+                self.solved = self.balance.solve(terms, near=chosen.solved.noise_scale)
                 break
             inadmissible.add(id(c))
         rivals = tuple(c for c in contenders if c is not chosen and id(c) not in inadmissible)
-        self.found[k] = Found(chosen, heldout, rivals)
+        self.found[k] = Found(chosen, held_out, rivals)
 
     def _contenders(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
         """The most promising candidates, refined, each with the scale that suits it; best first.
@@ -254,31 +254,34 @@ class Search:
         Remembered: the same causes are met again when they are exchanged, and after that.
         """
         found = self._met.get(
-            lambda: tuple(self._refitted(accepted, current)), "contenders", current.rung, *accepted
+            lambda: tuple(self._refitted(accepted, current)), "contenders", current.noise_scale, *accepted
         )
         return list(found)
 
     def _refitted(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
         balance, settings = self.balance, self.settings
-        scales, slack = (current.rung.scale, 1.0, current.rung.scale / SHARPER), current.rung.slack
-        rungs = {id(r): r for r in (balance.ladder.nearest(s, slack) for s in scales)}.values()
+        scales, slack = (
+            (current.noise_scale.scale, 1.0, current.noise_scale.scale / SHARPER),
+            current.noise_scale.slack,
+        )
+        noise_scales = {id(r): r for r in (balance.noise_grid.nearest(s, slack) for s in scales)}.values()
         chosen: dict[tuple[str, str], Term] = {}
-        for rung in rungs:
-            for one in islice(self.screen.by_name(rung, accepted), settings.refitted):
+        for noise_scale in noise_scales:
+            for one in islice(self.screen.by_name(noise_scale, accepted), settings.refitted):
                 if one.rows.candidate.key not in chosen:
                     chosen[one.rows.candidate.key] = self.screen.term(one.rows)
         contenders = []
-        refitted = [refined(balance, term, accepted, current.rung) for term in chosen.values()]
-        balance.see_ahead(refitted, accepted, current.rung)
+        refitted = [refined(balance, term, accepted, current.noise_scale) for term in chosen.values()]
+        balance.see_ahead(refitted, accepted, current.noise_scale)
         for term in refitted:
-            own, solved = term, balance.solve([*accepted, term], near=current.rung)
-            if solved.rung is not current.rung and own.tangent_mean:
-                own = refined(balance, own, accepted, solved.rung)
-                solved = balance.solve([*accepted, own], near=solved.rung)
+            own, solved = term, balance.solve([*accepted, term], near=current.noise_scale)
+            if solved.noise_scale is not current.noise_scale and own.tangent_mean:
+                own = refined(balance, own, accepted, solved.noise_scale)
+                solved = balance.solve([*accepted, own], near=solved.noise_scale)
             contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
         return sorted(contenders, key=self._order)
 
     def _order(self, one: Contender) -> float:
         """Least first: who is tried first; what is seen without any force goes before its equals."""
-        lead = self.settings.witness_lead if one.term.candidate.about.seen_standing else 0.0
+        lead = self.settings.direct_check_margin if one.term.candidate.about.seen_standing else 0.0
         return -one.odds_gain(self.settings) - lead

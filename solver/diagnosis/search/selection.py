@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 from solver.common.progress import Progress, silent
 from solver.diagnosis.causes.effect import Candidate, Corrected
-from solver.diagnosis.causes.gross_cause import Beyond, GrossCause, righted
+from solver.diagnosis.causes.gross_cause import Beyond, GrossCause, corrected
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.put_right import PutRight, put_right_on_reading
+from solver.diagnosis.corrected_causes import CorrectedCause, corrected_on_reading
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Found
 from solver.diagnosis.search.search import Search
@@ -22,7 +22,7 @@ class Selection:
     null: Solved
     solved: Solved
     found: tuple[Found, ...]
-    corrected: tuple[PutRight, ...] = field(default=())  # undone on reading already
+    corrected: tuple[CorrectedCause, ...] = field(default=())  # undone on reading already
     uncorrected: tuple[Term, ...] = field(default=())  # what these would add to the balance
     trail: Trail = field(default_factory=Trail)  # what was decided on the way
     candidates: int = 1  # among which it was made
@@ -35,19 +35,19 @@ def select(
     progress: Progress = silent,
     candidates_of: Callable[[Sequence[Scene]], Sequence[Candidate]] | None = None,
 ) -> Selection:
-    """Add causes one after another while each pays, in evidence and on withheld blocks.
+    """Add causes one after another while each pays, in evidence and on held-out blocks.
 
     Args:
         balance: of all trials.
         candidates: the whole catalogue at every target.
         progress: told the fraction done; may raise `Cancelled`.
-        candidates_of: the same of trials whose gross error was put right, as contacts and steps are sought
+        candidates_of: the same of trials whose gross error was corrected, as contacts and steps are sought
             where force lacks; None: `candidates` as they are.
     """
     corrections = [c for c in candidates if isinstance(c, Corrected)]
     others = [c for c in candidates if not isinstance(c, Corrected)]
     search = _beyond_gross_errors(Search(balance, others, progress), others, progress, candidates_of)
-    named, uncorrected = put_right_on_reading(balance, corrections, search.solved, search.trail)
+    named, uncorrected = corrected_on_reading(balance, corrections, search.solved, search.trail)
     return Selection(
         search.null,
         search.solved,
@@ -66,7 +66,7 @@ def _beyond_gross_errors(
     progress: Progress,
     candidates_of: Callable[[Sequence[Scene]], Sequence[Candidate]] | None,
 ) -> Search:
-    """The search again from the first gross error that it found, other causes in the recording put right.
+    """The search again from the first gross error that it found, other causes in the recording corrected.
 
     It stays where it does as well: the same causes then have the plates' right names.
     """
@@ -77,7 +77,7 @@ def _beyond_gross_errors(
     assert isinstance(gross, GrossCause)
     anew = candidates
     if candidates_of is not None:
-        anew = candidates_of([righted(gross, scene) for scene in search.balance.scenes])
+        anew = candidates_of([corrected(gross, scene) for scene in search.balance.scenes])
     beyond: list[Candidate] = [c for c in candidates if isinstance(c, GrossCause)]
     beyond += [Beyond(c.target, c, gross) for c in anew if not isinstance(c, GrossCause | Corrected)]
     again = Search(search.balance, beyond, progress, [first])

@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.noise.rungs import Basis, Rung, Seen
+from solver.diagnosis.noise.noise_scales import Basis, NoiseScale, Seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Term:
     """A candidate at one η: its rows in all trials together. Prior of x: N(0, prior_std²).
 
     Once the best η is found, the last `len(tangent_mean)` columns are the derivatives by η, and their
-    parameters its deviation from the prior's mean: then a step of η is part of every fit, of withheld blocks
+    parameters its deviation from the prior's mean: then a step of η is part of every fit, of held-out blocks
     as well.
     """
 
@@ -66,45 +66,55 @@ class Term:
         whole[self.rows] = self.own(basis)
         return (None if self.fixed is None else whole[:, -1]), whole[:, : self.columns.shape[1]]
 
-    def whitened(self, rung: Rung) -> tuple[np.ndarray | None, np.ndarray]:
-        """Fixed part and columns, at one rung."""
-        fixed, columns = self.within(rung.basis)
+    def whitened(self, noise_scale: NoiseScale) -> tuple[np.ndarray | None, np.ndarray]:
+        """Fixed part and columns, at one noise scale."""
+        fixed, columns = self.within(noise_scale.basis)
         return (
-            None if fixed is None else rung.whitened(fixed),
-            rung.whitened(columns) if columns.shape[1] else columns,
+            None if fixed is None else noise_scale.whitened(fixed),
+            noise_scale.whitened(columns) if columns.shape[1] else columns,
         )
 
-    def seen(self, rung: Rung) -> Seen:
-        """Its own rows, as products at one rung need them; kept."""
-        return rung.basis.kept.get(
-            lambda: rung.seen(self.own(rung.basis), self.rows), "seen", self.same, rung
+    def seen(self, noise_scale: NoiseScale) -> Seen:
+        """Its own rows, as products at one noise scale need them; kept."""
+        return noise_scale.basis.kept.get(
+            lambda: noise_scale.seen(self.own(noise_scale.basis), self.rows), "seen", self.same, noise_scale
         )
 
-    def weighted(self, rung: Rung) -> Float[np.ndarray, "rows parameters"]:
-        """K⁻¹ columns at one rung, on all rows, each parameter at one prior standard deviation; kept."""
-        return self.prior_std * rung.basis.kept.get(
-            lambda: rung.weighted(self.within(rung.basis)[1]), "weighted", self.same, rung
+    def weighted(self, noise_scale: NoiseScale) -> Float[np.ndarray, "rows parameters"]:
+        """K⁻¹ columns at a noise scale, on all rows, each parameter at one prior standard deviation; kept."""
+        return self.prior_std * noise_scale.basis.kept.get(
+            lambda: noise_scale.weighted(self.within(noise_scale.basis)[1]),
+            "weighted",
+            self.same,
+            noise_scale,
         )
 
-    def on_residual(self, rung: Rung) -> Float[np.ndarray, " parameters+"]:
+    def on_residual(self, noise_scale: NoiseScale) -> Float[np.ndarray, " parameters+"]:
         """Rowsᵀ K⁻¹ residual, the fixed part last where there is one; kept."""
-        return rung.basis.kept.get(
-            lambda: self.seen(rung).times(rung.seen_residual)[:, 0], "on residual", self.same, rung
+        return noise_scale.basis.kept.get(
+            lambda: self.seen(noise_scale).times(noise_scale.seen_residual)[:, 0],
+            "on residual",
+            self.same,
+            noise_scale,
         )
 
-    def product(self, other: "Term", rung: Rung) -> Float[np.ndarray, "parameters+ others+"]:
+    def product(self, other: "Term", noise_scale: NoiseScale) -> Float[np.ndarray, "parameters+ others+"]:
         """Rowsᵀ K⁻¹ rows of another term, or of itself, fixed parts last where there are some; kept."""
-        return rung.basis.kept.get(
-            lambda: self.seen(rung).times(other.seen(rung)), "product", self.same, other.same, rung
+        return noise_scale.basis.kept.get(
+            lambda: self.seen(noise_scale).times(other.seen(noise_scale)),
+            "product",
+            self.same,
+            other.same,
+            noise_scale,
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """Terms fitted together at one rung."""
+    """Terms fitted together at one noise scale."""
 
     terms: tuple[Term, ...]
-    rung: Rung
+    noise_scale: NoiseScale
     log_evidence: float
     x: Float[np.ndarray, " parameters"]
     std: Float[np.ndarray, " parameters"]  # of x before the data
@@ -117,10 +127,10 @@ class Solved:
     @cached_property
     def left(self) -> Float[np.ndarray, " rows"]:
         """Whitened rest."""
-        rest = self.rung.residual.copy()
+        rest = self.noise_scale.residual.copy()
         for k, term in enumerate(self.terms):
             rest[term.rows] -= self._taken(k)
-        return self.rung.whitened(rest)
+        return self.noise_scale.whitened(rest)
 
     def left_of(self, residual: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """The rest of a balance's residual, as it is."""
@@ -174,17 +184,17 @@ class Solved:
         start = sum(t.columns.shape[1] for t in self.terms[:k])
         return slice(start, start + self.terms[k].columns.shape[1])
 
-    def explained(self, k: int, rung: Rung) -> Float[np.ndarray, " rows"]:
-        """What the k-th term takes off the residual, whitened at a rung."""
-        whole = np.zeros(len(rung.residual))
+    def explained(self, k: int, noise_scale: NoiseScale) -> Float[np.ndarray, " rows"]:
+        """What the k-th term takes off the residual, whitened at a noise scale."""
+        whole = np.zeros(len(noise_scale.residual))
         whole[self.terms[k].rows] = self._taken(k)
-        return rung.whitened(whole)
+        return noise_scale.whitened(whole)
 
     def _taken(self, k: int) -> Float[np.ndarray, " own"]:
         """What the k-th term takes off the residual, on its own rows in the basis."""
         term, x = self.terms[k], self.x[self._own(k)]
         sizes = x if term.fixed is None else np.append(x, 1.0)
-        return np.asarray(term.own(self.rung.basis) @ sizes)
+        return np.asarray(term.own(self.noise_scale.basis) @ sizes)
 
 
 def with_the_usual(
@@ -207,19 +217,19 @@ def with_the_usual(
 
 
 def normal_equations(
-    terms: Sequence[Term], rung: Rung
+    terms: Sequence[Term], noise_scale: NoiseScale
 ) -> tuple[Float[np.ndarray, "parameters parameters"], Float[np.ndarray, " parameters"], float]:
     """Columnsᵀ K⁻¹ columns (the lower triangle), columnsᵀ K⁻¹ y, yᵀ K⁻¹ y: y is without what is fixed."""
     ends = np.cumsum([0, *(len(t.prior_std) for t in terms)])
-    M, b, square = np.zeros((ends[-1], ends[-1])), np.zeros(ends[-1]), rung.square
+    M, b, square = np.zeros((ends[-1], ends[-1])), np.zeros(ends[-1]), noise_scale.square
     for k, term in enumerate(terms):
         own, n = slice(ends[k], ends[k + 1]), len(term.prior_std)
-        on_residual = term.on_residual(rung)
+        on_residual = term.on_residual(noise_scale)
         b[own] += on_residual[:n]
         if term.fixed is not None:
             square -= 2.0 * float(on_residual[n])
         for i, other in enumerate(terms[: k + 1]):
-            product, m = term.product(other, rung), len(other.prior_std)
+            product, m = term.product(other, noise_scale), len(other.prior_std)
             M[own, ends[i] : ends[i + 1]] = product[:n, :m]
             if other.fixed is not None:
                 b[own] -= product[:n, m]

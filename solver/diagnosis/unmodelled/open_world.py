@@ -64,12 +64,12 @@ class OpenWorld:
         return sorted([*climbed, *there[CLIMBED:]], key=lambda u: -u.log_evidence)
 
     def _at(self, cause: Outside, terms: Sequence[Term], rest: Sequence[Term], near: Solved) -> Unknown:
-        each = [self.balance.solve_at([*rest, term], near.rung) for term in terms]
+        each = [self.balance.solve_at([*rest, term], near.noise_scale) for term in terms]
         return Unknown(cause, _integrated(each), max(each, key=lambda s: s.log_evidence))
 
     def _climbed(self, unknown: Unknown) -> Unknown:
         best = unknown.likeliest
-        there = self.balance.solve(best.terms, near=best.rung)
+        there = self.balance.solve(best.terms, near=best.noise_scale)
         return Unknown(unknown.cause, unknown.log_evidence + there.log_evidence - best.log_evidence, there)
 
 
@@ -118,7 +118,7 @@ def held(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
         if not fallen:
             break
         given_up = found.pop(max(fallen, key=lambda k: standings[k].behind)).contender.term
-        solved = balance.solve([t for t in solved.terms if t is not given_up], near=solved.rung)
+        solved = balance.solve([t for t in solved.terms if t is not given_up], near=solved.noise_scale)
     told, gain = _told(world, solved, beside, names)
     return Held(solved, tuple(found), tuple(standings), told, gain)
 
@@ -140,12 +140,12 @@ def _standing(
     imitates it on sound recordings is off the list as well. Where something unknown is there besides, the
     name may stand beside that, if it pays there. What is seen outside the balance, nothing in its place
     explains: there it may stand beside any of them, for its rarity. Where a foot is seen to stand somewhere,
-    the ground carries it: a force of another place and course is none in its place.
+    the ground carries it: a force of another place and time history is none in its place.
     """
     balance, settings = world.balance, world.balance.settings
     candidate = one.contender.term.candidate
     rest = [t for t in solved.terms if t is not one.contender.term]
-    without = balance.solve(rest, near=solved.rung)
+    without = balance.solve(rest, near=solved.noise_scale)
     gain = solved.log_evidence - without.log_evidence
     against = handicap(candidate, settings)
     moved = gain - one.contender.gain  # since the rivals were tried
@@ -198,7 +198,7 @@ def _told(
     if large is None:
         return None, -np.inf
     gain = large.log_evidence - solved.log_evidence + odds
-    explained = max(0.0, solved.log_evidence - world.balance.solve([], near=solved.rung).log_evidence)
+    explained = max(0.0, solved.log_evidence - world.balance.solve([], near=solved.noise_scale).log_evidence)
     least = settings.least_unknown_gain + settings.beside_unknown_share * explained
     return (large if large is unknown[0] and gain >= least else None), gain
 

@@ -14,18 +14,18 @@ from jaxtyping import Float
 from solver.common.plate_figures import HALF_SIDE_M
 from solver.diagnosis.causes.contact_windows import contact_windows
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
-from solver.diagnosis.causes.plate_gain import demanded_of
+from solver.diagnosis.causes.plate_gain import required_of
 from solver.diagnosis.causes.scene import PlateScene, Scene, force_at
-from solver.diagnosis.causes.time_course import Stretch
+from solver.diagnosis.causes.time_history import Stretch
 from solver.diagnosis.causes.trial_clocks import MOST_TRIALS
-from solver.diagnosis.unmodelled.unknown_course import courses_of, force_columns, moment_columns
+from solver.diagnosis.unmodelled.unknown_time_history import force_columns, moment_columns, time_histories_of
 
 SIZES = (0.01, 0.05, 0.2, 0.8)  # of body weight, or of what a plate bears: standard deviations
 SIZE_SHARES = (0.4, 0.3, 0.2, 0.1)  # how likely each is before the data
 LEVER_M = 0.3  # of an unknown moment about the centre of mass
-COURSE_KNOTS_S = 0.5  # of what lasts
+TIME_HISTORY_KNOTS_S = 0.5  # of what lasts
 EVENT_KNOTS_S = 0.06  # of what happens once
-LONGEST_EVENT_S = 1.5  # a longer one is a course
+LONGEST_EVENT_S = 1.5  # a longer one is a time history
 MOST_EVENTS = 3  # of one trial, the strongest
 CLOCK_S = 0.1  # of which the sizes are shares: 1 to 80 ms
 LEAST_LOADED = 10  # frames on which a plate has to be loaded
@@ -89,7 +89,7 @@ class Outside(Candidate):
 
 @dataclass(frozen=True)
 class AnyWrench(Outside, InPieces):
-    """A wrench about the centre of mass: steady, or of a course that changes within half a second."""
+    """A wrench about the centre of mass: steady, or of a time history that changes within half a second."""
 
     knots_s: float | None = None  # None: steady
 
@@ -99,13 +99,13 @@ class AnyWrench(Outside, InPieces):
         """Forces at the centre of mass and moments."""
         if scene.name == self.trial:
             steady = np.ones((scene.frames, 1))
-            courses = steady if self.knots_s is None else courses_of(scene, self.knots_s)
-            yield from _wrench_of_any(scene, courses, eta[0])
+            time_histories = steady if self.knots_s is None else time_histories_of(scene, self.knots_s)
+            yield from _wrench_of_any(scene, time_histories, eta[0])
 
 
 @dataclass(frozen=True)
 class AnyEvent(Outside, InPieces):
-    """A wrench of any course that lasts a short while."""
+    """A wrench of any time history that lasts a short while."""
 
     stretch: Stretch | None = None
 
@@ -141,7 +141,7 @@ class AnyPlateFault(Outside):
         plate = _plate_of(scene, self.target)
         if plate is None or self.trial not in (None, scene.name) or plate.loaded.sum() < LEAST_LOADED:
             return None
-        load = demanded_of(plate, scene)
+        load = required_of(plate, scene)
         centre = np.broadcast_to(plate.centre_ground, (scene.frames, 3))
         load = (
             load - force_at(load[:, :3], centre) + np.pad(load[:, :3], ((0, 0), (0, 3)))
@@ -195,7 +195,7 @@ def outside_the_list(scenes: Sequence[Scene]) -> list[Outside]:
     several = len(scenes) > 1
     for scene in scenes:
         found.append(AnyWrench("", scene.name))
-        found.append(AnyWrench("", scene.name, COURSE_KNOTS_S))
+        found.append(AnyWrench("", scene.name, TIME_HISTORY_KNOTS_S))
         short = [w.stretch for w in contact_windows(scene) if w.stretch.seconds <= LONGEST_EVENT_S]
         found += [AnyEvent("", scene.name, stretch) for stretch in short[:MOST_EVENTS]]
         if len(scenes) > MOST_TRIALS:  # clocks of a few have names
@@ -211,13 +211,13 @@ def outside_the_list(scenes: Sequence[Scene]) -> list[Outside]:
 
 
 def _wrench_of_any(
-    scene: Scene, courses: Float[np.ndarray, "frames courses"], size: float
+    scene: Scene, time_histories: Float[np.ndarray, "frames time histories"], size: float
 ) -> Iterator[Signature]:
-    prior_std = np.full(courses.shape[1], size * scene.weight_N)
+    prior_std = np.full(time_histories.shape[1], size * scene.weight_N)
     for axis in range(3):
-        yield Signature(force_columns(scene.com_ground, courses, axis), prior_std)
+        yield Signature(force_columns(scene.com_ground, time_histories, axis), prior_std)
     for axis in range(3):
-        yield Signature(moment_columns(courses, axis, LEVER_M), prior_std)
+        yield Signature(moment_columns(time_histories, axis, LEVER_M), prior_std)
 
 
 def _plate_of(scene: Scene, target: str) -> PlateScene | None:

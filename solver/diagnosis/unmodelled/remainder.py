@@ -1,6 +1,6 @@
-"""Something pulls at a body and no cause of the catalogue says why: a force of unknown course, body by body.
+"""Something pulls at a body and no cause says why: a force of unknown time history, body by body.
 
-Its course is a Gaussian process, or it swings evenly (`unknown_course`); it acts near the body's centre of
+It is a Gaussian process in time, or swings evenly (`unknown_time_history`), and acts near a body's centre of
 mass. Of all bodies the one is named whose line of action fits. It competes with the catalogue on the same
 scale; its freedom costs it evidence.
 """
@@ -15,13 +15,13 @@ from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.carried_mass import LIGHTEST_SHARE
 from solver.diagnosis.causes.effect import Estimate, Eta, InPieces, Signature
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.unmodelled.unknown_course import (
+from solver.diagnosis.unmodelled.unknown_time_history import (
     KNOTS_S,
-    courses_of,
     force_columns,
     moment_columns,
     pieces_of,
     strongest_frequency_Hz,
+    time_histories_of,
 )
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Body
@@ -37,13 +37,13 @@ LEAST_DIRECTION = 0.05  # of the strongest axis
 
 @dataclass(frozen=True)
 class UnknownForce(InPieces):
-    """A force of any course on a body in one trial: at a known point, else near its centre of mass."""
+    """A force of any time history on a body in one trial: at a known point, else near its centre of mass."""
 
     trial: str
-    knot_s: float = KNOTS_S[0]  # of its course
+    knot_s: float = KNOTS_S[0]  # of its time history
     point_body: tuple[float, float, float] | None = None  # [m]
     directions: tuple[float, float, float] = (1.0, 1.0, 1.0)  # how much of the size each axis may have
-    frequency_Hz: float | None = None  # of a course that swings evenly instead
+    frequency_Hz: float | None = None  # of a time history that swings evenly instead
 
     about = About(
         "unexplained",
@@ -59,14 +59,14 @@ class UnknownForce(InPieces):
         """Force splines at the point; without one, moments as far as `REACH` allows as well."""
         if scene.name != self.trial:
             return
-        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
-        each, place = np.full(courses.shape[1], eta[0] * scene.weight_N), self.place_ground(scene)
+        time_histories = time_histories_of(scene, self.knot_s, self.frequency_Hz)
+        each, place = np.full(time_histories.shape[1], eta[0] * scene.weight_N), self.place_ground(scene)
         for axis, size in enumerate(self.directions):
             if size:
-                yield Signature(force_columns(place, courses, axis), size * each)
+                yield Signature(force_columns(place, time_histories, axis), size * each)
         if self.point_body is None:
             for axis in range(3):
-                yield Signature(moment_columns(courses, axis, self.reach_m(scene)), each)
+                yield Signature(moment_columns(time_histories, axis, self.reach_m(scene)), each)
 
     def estimates(
         self,
@@ -92,11 +92,11 @@ class UnknownForce(InPieces):
     def force_ground(
         self, scene: Scene, x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
-        """Its course [N]."""
-        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
+        """Its time history [N]."""
+        time_histories = time_histories_of(scene, self.knot_s, self.frequency_Hz)
         force = np.zeros((scene.frames, 3))
         along = np.flatnonzero(self.directions)
-        force[:, along] = courses @ x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
+        force[:, along] = time_histories @ x[: len(along) * time_histories.shape[1]].reshape(len(along), -1).T
         return force
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
@@ -113,10 +113,10 @@ class UnknownForce(InPieces):
 
     def at_its_point(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> "UnknownForce":
         """Along its own directions, at the point that its moments speak for (least squares)."""
-        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
-        width = 3 * courses.shape[1]
+        time_histories = time_histories_of(scene, self.knot_s, self.frequency_Hz)
+        width = 3 * time_histories.shape[1]
         force, reach_m = self.force_ground(scene, x), self.reach_m(scene)
-        moment = reach_m * (courses @ x[width : 2 * width].reshape(3, -1).T)
+        moment = reach_m * (time_histories @ x[width : 2 * width].reshape(3, -1).T)
         body = scene.skeleton.body_index(self.target)
         R = scene.R_ground_body[:, body]
         rows = -skew(force) @ R  # r × F = −F × r
@@ -167,11 +167,11 @@ def _radius_of_gyration_m(body: Body) -> float:
 
 @dataclass(frozen=True)
 class UnknownMoment(InPieces):
-    """A pure moment of any course in one trial; the balance of the whole body does not tell on which body."""
+    """A pure moment of any time history in one trial; the whole body's balance does not tell on which one."""
 
     trial: str
-    knot_s: float = KNOTS_S[0]  # of its course
-    frequency_Hz: float | None = None  # of a course that swings evenly instead
+    knot_s: float = KNOTS_S[0]  # of its time history
+    frequency_Hz: float | None = None  # of a time history that swings evenly instead
 
     about = About(
         "unexplained",
@@ -186,10 +186,10 @@ class UnknownMoment(InPieces):
     def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Moment splines."""
         if scene.name == self.trial:
-            courses = courses_of(scene, self.knot_s, self.frequency_Hz)
-            each = np.full(courses.shape[1], eta[0] * scene.weight_N)
+            time_histories = time_histories_of(scene, self.knot_s, self.frequency_Hz)
+            each = np.full(time_histories.shape[1], eta[0] * scene.weight_N)
             for axis in range(3):
-                yield Signature(moment_columns(courses, axis), each)
+                yield Signature(moment_columns(time_histories, axis), each)
 
     def estimates(
         self,
@@ -207,9 +207,10 @@ class UnknownMoment(InPieces):
     def moment_ground(
         self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
-        """Its course [N·m]."""
+        """Its time history [N·m]."""
         return (
-            courses_of(scene_named(scenes, self.trial), self.knot_s, self.frequency_Hz) @ x.reshape(3, -1).T
+            time_histories_of(scene_named(scenes, self.trial), self.knot_s, self.frequency_Hz)
+            @ x.reshape(3, -1).T
         )
 
     def reach_cost(self, scenes: Sequence[Scene]) -> float:
@@ -230,10 +231,12 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     for scene in scenes:
         heavy = [scene.skeleton.body_names[b] for b in scene.skeleton.bodies_from_share(LIGHTEST_SHARE)]
         finest = {pieces_of(scene, knot_s): knot_s for knot_s in reversed(KNOTS_S)}
-        courses: list[tuple[float, float | None]] = [(knot_s, None) for knot_s in reversed(finest.values())]
+        time_histories: list[tuple[float, float | None]] = [
+            (knot_s, None) for knot_s in reversed(finest.values())
+        ]
         if (swing_Hz := strongest_frequency_Hz(scene)) is not None:
-            courses.append((KNOTS_S[0], swing_Hz))
-        for knot_s, frequency_Hz in courses:
+            time_histories.append((KNOTS_S[0], swing_Hz))
+        for knot_s, frequency_Hz in time_histories:
             found += [UnknownForce(name, scene.name, knot_s, frequency_Hz=frequency_Hz) for name in heavy]
             found.append(UnknownMoment("", scene.name, knot_s, frequency_Hz))
     return found

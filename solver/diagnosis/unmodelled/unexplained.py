@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.diagnosis.causes.effect import Eta
 from solver.diagnosis.decisions import decide
-from solver.diagnosis.noise.rungs import Rung
+from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Contender, Found
 from solver.diagnosis.search.proposals import AllInPlace, BesideUnknown, Remainder
@@ -15,9 +15,9 @@ from solver.diagnosis.search.selection import Selection
 from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.unmodelled.remainder import Unknown
-from solver.diagnosis.unmodelled.unknown_course import constant_share
 from solver.diagnosis.unmodelled.unknown_screen import Tried
 from solver.diagnosis.unmodelled.unknown_search import UnknownSearch
+from solver.diagnosis.unmodelled.unknown_time_history import constant_share
 
 MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
 CLIMBED = 3  # unknown causes, to the scale that suits each
@@ -34,7 +34,7 @@ class Kept:
 
 
 def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
-    """Which causes stay named once a force or moment of unknown course may take their place.
+    """Which causes stay named once a force or moment of unknown time history may take their place.
 
     Args:
         balance: of all trials.
@@ -65,7 +65,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
 
 
 def _without_needless(unknown: UnknownSearch, kept: Kept, margin: float, trail: Trail) -> Kept:
-    """Causes dropped, one after another, in whose place a force of unknown course does better."""
+    """Causes dropped, one after another, in whose place a force of unknown time history does better."""
     solved, found, left = kept.solved, kept.found, kept.left
     while found and left is not None:
         proposals = [
@@ -85,7 +85,7 @@ def _beside_the_unknown(unknown: UnknownSearch, kept: Kept, k: int, margin: floa
     assert kept.left is not None
     term, others = kept.found[k].contender.term, kept.found[:k] + kept.found[k + 1 :]
     rest = [t for t in kept.solved.terms if t is not term]
-    without = unknown.balance.solve(rest, near=kept.solved.rung)
+    without = unknown.balance.solve(rest, near=kept.solved.noise_scale)
     contender = Contender(term, kept.solved, kept.solved.log_evidence - without.log_evidence)
     return BesideUnknown(
         unknown.balance,
@@ -99,13 +99,13 @@ def _beside_the_unknown(unknown: UnknownSearch, kept: Kept, k: int, margin: floa
 
 def _told(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Contender | None:
     """What is left beside named causes; if it stays the same all along, only what none of them explains."""
-    parts = [part for term in solved.terms for part in term.whitened(solved.rung) if part is not None]
+    parts = [part for term in solved.terms for part in term.whitened(solved.noise_scale) if part is not None]
     columns = [np.zeros((len(solved.left), 0)), *(part.reshape(len(part), -1) for part in parts)]
     basis = np.linalg.qr(np.concatenate(columns, axis=1))[0]
 
     def resembles(one: Tried) -> bool:
         """Whether the named causes, of any sizes, come near what it explains."""
-        own = solved.rung.whitened(unknown.balance.basis.turned(unknown.screen.explained(one)))
+        own = solved.noise_scale.whitened(unknown.balance.basis.turned(unknown.screen.explained(one)))
         share = np.linalg.norm(basis.T @ own) / max(np.linalg.norm(own), np.finfo(float).tiny)
         return bool(share > RESEMBLING)
 
@@ -127,19 +127,19 @@ def _left(
     found: Sequence[Found],
     excluded_if_steady: Callable[[Tried], bool],
 ) -> Contender | None:
-    """The force of unknown course, or the moment, that would explain most; None where none pays."""
+    """The force of unknown time history, or the moment, that would explain most; None where none pays."""
     balance = unknown.balance
-    terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
+    terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several noise scales
     climbed = []
     for sought in unknown.likeliest(solved):
         one = sought.tried
-        steady = constant_share(unknown.screen.course_ground(one)) > balance.settings.most_constant
+        steady = constant_share(unknown.screen.time_history_ground(one)) > balance.settings.most_constant
         if steady and excluded_if_steady(one):
             continue
         term = terms.get((one.candidate, one.eta)) or balance.term(one.candidate, one.eta)
         assert term is not None
         terms[one.candidate, one.eta] = term
-        both = _beside(balance, solved, term, sought.rung)
+        both = _beside(balance, solved, term, sought.noise_scale)
         climbed.append((both.gain - one.candidate.reach_cost(balance.scenes), both))
         if len(climbed) == CLIMBED:
             break
@@ -160,9 +160,9 @@ def size_N(balance: Balance, left: Contender) -> float:
     return estimates["rms_moment_Nm"].value / MOMENT_LEVER_M
 
 
-def _beside(balance: Balance, solved: Solved, term: Term, rung: Rung) -> Contender:
+def _beside(balance: Balance, solved: Solved, term: Term, noise_scale: NoiseScale) -> Contender:
     """A term beside the named causes, at the scale that suits them together."""
-    both = balance.solve([*solved.terms, term], near=rung)
+    both = balance.solve([*solved.terms, term], near=noise_scale)
     return Contender(term, both, both.log_evidence - solved.log_evidence)
 
 

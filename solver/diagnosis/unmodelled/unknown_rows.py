@@ -1,4 +1,4 @@
-"""Rows of forces and moments of unknown course: splines times levers, each of which lasts for a few windows.
+"""Rows of forces and moments of unknown time history: splines times levers, each for a few windows.
 
 Only these windows are kept, and all points of a trial share them.
 """
@@ -16,7 +16,7 @@ MOMENT: Place = ("", b"")
 
 
 @dataclass(frozen=True, eq=False)
-class Courses:
+class TimeHistories:
     """Splines of one trial and the windows for which each lasts; a constant is their sum."""
 
     trial: TrialRows
@@ -68,7 +68,7 @@ class Courses:
 class Located:
     """Splines along the ground's axes at some places of one trial, on the rows of their windows alone."""
 
-    courses: Courses
+    time_histories: TimeHistories
     places: tuple[Place, ...]
     columns: Float[np.ndarray, "splines axes rows"]  # three axes of each place, one place after the other
 
@@ -83,15 +83,15 @@ class Located:
         """Columnsᵀ rows."""
         columns = self.columns[:, axes]
         found = np.empty((columns.shape[1], len(columns), rows.shape[1]))
-        for k, first in enumerate(6 * self.courses.windows[:, 0]):
+        for k, first in enumerate(6 * self.time_histories.windows[:, 0]):
             found[:, k] = columns[k] @ rows[first : first + columns.shape[2]]
         return found
 
     def sum(self, sizes: Float[np.ndarray, "axes splines"], axes: slice) -> Float[np.ndarray, " own"]:
         """All columns of some axes together, each of some size."""
-        span = self.courses.span
+        span = self.time_histories.span
         rows = np.zeros(span.stop - span.start)
-        for k, first in enumerate(6 * self.courses.windows[:, 0]):
+        for k, first in enumerate(6 * self.time_histories.windows[:, 0]):
             part = self.columns[k, axes]
             rows[first : first + part.shape[1]] += sizes[:, k] @ part
         return rows

@@ -1,6 +1,6 @@
-"""Every force of unknown course against the balance, at all its sizes, beside any accepted causes.
+"""Every force of unknown time history against the balance, at all its sizes, beside any accepted causes.
 
-The product of its columns with the precision of a rung serves every direction, every size, and whatever is
+The product of its columns with a noise scale's precision serves every direction, every size, and whatever is
 accepted, which only takes a matrix of low rank off it (see `screening`). All places of one trial are asked
 together: they share their splines.
 """
@@ -15,14 +15,14 @@ from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from solver.diagnosis.causes.effect import Eta
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.noise.rungs import Rung
+from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import Beside
 from solver.diagnosis.unmodelled.remainder import Unknown, UnknownForce, UnknownMoment, unknown_forces
-from solver.diagnosis.unmodelled.unknown_course import courses_of
-from solver.diagnosis.unmodelled.unknown_rows import MOMENT, Courses, Located, Place, with_constants
+from solver.diagnosis.unmodelled.unknown_rows import MOMENT, Located, Place, TimeHistories, with_constants
+from solver.diagnosis.unmodelled.unknown_time_history import time_histories_of
 
-CourseKey = tuple[str, float, float | None]  # trial, knots, frequency
+TimeHistoryKey = tuple[str, float, float | None]  # trial, knots, frequency
 Products = tuple[tuple[np.ndarray, np.ndarray | None], ...]  # of each place, its own and with moments
 
 
@@ -32,7 +32,7 @@ class Tried:
 
     candidate: Unknown
     eta: Eta
-    gain: float  # log evidence beyond the accepted causes, at the same rung
+    gain: float  # log evidence beyond the accepted causes, at the same noise scale
     x: Float[np.ndarray, " parameters"]
 
 
@@ -43,8 +43,8 @@ class UnknownScreen:
         self._balance = balance
         self.free = unknown_forces(balance.scenes)  # at no point in particular yet
         self._trials = {t.scene.name: k for k, t in enumerate(balance.trials)}
-        self._courses: dict[CourseKey, Courses] = {}
-        self._centres: dict[CourseKey, Located] = {}
+        self._time_histories: dict[TimeHistoryKey, TimeHistories] = {}
+        self._centres: dict[TimeHistoryKey, Located] = {}
 
     def at(self, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
         """Each candidate at its best size, greatest gain first.
@@ -55,13 +55,13 @@ class UnknownScreen:
         """
         together = defaultdict(list)
         for candidate in dict.fromkeys(candidates):
-            together[_course_key(candidate)].append(candidate)
-        tried = {t.candidate: t for own in together.values() for t in self._of_one_course(own, beside)}
+            together[_time_history_key(candidate)].append(candidate)
+        tried = {t.candidate: t for own in together.values() for t in self._of_one_time_history(own, beside)}
         return sorted((tried[c] for c in candidates), key=lambda t: -t.gain)
 
-    def course_ground(self, one: Tried) -> Float[np.ndarray, "frames 3"]:
+    def time_history_ground(self, one: Tried) -> Float[np.ndarray, "frames 3"]:
         """The force [N] or the moment [N·m] over the trial."""
-        return self._courses_of(one.candidate).splines @ self._coefficients(one)[0].T
+        return self._time_histories_of(one.candidate).splines @ self._coefficients(one)[0].T
 
     def explained(self, one: Tried) -> Float[np.ndarray, " rows"]:
         """What it takes off the residual, in all trials' rows."""
@@ -69,16 +69,16 @@ class UnknownScreen:
         located = centres if place in centres.places else self._located([one.candidate])
         first, moments = self._coefficients(one)
         rows = np.zeros(int(self._balance.start[-1]))
-        rows[located.courses.span] = located.sum(first, located.axes(place))
+        rows[located.time_histories.span] = located.sum(first, located.axes(place))
         if moments is not None:
-            rows[located.courses.span] += centres.sum(moments, centres.axes(MOMENT))
+            rows[located.time_histories.span] += centres.sum(moments, centres.axes(MOMENT))
         return rows
 
     def _coefficients(
         self, one: Tried
     ) -> tuple[Float[np.ndarray, "3 splines"], Float[np.ndarray, "3 splines"] | None]:
         """Of the splines along the axes of the force or pure moment, then of what moment a force brings."""
-        by_axis = one.x.reshape(-1, 1 + self._courses_of(one.candidate).count)
+        by_axis = one.x.reshape(-1, 1 + self._time_histories_of(one.candidate).count)
         whole = by_axis[:, :1] + by_axis[:, 1:]
         axes, _ = _axes(one.candidate)
         first = np.zeros((3, whole.shape[1]))
@@ -87,7 +87,7 @@ class UnknownScreen:
             return first, None
         return first, self._reach_m(one.candidate) * whole[3:]
 
-    def _of_one_course(self, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
+    def _of_one_time_history(self, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
         """Candidates of one trial that share their splines."""
         centres = self._centres_of(candidates[0])
         here = [c for c in candidates if self._place(c) in centres.places]
@@ -99,12 +99,14 @@ class UnknownScreen:
 
     def _tried(self, located: Located, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
         """Those at some places."""
-        rung = beside.rung
+        noise_scale = beside.noise_scale
         if located in self._centres.values():
-            products = rung.basis.kept.get(lambda: self._products(located, rung), "products", located, rung)
+            products = noise_scale.basis.kept.get(
+                lambda: self._products(located, noise_scale), "products", located, noise_scale
+            )
         else:  # hardly ever asked for again
-            products = self._products(located, rung)
-        span = located.courses.span
+            products = self._products(located, noise_scale)
+        span = located.time_histories.span
         seen = located.times(np.column_stack([beside.by_rows(span), beside.left_by_rows[span]]))
         return [self._at_its_size(located, c, products, seen) for c in candidates]
 
@@ -116,7 +118,7 @@ class UnknownScreen:
         seen: Float[np.ndarray, "axes splines accepted+1"],
     ) -> Tried:
         """One of them: its columns of a unit size, their information, and what they see of what is left."""
-        place, each = self._place(candidate), 1 + located.courses.count
+        place, each = self._place(candidate), 1 + located.time_histories.count
         axes, sizes = _axes(candidate)
         own = (axes[:, None] * each + np.arange(each)).ravel()
         whole, across = products[located.places.index(place)]
@@ -137,9 +139,9 @@ class UnknownScreen:
         eta, gain, u = _best_size(information, b, candidate.starts(self._balance.scenes))
         return Tried(candidate, eta, gain, eta[0] * unit * u)
 
-    def _products(self, located: Located, rung: Rung) -> Products:
+    def _products(self, located: Located, noise_scale: NoiseScale) -> Products:
         """Columnsᵀ P columns of each place, nothing accepted, and with those of moments; constants first."""
-        weighted = located.times(rung.precision_at(located.courses.span))
+        weighted = located.times(noise_scale.precision_at(located.time_histories.span))
         found = []
         for place in located.places:
             axes = located.axes(place)
@@ -158,19 +160,19 @@ class UnknownScreen:
         assert isinstance(candidate, UnknownForce)
         return candidate.reach_m(self._scene(candidate))
 
-    def _courses_of(self, candidate: Unknown) -> Courses:
-        """Its courses but for the constant."""
-        key = _course_key(candidate)
-        if key not in self._courses:
+    def _time_histories_of(self, candidate: Unknown) -> TimeHistories:
+        """Its time histories but for the constant."""
+        key = _time_history_key(candidate)
+        if key not in self._time_histories:
             k = self._trials[candidate.trial]
             trial, start = self._balance.trials[k], self._balance.start
-            splines = courses_of(trial.scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
-            self._courses[key] = Courses(trial, slice(int(start[k]), int(start[k + 1])), splines)
-        return self._courses[key]
+            splines = time_histories_of(trial.scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
+            self._time_histories[key] = TimeHistories(trial, slice(int(start[k]), int(start[k + 1])), splines)
+        return self._time_histories[key]
 
     def _centres_of(self, candidate: Unknown) -> Located:
-        """The centres of mass of all bodies of its trial, and moments, along its courses."""
-        key = _course_key(candidate)
+        """The centres of mass of all bodies of its trial, and moments, along its time histories."""
+        key = _time_history_key(candidate)
         if key not in self._centres:
             trial, knot_s, frequency_Hz = key
             bodies = dict.fromkeys(
@@ -182,17 +184,17 @@ class UnknownScreen:
 
     def _located(self, candidates: Sequence[Unknown]) -> Located:
         """Columns at all places of candidates that share their splines."""
-        courses = self._courses_of(candidates[0])
-        scene = courses.trial.scene
+        time_histories = self._time_histories_of(candidates[0])
+        scene = time_histories.trial.scene
         columns = {}
         for one in candidates:
             if (place := self._place(one)) in columns:
                 continue
             if isinstance(one, UnknownMoment):
-                columns[place] = courses.moments()
+                columns[place] = time_histories.moments()
             else:
-                columns[place] = courses.forces(one.place_ground(scene) - scene.com_ground)
-        return Located(courses, tuple(columns), np.concatenate(list(columns.values()), axis=1))
+                columns[place] = time_histories.forces(one.place_ground(scene) - scene.com_ground)
+        return Located(time_histories, tuple(columns), np.concatenate(list(columns.values()), axis=1))
 
     def _place(self, candidate: Unknown) -> Place:
         if isinstance(candidate, UnknownMoment):
@@ -245,5 +247,5 @@ def _is_free(candidate: Unknown) -> bool:
     return isinstance(candidate, UnknownForce) and candidate.point_body is None
 
 
-def _course_key(candidate: Unknown) -> CourseKey:
+def _time_history_key(candidate: Unknown) -> TimeHistoryKey:
     return candidate.trial, candidate.knot_s, candidate.frequency_Hz

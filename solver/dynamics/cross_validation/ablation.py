@@ -23,7 +23,7 @@ from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_system import FEWEST_FRAMES
 from solver.dynamics.com_trajectory import ComTrajectory, fit_com_trajectory, unchanged
 from solver.dynamics.dynamics import Dynamics
-from solver.dynamics.force_prediction.missing_wrench import inferred_torques
+from solver.dynamics.force_prediction.missing_wrench import predicted_torques
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.root_shift import with_com_at
 from solver.dynamics.settings import DynamicsSettings
@@ -137,7 +137,7 @@ class ArmFigures:
     residual_N: float  # frames whose forces both the oracle and ours see
     residual_Nm: float
     marker_rms_m: float  # against the raw markers, all frames
-    hidden_N: float  # hidden frames: demanded by the motion less the hidden measurement
+    hidden_N: float  # hidden frames: required by the motion less the hidden measurement
     hidden_Nm: float
     knee_Nm: float  # torque less the oracle's after its joint fit
 
@@ -245,7 +245,7 @@ class _Arms:
 
     def _knee_torque(self, outcome: _Outcome, mask: FrameMask) -> Float[np.ndarray, " frames"]:
         dynamics = self._dynamics(outcome, mask)
-        torques = inferred_torques(outcome.skeleton, dynamics, self.trial.contacts, mask)
+        torques = predicted_torques(outcome.skeleton, dynamics, self.trial.contacts, mask)
         return torques[:, self.trial.knee]
 
     def _figures(

@@ -1,4 +1,4 @@
-"""What a step of the fit foretells on hidden frames: for several layouts and sets of terms at once.
+"""What a step of the fit predicts on hidden frames: for several layouts and sets of terms at once.
 
 All begin at the same motion. What markers and smoothness add there is the same for all, and so are the
 residual's rows: only which of them take part differs, and the columns that stand beside them.

@@ -1,4 +1,4 @@
-"""Wrenches that a sister fit may add to what the plates tell, each with a parameter that all trials share."""
+"""Wrenches that a prediction fit may add to the plates', each with a parameter that all trials share."""
 
 from dataclasses import dataclass
 

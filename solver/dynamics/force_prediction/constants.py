@@ -4,12 +4,12 @@ import numpy as np
 
 from solver.dynamics.force_prediction.columns import Columns
 from solver.dynamics.force_prediction.heading_frame import HeadingFrame
-from solver.dynamics.force_prediction.settings import ForetellingSettings
+from solver.dynamics.force_prediction.settings import PredictionSettings
 
 KIND = "constants"
 
 
-def constant_columns(frame: HeadingFrame, weight_N: float, settings: ForetellingSettings) -> Columns:
+def constant_columns(frame: HeadingFrame, weight_N: float, settings: PredictionSettings) -> Columns:
     """Six: one an axis of the heading frame.
 
     Args:

@@ -1,6 +1,6 @@
 """Gains on what the markers' own motion demands: a body that is heavier, late or damped, axis by axis.
 
-The wrench is g₀ W + g₁ Ẇ + g₂ Ẅ, with W demanded by the marker fit below a cut-off, in the heading frame. A
+The wrench is g₀ W + g₁ Ẇ + g₂ Ẅ, with W required by the marker fit below a cut-off, in the heading frame. A
 delay by τ is g₁ = −τ. No steps are needed, so it holds for squats and stairs too.
 """
 
@@ -11,8 +11,8 @@ from solver.common.filters import ORDER
 from solver.common.frames_at_once import by_frames
 from solver.dynamics.force_prediction.columns import Columns
 from solver.dynamics.force_prediction.heading_frame import HeadingFrame
-from solver.dynamics.force_prediction.settings import ForetellingSettings
-from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
+from solver.dynamics.force_prediction.settings import PredictionSettings
+from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
@@ -22,7 +22,7 @@ KIND = "gains"
 FORCES = "forward force", "vertical force", "lateral force"
 
 
-def demanded_ground(skeleton: Skeleton, motion: Motion) -> Float[np.ndarray, "frames 6"]:
+def required_ground(skeleton: Skeleton, motion: Motion) -> Float[np.ndarray, "frames 6"]:
     """The external wrench that a motion needs: force [N], moment about the ground origin [N·m].
 
     Args:
@@ -32,20 +32,20 @@ def demanded_ground(skeleton: Skeleton, motion: Motion) -> Float[np.ndarray, "fr
     kinematics = ForwardKinematics(skeleton)
     inertias = np.stack([pseudo_inertia(body) for body in skeleton.bodies])
 
-    def demanded(
+    def required(
         q: Float[np.ndarray, "some dofs"],
         v: Float[np.ndarray, "some dofs"],
         a: Float[np.ndarray, "some dofs"],
     ) -> Float[np.ndarray, "some 6"]:
         A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
-        return demanded_wrench(A, T, inertias).sum(axis=1)
+        return required_wrench(A, T, inertias).sum(axis=1)
 
     moved = motion.without_derivatives()
-    return by_frames(demanded, moved.q, moved.velocity, moved.acceleration)
+    return by_frames(required, moved.q, moved.velocity, moved.acceleration)
 
 
 def smooth_demand(
-    skeleton: Skeleton, motion: Motion, frame: HeadingFrame, settings: ForetellingSettings
+    skeleton: Skeleton, motion: Motion, frame: HeadingFrame, settings: PredictionSettings
 ) -> Float[np.ndarray, "frames 6"]:
     """W, in the heading frame about its origin [N, N·m].
 
@@ -56,11 +56,11 @@ def smooth_demand(
         settings: the cut-off.
     """
     smooth = motion.low_passed(settings.demand_cutoff_Hz, ORDER)
-    return frame.from_ground(demanded_ground(skeleton, smooth))
+    return frame.from_ground(required_ground(skeleton, smooth))
 
 
 def gain_columns(
-    demand: Float[np.ndarray, "frames 6"], rate: float, frame: HeadingFrame, settings: ForetellingSettings
+    demand: Float[np.ndarray, "frames 6"], rate: float, frame: HeadingFrame, settings: PredictionSettings
 ) -> Columns:
     """Eighteen: gain, lag and damping of each axis, one axis after the other.
 
@@ -79,7 +79,7 @@ def gain_columns(
 
 
 def gain_notes(
-    x: Float[np.ndarray, "18"], std: Float[np.ndarray, "18"], settings: ForetellingSettings
+    x: Float[np.ndarray, "18"], std: Float[np.ndarray, "18"], settings: PredictionSettings
 ) -> tuple[str, ...]:
     """What the gains may point to; only of what is beyond its own uncertainty.
 

@@ -62,7 +62,7 @@ def pressed(
 ) -> Float[np.ndarray, "frames feet 6"]:
     """The same forces, with no more moment than they have at the soles' nearest points.
 
-    A sole presses only where it is. Where the wrench is foretold from noisy motion, the moment that is left
+    A sole presses only where it is. Where the wrench is predicted from noisy motion, the moment that is left
     is noise rather than the ground's: nothing is said of it.
 
     Args:

@@ -2,7 +2,7 @@
 
 A foot begins its step when it is farthest ahead of the pelvis (Zeni et al. 2008,
 10.1016/j.gaitpost.2007.07.007), or some time around that: how long after, steps that plates have seen say.
-A step whose force is withheld thus gets its time from its own markers and from other steps' forces.
+A step whose force is held out thus gets its time from its own markers and from other steps' forces.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from solver.common.filters import low_pass
 from solver.common.frames_at_once import by_frames
 from solver.common.runs import runs
 from solver.dynamics.force_prediction.heading_frame import HeadingFrame
-from solver.dynamics.force_prediction.settings import ForetellingSettings
+from solver.dynamics.force_prediction.settings import PredictionSettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
@@ -38,7 +38,7 @@ def footfalls(
     skeleton: Skeleton,
     motion: Motion,
     frame: HeadingFrame,
-    settings: ForetellingSettings,
+    settings: PredictionSettings,
     *,
     feet: tuple[str, ...],
     in_contact: Bool[np.ndarray, "frames feet"],

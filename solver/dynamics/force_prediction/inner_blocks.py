@@ -1,7 +1,7 @@
-"""Which kinds of learnt terms foretell better: judged on blocks of known frames that are hidden in turn.
+"""Which kinds of learnt terms predict better: judged on blocks of known frames that are hidden in turn.
 
 The evidence of the linearized problem misjudges: errors of the model are no white noise, and on drop jumps it
-lets in gains that foretell withheld forces a sixth worse. Here all sets of kinds are solved for at once, by
+lets in gains that predict held-out forces a sixth worse. Here all sets of kinds are solved for at once, by
 one step of the fit from where it ended: to second order, that forgets what the fit saw of hidden frames.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.dynamics.cross_validation.blind_steps import Blind, BlindSteps
-from solver.dynamics.force_prediction.settings import ForetellingSettings
+from solver.dynamics.force_prediction.settings import PredictionSettings
 from solver.dynamics.motion_change import ENDS_S
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
@@ -38,7 +38,7 @@ def chosen_kinds(
     skeleton: Skeleton,
     trials: Sequence[TrialData],
     trajectory: TrajectorySettings,
-    settings: ForetellingSettings,
+    settings: PredictionSettings,
     *,
     phi: Float[np.ndarray, " parameters"] | None,
     parameters: Parameters,
@@ -46,7 +46,7 @@ def chosen_kinds(
     kinds: Sequence[str],
     always: Sequence[str],
 ) -> tuple[str, ...]:
-    """The set of kinds that foretells hidden blocks best; each has to earn a clear lead.
+    """The set of kinds that predicts hidden blocks best; each has to earn a clear lead.
 
     Args:
         skeleton: that the fit began with.
@@ -66,7 +66,7 @@ def chosen_kinds(
     of_trial: list[int] = []
     whole = with_columns(trials)
     steps = BlindSteps(skeleton, whole, trajectory, phi=phi, extra=parameters.prior)
-    for turn in range(trajectory.heldout_every):
+    for turn in range(trajectory.held_out_every):
         blocks = [_hidden(trial, turn, trajectory) for trial in trials]
         hidden = [_any(own, trial) for own, trial in zip(blocks, trials, strict=True)]
         blind = [replace(t, counts=t.counts & ~h) for t, h in zip(trials, hidden, strict=True)]
@@ -88,7 +88,7 @@ def _best(
     sets: Sequence[tuple[str, ...]],
     squares: Float[np.ndarray, "blocks sets 2"],
     of_trial: Int[np.ndarray, " blocks"],
-    settings: ForetellingSettings,
+    settings: PredictionSettings,
 ) -> tuple[str, ...]:
     """The set whose errors are smallest, where blocks agree that it is better than the first one.
 
@@ -102,7 +102,7 @@ def _best(
     shares = np.array([(of_trial == i).mean() for i in np.unique(of_trial)])
     worse = 0.5 * np.log(by_trial / by_trial[:, :1])
     score = shares @ worse.mean(axis=2)
-    score += settings.clear_lead * np.array([len(s) for s in sets])
+    score += settings.clear_margin * np.array([len(s) for s in sets])
     score[np.any(worse > np.log1p(settings.most_worse), axis=(0, 2))] = np.inf
     each = 0.5 * np.log(squares / squares[:, :1]).mean(axis=2)
     scatter = each.std(axis=0, ddof=1) / np.sqrt(len(each))
@@ -113,8 +113,8 @@ def _best(
 def _hidden(trial: TrialData, turn: int, settings: TrajectorySettings) -> list[Int[np.ndarray, " some"]]:
     """Every k-th block of known frames, beginning with another one each turn."""
     known = np.flatnonzero(trial.counts)
-    length = max(1, round(settings.heldout_block_s * trial.start.rate))
-    starts = range(turn * length, len(known) - length // 2, settings.heldout_every * length)
+    length = max(1, round(settings.held_out_block_s * trial.start.rate))
+    starts = range(turn * length, len(known) - length // 2, settings.held_out_every * length)
     return [known[start : start + length] for start in starts]
 
 

@@ -35,7 +35,7 @@ class LongMarkerPosterior:
     def wrench_covariance(
         self, measured_ground: Float[np.ndarray, "frames 6"], windows: Windows
     ) -> Float[np.ndarray, "rows rows"]:
-        """Covariance of the demanded wrench's window means [N², N·N·m, (N·m)²].
+        """Covariance of the required wrench's window means [N², N·N·m, (N·m)²].
 
         A pair of windows is told by the part in whose middle it lies; pairs that no part holds are farther
         apart than any marker's error lasts.

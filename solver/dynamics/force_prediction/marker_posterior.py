@@ -60,11 +60,11 @@ class MarkerPosterior:
     def wrench_covariance(
         self, measured_ground: Float[np.ndarray, "frames 6"], windows: Windows
     ) -> Float[np.ndarray, "rows rows"]:
-        """Covariance of the demanded wrench's window means, beside a measured one; see `covariance`."""
+        """Covariance of the required wrench's window means, beside a measured one; see `covariance`."""
         return self.covariance(self.momentum(measured_ground), windows)
 
     def momentum(self, measured_ground: Float[np.ndarray, "frames 6"]) -> MomentumTerms:
-        """Demanded less measured wrench about the centre of mass, with derivatives by q, q̇ and q̈."""
+        """Required less measured wrench about the centre of mass, with derivatives by q, q̇ and q̈."""
         return momentum_terms(self.model, self.motion.q, self.velocity, self.acceleration, measured_ground)
 
     @cached_property
@@ -73,7 +73,7 @@ class MarkerPosterior:
         return RigidBodyModel(self.skeleton)
 
     def covariance(self, terms: MomentumTerms, windows: Windows) -> Float[np.ndarray, "rows rows"]:
-        """Covariance of the demanded wrench's window means [N², N·N·m, (N·m)²].
+        """Covariance of the required wrench's window means [N², N·N·m, (N·m)²].
 
         Args:
             terms: of `momentum`.

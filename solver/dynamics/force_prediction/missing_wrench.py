@@ -17,14 +17,14 @@ from solver.skeleton.skeleton import Skeleton
 FADE_S = 0.03  # [s]
 
 
-def with_inferred_torques(
+def with_predicted_torques(
     skeleton: Skeleton,
     dynamics: Dynamics,
     contacts: ContactWrenches,
     mask: FrameMask,
-    foretold_ground: Float[np.ndarray, "frames 6"] | None = None,
+    predicted_ground: Float[np.ndarray, "frames 6"] | None = None,
 ) -> Dynamics:
-    """The dynamics with torques under `inferred_wrenches`, and a record of the feet that these rest on.
+    """The dynamics with torques under `wrenches_by_motion`, and a record of the feet that these rest on.
 
     Residuals stay as they are: they say what measured forces fail to explain.
 
@@ -33,33 +33,33 @@ def with_inferred_torques(
         dynamics: of the same mask.
         contacts: measured.
         mask: which feet's forces count.
-        foretold_ground: wrench of all feet together [N, N·m about the ground origin]; None: what the motion
+        predicted_ground: wrench of all feet together [N, N·m about the ground origin]; None: what the motion
             demands.
     """
     if mask.counts.all():
         return dynamics
     told = dynamics
-    if foretold_ground is not None:
+    if predicted_ground is not None:
         counted = counted_wrenches(contacts.wrench_ground, mask).sum(axis=1)
-        told = replace(dynamics, residual_root=about_point(foretold_ground - counted, dynamics.root_ground))
-    wrenches = inferred_wrenches(skeleton, told, contacts, mask)
+        told = replace(dynamics, residual_root=about_point(predicted_ground - counted, dynamics.root_ground))
+    wrenches = wrenches_by_motion(skeleton, told, contacts, mask)
     return replace(
         dynamics,
         joint_torques=torques_under(skeleton, told, contacts, mask, wrenches),
-        wrench_inferred=~mask.counts,
-        wrench_foretold_ground=np.where(mask.counts[:, :, None], 0.0, wrenches),
+        wrench_is_predicted=~mask.counts,
+        wrench_predicted_ground=np.where(mask.counts[:, :, None], 0.0, wrenches),
     )
 
 
-def inferred_torques(
+def predicted_torques(
     skeleton: Skeleton, dynamics: Dynamics, contacts: ContactWrenches, mask: FrameMask
 ) -> Float[np.ndarray, "frames dofs"]:
-    """Joint torques under `inferred_wrenches` [N·m or N].
+    """Joint torques under `wrenches_by_motion` [N·m or N].
 
-    Without a wrench on a loaded foot its leg's torques jump as the force goes missing; with the inferred one
+    Without a wrench on a loaded foot its leg's torques jump as the force goes missing; with the predicted one
     they go on.
     """
-    wrenches = inferred_wrenches(skeleton, dynamics, contacts, mask)
+    wrenches = wrenches_by_motion(skeleton, dynamics, contacts, mask)
     return torques_under(skeleton, dynamics, contacts, mask, wrenches)
 
 
@@ -84,7 +84,7 @@ def torques_under(
     return torques
 
 
-def inferred_wrenches(
+def wrenches_by_motion(
     skeleton: Skeleton, dynamics: Dynamics, contacts: ContactWrenches, mask: FrameMask
 ) -> Float[np.ndarray, "frames feet 6"]:
     """Measured wrenches, and for feet whose force is missing the ones that the motion demands of them.

@@ -1,4 +1,4 @@
-"""Settings of foretelling, each with its reason."""
+"""Settings of predicting, each with its reason."""
 
 from dataclasses import dataclass
 
@@ -6,15 +6,15 @@ from solver.common.settings_field import setting
 
 
 @dataclass(frozen=True)
-class ForetellingSettings:
+class PredictionSettings:
     """How a second fit learns what the body model gets wrong, for frames whose force nobody knows."""
 
-    enabled: bool = setting(True, unit="", why="false foretells missing forces by the reported motion alone")
+    enabled: bool = setting(True, unit="", why="false predicts missing forces by the reported motion alone")
     smoothness: float = setting(
         500.0,
         unit="1/s",
-        why="of the sister's trajectory: accelerations of the whole body are to be free of markers' noise; "
-        "what that bends repeats with the steps and is learnt. 300 to 1000 foretell alike",
+        why="of its trajectory: accelerations of the whole body are to be free of markers' noise; "
+        "what that bends repeats with the steps and is learnt. 300 to 1000 predict alike",
     )
     marker_slow_m: float = setting(
         0.0056, unit="m", why="at least, of its markers: they follow where the forces call them"
@@ -38,7 +38,7 @@ class ForetellingSettings:
         why="times the trajectory fit's, where hidden blocks ask for it: nobody reads these inertias, and "
         "moments of a short recording are missed by a quarter less; of legs alone they are missed by more",
     )
-    clear_lead: float = setting(
+    clear_margin: float = setting(
         0.03,
         unit="",
         why="share by which a kind of term has to lower the error on hidden blocks: less is chance where "

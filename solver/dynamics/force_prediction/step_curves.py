@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 from solver.dynamics.force_prediction.columns import Columns
 from solver.dynamics.force_prediction.footfalls import Footfalls
 from solver.dynamics.force_prediction.heading_frame import HeadingFrame
-from solver.dynamics.force_prediction.settings import ForetellingSettings
+from solver.dynamics.force_prediction.settings import PredictionSettings
 
 KIND = "steps"
 FEWEST_STEPS = 1  # whole ones, seen at both ends
@@ -28,7 +28,7 @@ class StepPhases:
         return StepPhases(self.phase[start:end], self.mirrored[start:end])
 
 
-def step_phases(falls: Footfalls, frames: int, settings: ForetellingSettings) -> StepPhases | None:
+def step_phases(falls: Footfalls, frames: int, settings: PredictionSettings) -> StepPhases | None:
     """Phases of two-legged steps; None where fewer than two whole steps are seen.
 
     A step lasts from one foot's fall to the other's. Before the first and after the last fall one usual step
@@ -70,7 +70,7 @@ def periodic_splines(phase: Float[np.ndarray, " frames"], knots: int) -> Float[n
 
 
 def step_columns(
-    phases: StepPhases | None, frame: HeadingFrame, peak_N: float, settings: ForetellingSettings
+    phases: StepPhases | None, frame: HeadingFrame, peak_N: float, settings: PredictionSettings
 ) -> Columns:
     """Six curves, one axis after the other; zero for a trial without steps.
 

@@ -25,7 +25,7 @@ FEWEST_FRAMES = 8  # below it a trial has no accelerations
 
 @dataclass(frozen=True)
 class UnmeasuredForces:
-    """Foretold from the motion alone."""
+    """Predicted from the motion alone."""
 
     wrench_ground: Float[np.ndarray, "frames 6"]  # of all feet [N, N·m about the ground origin]
     flies: Bool[np.ndarray, " frames"]  # nothing touches the ground; the wrench is zero

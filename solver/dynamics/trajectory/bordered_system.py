@@ -66,7 +66,7 @@ class Step:
 
     coefficients: tuple[Float[np.ndarray, "coefficients dofs"], ...]
     shared: Float[np.ndarray, " shared"]
-    foretold: float  # by how much it lowers the cost, if that is quadratic
+    predicted: float  # by how much it lowers the cost, if that is quadratic
 
 
 @dataclass(frozen=True)
@@ -142,14 +142,14 @@ class BorderedFactor:
         choice: SharedChoice,
     ) -> Step:
         free, shared_gradient = choice.free, shared_gradient + choice.gradient
-        foretold = sum(float((half**2).sum()) for half in halves)
+        predicted = sum(float((half**2).sum()) for half in halves)
         shared = np.zeros(len(shared_gradient))
         if free.any():
             corner = (self.corner + choice.curvature)[np.ix_(free, free)]
             shared[free] = -np.linalg.solve(corner, shared_gradient[free])
-            foretold -= float(shared_gradient @ shared)
+            predicted -= float(shared_gradient @ shared)
         steps = [
             -factor.back_solve(half + (border @ shared)[:, :, None])[:, :, 0]
             for factor, border, half in zip(self.factors, self.half_borders, halves, strict=True)
         ]
-        return Step(tuple(steps), shared, foretold)
+        return Step(tuple(steps), shared, predicted)

@@ -8,9 +8,9 @@ min over spline coefficients c and shared parameters φ of
 e the model markers less the measured ones, Δe_t their change since the frame before, r the root's residual
 wrench; σ_m and C are the recording's own. Gauss-Newton with Levenberg's damping; time's band is a
 block-tridiagonal matrix, φ its border. Frames of U are held by markers and smoothness, and by a wrench that
-was foretold for them where there is one; their state still binds the frames around them.
+was predicted for them where there is one; their state still binds the frames around them.
 
-The border is open to whatever else may act: r = demanded − measured − extra − columns x, with x shared by all
+The border is open to whatever else may act: r = required − measured − extra − columns x, with x shared by all
 trials and N(0, prior_std²) before the data.
 """
 
@@ -23,7 +23,7 @@ from threadpoolctl import threadpool_limits
 from solver.common.filters import low_pass
 from solver.common.frames_at_once import by_frames
 from solver.common.progress import Progress, silent
-from solver.dynamics.force_prediction.demand_gains import demanded_ground
+from solver.dynamics.force_prediction.demand_gains import required_ground
 from solver.dynamics.root_wrench import about_point, root_centre
 from solver.dynamics.trajectory.frame_spans import are_long
 from solver.dynamics.trajectory.terms.trial_point import REFERENCE_RATE_HZ
@@ -104,7 +104,7 @@ def inertia_caution(skeleton: Skeleton, trials: Sequence[TrialData], settings: T
 def _unexplained(skeleton: Skeleton, trial: TrialData, settings: TrajectorySettings) -> float:
     """Mean square of the low-passed residual about the root joint's centre, over the fit's own deviations."""
     motion = trial.start
-    missing = demanded_ground(skeleton, motion) - trial.wrench_ground
+    missing = required_ground(skeleton, motion) - trial.wrench_ground
     if trial.extra_wrench_ground is not None:
         missing = missing - trial.extra_wrench_ground
     root = root_joint(skeleton)

@@ -15,10 +15,10 @@ from solver.skeleton.skeleton import Skeleton
 # A last step with the curvature at hand is tried after a step that gained less than this share of the cost.
 NEARLY_THERE = 0.5
 FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
-# A small undamped step that lowers the cost by what its quadratic model foretold, but for this share of the
+# A small undamped step that lowers the cost by what its quadratic model predicted, but for this share of the
 # tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
 SMALL_STEP = 10  # tolerances
-AS_FORETOLD = 0.1
+AS_PREDICTED = 0.1
 CLOSER = 0.1  # times the tolerance: so closely the motion follows an edit
 MOST_FOLLOWING = 25  # steps after an edit with one factor
 TRIES, SHORTER = 4, 0.25  # of such a step, and how long each is against the one before
@@ -78,7 +78,7 @@ def searched(
             step = factor.step(gradient)
             tried = solver.stepped(state, step)
             tried_cost = solver.cost(tried)
-            arrived = damping <= FIRST_DAMPING and step.foretold < solver.settings.tolerance * cost
+            arrived = damping <= FIRST_DAMPING and step.predicted < solver.settings.tolerance * cost
             if tried_cost < cost or arrived:
                 break
             damping = max(damping * 100, 1e-3)
@@ -91,8 +91,8 @@ def searched(
         gained, least = cost - tried_cost, solver.settings.tolerance * cost
         undamped = damping <= FIRST_DAMPING
         small = undamped and gained < SMALL_STEP * least
-        as_foretold = small and abs(gained - step.foretold) < AS_FORETOLD * least
-        converged = not edited and (gained < least or as_foretold or arrived)
+        as_predicted = small and abs(gained - step.predicted) < AS_PREDICTED * least
+        converged = not edited and (gained < least or as_predicted or arrived)
         left, state, cost, damping = state, tried, tried_cost, damping / 10
         if (undamped or edited) and not converged and gained < NEARLY_THERE * cost:
             if edited:
@@ -158,9 +158,9 @@ def _settled(
     gradient, learnt = solver.gradient(state), list[_Learnt]()
     while True:
         step = _corrected(factor, gradient, learnt)
-        if step.foretold >= least and len(learnt) == following:
+        if step.predicted >= least and len(learnt) == following:
             return state, gradient, state, False
-        is_last = step.foretold < least
+        is_last = step.predicted < least
         for _ in range(1 if is_last else TRIES):
             tried = solver.stepped(state, step)
             tried_cost = solver.cost(tried)

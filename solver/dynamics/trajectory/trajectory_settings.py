@@ -14,16 +14,16 @@ class TrajectorySettings:
     fewest_frames: int = setting(
         20, unit="frames", why="with known forces, for a trial to take part; fewer say nothing about F = ma"
     )
-    heldout: bool = setting(
-        True, unit="", why="residuals on withheld blocks as well; doubles the time of the fit"
+    held_out: bool = setting(
+        True, unit="", why="residuals on held-out blocks as well; doubles the time of the fit"
     )
-    heldout_block_s: float = setting(
+    held_out_block_s: float = setting(
         0.22,
         unit="s",
         why="long enough that the neighbours' forces do not tell: a third of a stance in walking",
     )
-    heldout_every: int = setting(
-        3, unit="blocks", why="one in three is withheld, the others hold the inertias"
+    held_out_every: int = setting(
+        3, unit="blocks", why="one in three is held out, the others hold the inertias"
     )
     knot_spacing_s: float = setting(
         0.01,
@@ -80,10 +80,10 @@ class TrajectorySettings:
     residual_moment_std_Nm: float = setting(
         8.0, unit="N·m", why="likewise: a centimetre of the centre of pressure at body weight"
     )
-    foretold_looser: float = setting(
+    predicted_looser: float = setting(
         2.0,
         unit="",
-        why="times these two on frames whose force was foretold: from other steps and the markers, it errs "
+        why="times these two on frames whose force was predicted: from other steps and the markers, it errs "
         "by 20 to 40 N in walking",
     )
     residual_robust_scale: float = setting(
@@ -102,7 +102,7 @@ class TrajectorySettings:
         16.0,
         unit="1/s",
         why="of ∫(jerk/level)² dt: a jerk of that level that is white below 8 Hz. Thirty times as much bends "
-        "walks by 1°, though it hides the noise of withheld forces",
+        "walks by 1°, though it hides the noise of held-out forces",
     )
     jerk_cutoff_Hz: float = setting(
         8.0, unit="Hz", why="a dof's own jerk level is taken below it: above, marker noise dominates"
@@ -129,7 +129,7 @@ class TrajectorySettings:
         3000,
         unit="frames",
         why="of longer subjects where inertias are found first, before all frames have their say; and from "
-        "which terms are learnt that foretell forces: half a minute, 0.5 GB",
+        "which terms are learnt that predict forces: half a minute, 0.5 GB",
     )
     stretch_frames: int = setting(
         1000, unit="frames", why="of these that follow each other: several strides, squats or jumps"
@@ -169,7 +169,7 @@ class TrajectorySettings:
     inertia_prior_weight: float = setting(
         1.0,
         unit="",
-        why="of the scatter below; ten times as much predicts withheld moments worse in four walks of four",
+        why="of the scatter below; ten times as much predicts held-out moments worse in four walks of four",
     )
     inertia_lesson_s: float = setting(
         5.0,

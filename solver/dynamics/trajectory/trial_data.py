@@ -24,7 +24,7 @@ class TrialData:
     initial: Motion | None = None  # where the search begins; None: at the marker fit
     spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of an earlier fit: begin there instead
     other_start: Motion | None = None  # begin here instead, where the cost is lower than there
-    foretold_ground: Float[np.ndarray, "frames 6"] | None = (
+    predicted_ground: Float[np.ndarray, "frames 6"] | None = (
         None  # like the wrench, for frames of U; None: free
     )
     extra_wrench_ground: Float[np.ndarray, "frames 6"] | None = None  # acts beside the feet's; None: nothing
@@ -58,7 +58,7 @@ class TrialData:
             initial=cut(self.initial),
             spline=None if self.spline is None else self.spline[first : first + pieces + DEGREE],
             other_start=cut(self.other_start),
-            foretold_ground=cut(self.foretold_ground),
+            predicted_ground=cut(self.predicted_ground),
             extra_wrench_ground=cut(self.extra_wrench_ground),
             extra_columns_ground=cut(self.extra_columns_ground),
             held_ends=(held and start > 0, held and end < len(self.counts)),

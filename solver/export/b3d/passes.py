@@ -62,7 +62,7 @@ def _low_passed(fit: Fit, trial: TrialFit, motion: Motion, errors: MarkerErrors)
     """The motion that torques belong to where no trajectory was fitted; else through the same filter."""
     settings = from_dict(fit.settings)
     cutoff = shared_cutoff(motion.rate, settings.conditioning)
-    if trial.forces_foretold:
+    if trial.forces_predicted:
         cutoff = settings.dynamics.unmeasured_cutoff_Hz
     if trial.dynamics is not None and trial.kinematics_only is None:
         low = trial.dynamics.motion

@@ -18,7 +18,7 @@ from solver.capture.formats.text_table import some_of
 from solver.capture.formats.trc import write_trc
 from solver.capture.plates.force_platform import CHANNELS_OF_TYPE
 from solver.capture.plates.moment_convention import plates_from_storage
-from solver.capture.plates.plate_levels import plate_witnesses
+from solver.capture.plates.plate_levels import evidence_on_plates
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.trial import read_recording
 from solver.export.c3d import joint_outputs
@@ -76,15 +76,15 @@ def on_the_person(
     """The plates, those turned round that clearly read the force on the plate; their zero levels stay."""
     if not plates:
         return (), ()
-    witnesses = plate_witnesses(plates, markers, None, settings.plate_signs, settings.conditioning)
+    evidence_by_plate = evidence_on_plates(plates, markers, None, settings.plate_signs, settings.conditioning)
     turned, notes = [], []
-    for plate, witness in zip(plates, witnesses, strict=True):
-        if witness.is_turned(settings.plate_signs):
+    for plate, evidence in zip(plates, evidence_by_plate, strict=True):
+        if evidence.is_turned(settings.plate_signs):
             notes.append(f"{plate.name}: reads the force on the plate; it is turned to act on the person")
             force, moment = -plate.force_ground, -plate.moment_ground
             turned.append(replace(plate, force_ground=force, moment_ground=moment))
             continue
-        if witness.is_undecided(settings.plate_signs):
+        if evidence.is_undecided(settings.plate_signs):
             notes.append(f"{plate.name}: which way its force counts cannot be told; left as it is")
         turned.append(plate)
     return tuple(turned), tuple(notes)

@@ -14,7 +14,7 @@ from solver.common.errors import ResultsError
 from solver.common.file_names import lying
 from solver.contact import proposals, wrenches
 from solver.dynamics import com_mass, dynamics
-from solver.dynamics.cross_validation import heldout
+from solver.dynamics.cross_validation import held_out
 from solver.dynamics.force_prediction import learnt_terms
 from solver.dynamics.trajectory import extension
 from solver.fitting.fit import Groundwork, KinematicsOnly, SettledFit, TrialFit
@@ -25,14 +25,14 @@ from solver.skeleton import functions, skeleton
 Tree = Any  # what JSON can hold
 Arrays = dict[str, np.ndarray]
 
-_ROOMS = (
+_MODULES = (
     capture,
     stored,
     wrenches,
     proposals,
     com_mass,
     dynamics,
-    heldout,
+    held_out,
     learnt_terms,
     extension,
     fault,
@@ -44,9 +44,9 @@ _ROOMS = (
 )
 _TYPES = {
     name: kind
-    for room in _ROOMS
-    for name, kind in vars(room).items()
-    if isinstance(kind, type) and is_dataclass(kind) and kind.__module__ == room.__name__
+    for disk_space in _MODULES
+    for name, kind in vars(disk_space).items()
+    if isinstance(kind, type) and is_dataclass(kind) and kind.__module__ == disk_space.__name__
 } | {
     "TrialFit": TrialFit,
     "KinematicsOnly": KinematicsOnly,

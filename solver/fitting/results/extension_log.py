@@ -42,7 +42,7 @@ class Decision:
     causes: tuple[Cause, ...]  # of which it is true
     by: str
     when: datetime
-    made_of: Mapping[str, str]  # provenance of the recordings, without anybody's decisions
+    made_from: Mapping[str, str]  # provenance of the recordings, without anybody's decisions
     left_out: tuple[str, ...] = ()  # causes that cannot be part of an extension, "id target"
     wrenches: str | None = None  # the file that holds them
     rejected: tuple[Cause, ...] = ()  # beside those that are accepted
@@ -84,7 +84,7 @@ def accept(
     extension: Extension,
     *,
     by: str,
-    made_of: Mapping[str, str],
+    made_from: Mapping[str, str],
     left_out: tuple[str, ...] = (),
     rejected: tuple[Cause, ...] = (),
 ) -> Decision:
@@ -94,7 +94,7 @@ def accept(
         results: the results folder, made where it is missing.
         extension: of the last diagnosis.
         by: who decides.
-        made_of: provenance of the recordings that it was found in.
+        made_from: provenance of the recordings that it was found in.
         left_out: causes of that diagnosis that are not in it.
         rejected: causes that somebody decided against.
 
@@ -112,25 +112,25 @@ def accept(
             file.write(packed.getvalue())
         now = datetime.now(UTC)
         return _appended(
-            results, Decision(ACCEPT, extension.named, by, now, made_of, left_out, name, rejected)
+            results, Decision(ACCEPT, extension.named, by, now, made_from, left_out, name, rejected)
         )
 
 
-def reject(results: Path, causes: tuple[Cause, ...], *, by: str, made_of: Mapping[str, str]) -> Decision:
+def reject(results: Path, causes: tuple[Cause, ...], *, by: str, made_from: Mapping[str, str]) -> Decision:
     """Record that later solves are to use no extension.
 
     Args:
         results: the results folder, made where it is missing.
         causes: those that are rejected.
         by: who decides.
-        made_of: provenance of the recordings that they were found in.
+        made_from: provenance of the recordings that they were found in.
 
     Raises:
         ResultsError: the log cannot be read.
     """
     with writing(results):
         decisions(results)
-        return _appended(results, Decision(REJECT, causes, by, datetime.now(UTC), made_of))
+        return _appended(results, Decision(REJECT, causes, by, datetime.now(UTC), made_from))
 
 
 def reject_beside(results: Path, causes: tuple[Cause, ...], *, by: str) -> Decision:
@@ -229,7 +229,7 @@ def _plain(decision: Decision) -> dict[str, Any]:
         "by": decision.by,
         "when": decision.when.isoformat(timespec="seconds"),
         "wrenches": decision.wrenches,
-        "made_of": dict(decision.made_of),
+        "made_from": dict(decision.made_from),
     }
 
 
@@ -259,7 +259,7 @@ def _decision(line: Mapping[str, Any]) -> Decision:
         _causes(line["causes"]),
         line["by"],
         datetime.fromisoformat(line["when"]),
-        line["made_of"],
+        line["made_from"] if "made_from" in line else line["made_of"],  # as older lines call it
         tuple(line["left_out"]),
         line["wrenches"],
         _causes(line.get("rejected", ())),  # a line of an older version has none

@@ -5,7 +5,7 @@
     results/solve-3/subject.json     who was fitted, from which files, with which settings; where a re-solve
                                      begins
     results/solve-3/trials/NAME.npz  one trial's arrays
-    results/solve-3/withheld.json    layouts of withheld forces that the fit was judged on, each when it came
+    results/solve-3/held out.json    layouts of held-out forces that the fit was judged on, each when it came
 
 A solve is written into a hidden folder of its own. It gets its name, and `fit.json` is replaced in one
 step, after everything else lies on the disk: a run killed half-way leaves the previous fit whole. Writers
@@ -34,8 +34,8 @@ from solver.common.npz import stored_arrays
 from solver.common.small_files import json_content, json_of
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.results.codec import Arrays, Decoder, Encoder, Tree
+from solver.fitting.results.held_out_file import read_held_out, write_held_out
 from solver.fitting.results.named import named_in
-from solver.fitting.results.withheld_file import read_withheld, write_withheld
 from solver.fitting.results.writing import writing
 from solver.fitting.summary import summary
 
@@ -48,7 +48,7 @@ _SUBJECT_FIELDS = (
     "provenance",
     "notes",
     "groundwork",
-    "heldout_due",
+    "held_out_due",
 )
 Read = TypeVar("Read")
 _SHA256 = "sha256"  # in fit.json: of the solve's JSON files, by name
@@ -145,7 +145,7 @@ def present_solve(folder: Path) -> str:
     return named_in(folder, _read_json(folder / "fit.json").get("solve"), folder / "fit.json").name
 
 
-def add_withheld(fit: Fit, folder: Path, solve: str) -> bool:
+def add_held_out(fit: Fit, folder: Path, solve: str) -> bool:
     """Keep the layouts that a fit has been judged on since it was written.
 
     Args:
@@ -163,7 +163,7 @@ def add_withheld(fit: Fit, folder: Path, solve: str) -> bool:
         with writing(folder):
             if not has_fit(folder) or present_solve(folder) != solve:
                 return False
-            write_withheld(fit, folder / solve)
+            write_held_out(fit, folder / solve)
     except OSError as error:
         raise ResultsError(writing_failed(folder, error)) from error
     return True
@@ -222,8 +222,8 @@ def _read_fit(head: Mapping[str, Any], folder: Path, subject_folder: Path) -> Fi
     skeleton = _decoded(solve / "skeleton.json", Decoder(subject_folder), _read_json(solve / "skeleton.json"))
     files = [named_in(solve, name, solve / "subject.json") for name in about.get("trials", ())]
     trials = tuple(_read_trial(file, subject_folder) for file in files)
-    withheld = read_withheld(solve, subject_folder)
-    return Fit(skeleton=skeleton, trials=trials, withheld=withheld, **members)
+    held_out_layouts = read_held_out(solve, subject_folder)
+    return Fit(skeleton=skeleton, trials=trials, held_out_layouts=held_out_layouts, **members)
 
 
 def _check_unchanged(solve: Path, written_as: object) -> None:
@@ -275,7 +275,7 @@ def _write_solve(fit: Fit, solve: Path) -> list[Path]:
     write_json(skeleton, encoder.encode(fit.skeleton))
     about: dict[str, Tree] = {name: encoder.encode(getattr(fit, name), name) for name in _SUBJECT_FIELDS}
     write_json(subject, {**about, "trials": [path.relative_to(solve).as_posix() for path in files]})
-    write_withheld(fit, solve)
+    write_held_out(fit, solve)
     return [skeleton, subject, *files]
 
 

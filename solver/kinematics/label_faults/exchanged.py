@@ -34,9 +34,9 @@ def exchanged_back(
 ) -> Float[np.ndarray, "frames markers 3"]:
     """The points with two columns exchanged on frames start to end − 1."""
     a, b = pair
-    mended = points_ground.copy()
-    mended[start:end, [a, b]] = points_ground[start:end, [b, a]]
-    return mended
+    exchanged = points_ground.copy()
+    exchanged[start:end, [a, b]] = points_ground[start:end, [b, a]]
+    return exchanged
 
 
 def exchanged_pairs(
@@ -63,8 +63,8 @@ def exchanged_pairs(
             return tuple(found)
         found.append(more)
         if more.named_right:
-            mended = exchanged_back(rigid.points_ground, more.pair, more.start, more.end)
-            rigid = replace(rigid, points_ground=mended)
+            exchanged = exchanged_back(rigid.points_ground, more.pair, more.start, more.end)
+            rigid = replace(rigid, points_ground=exchanged)
         else:
             left |= {*more.pair, *rigid.of(more.pair[0]).tolist(), *rigid.of(more.pair[1]).tolist()}
 

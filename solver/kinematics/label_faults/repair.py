@@ -1,4 +1,4 @@
-"""A trial's labels put right before anything is fitted to them."""
+"""A trial's labels corrected before anything is fitted to them."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -88,8 +88,8 @@ def _as_found(
     swaps = exchanged_pairs(rigid, elsewhere_m, markers.rate)
     for swap in swaps:
         if swap.named_right:
-            mended = exchanged_back(rigid.points_ground, swap.pair, swap.start, swap.end)
-            rigid = replace(rigid, points_ground=mended)
+            exchanged = exchanged_back(rigid.points_ground, swap.pair, swap.start, swap.end)
+            rigid = replace(rigid, points_ground=exchanged)
     crashes = _crashes(rigid, body, markers, own, swaps)
     points = markers.positions_ground.copy()
     points[:, own] = rigid.points_ground

@@ -136,15 +136,15 @@ class LandmarkMixture:
         chain = np.minimum(1.0, others_on_body @ self._supporting)
         factor = (of.unsupported + (1 - of.unsupported) * chain)[..., self.body]
         paired, single = np.flatnonzero(self._paired), np.flatnonzero(self._single)
-        twin = np.minimum(1.0, others[..., self._mirror[paired]])
-        factor[..., paired] *= of.one_sided + (1 - of.one_sided) * twin
+        counterpart = np.minimum(1.0, others[..., self._mirror[paired]])
+        factor[..., paired] *= of.one_sided + (1 - of.one_sided) * counterpart
         free = np.maximum(0.0, 1.0 - others[..., single])
         factor[..., single] *= of.shared + (1 - of.shared) * free
         return factor
 
     @cached_property
     def _mirror(self) -> Int[np.ndarray, " landmarks"]:
-        """Each landmark's twin on the other side; in the midline itself."""
+        """Each landmark's counterpart on the other side; in the midline itself."""
         order = {mark.name: i for i, mark in enumerate(self.landmarks)}
         return np.array(
             [

@@ -23,7 +23,7 @@ class UnnamedSettings:
         0.03, unit="", why="chance of a hand with no marker on the forearm, and the like"
     )
     one_sided: float = setting(
-        0.3, unit="", why="chance of a place whose twin on the other side carries no marker"
+        0.3, unit="", why="chance of a place whose counterpart on the other side carries no marker"
     )
     shared: float = setting(0.02, unit="", why="chance of a place that another marker has")
     headings: int = setting(

@@ -15,7 +15,7 @@ from solver.kinematics.unnamed.start_postures import Guesses, first_guesses
 
 DENSITY_WIDTH_M = 0.05  # densities are in units of a Gaussian's of this width
 SHRINKING = (
-    1.0  # of three dimensions: errors of proportion are shared, so markers are no independent witnesses
+    1.0  # of three dimensions: errors of proportion are shared, so markers are no independent direct checks
 )
 CHUNK = 8  # guesses weighed together: their arrays stay in the processor's cache
 LEAST_WEIGHT = 1e-9  # below it a landmark pulls nothing

@@ -17,7 +17,7 @@ from solver.simulate.faults.drawing import (
 from solver.simulate.faults.files import Recording
 from solver.simulate.faults.hidden import REFERENCE_SIZE, Hidden
 
-# Segments whose flesh moves, and the neighbour whose angle it follows.
+# Segments whose soft tissue moves, and the neighbour whose angle it follows.
 NEIGHBOUR = {
     "femur_r": "tibia_r",
     "femur_l": "tibia_l",

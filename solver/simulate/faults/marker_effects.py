@@ -1,4 +1,4 @@
-"""Markers that slip, are exchanged, lie in a wrongly scaled room, or ride on flesh."""
+"""Markers that slip, are exchanged, lie in a wrongly scaled room, or ride on soft tissue."""
 
 from dataclasses import replace
 

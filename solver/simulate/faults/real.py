@@ -1,4 +1,4 @@
-"""Effects put into real recordings: each case with its twin, the same recording as it is."""
+"""Effects put into real recordings: each case with its counterpart, the same recording as it is."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class RealCase:
     seed: int
 
     @property
-    def twin(self) -> str:
+    def counterpart(self) -> str:
         """Name of the same recording without the effect."""
         return f"{self.folder}__{self.trial}"
 
@@ -83,7 +83,7 @@ def hidden_in(recording: Recording, case: RealCase) -> tuple[Recording, Hidden]:
 
 
 def write_real(out: Path, data: Path, case: RealCase) -> bool:
-    """Write the case and, once, its twin; False where the recording has no place for the effect."""
+    """Write the case and, once, its counterpart; False where the recording has no place for the effect."""
     if (out / "truth" / f"{case.name}.json").exists():
         return True
     recording = read_recording(data / case.folder, (case.trial,))
@@ -91,13 +91,16 @@ def write_real(out: Path, data: Path, case: RealCase) -> bool:
         changed, hidden = hidden_in(recording, case)
     except NoPlaceError:
         return False
-    twin = out / "subjects" / case.twin
-    if not twin.exists():
-        write_recording(twin, recording)
-        write_truth(out, Truth(case.twin, "real", (), {"recording": case.folder}))
+    counterpart = out / "subjects" / case.counterpart
+    if not counterpart.exists():
+        write_recording(counterpart, recording)
+        write_truth(out, Truth(case.counterpart, "real", (), {"recording": case.folder}))
     write_recording(out / "subjects" / case.name, changed)
     write_truth(
-        out, Truth(case.name, "real", (hidden,), {"recording": case.folder, "trial": case.trial}, case.twin)
+        out,
+        Truth(
+            case.name, "real", (hidden,), {"recording": case.folder, "trial": case.trial}, case.counterpart
+        ),
     )
     return True
 

@@ -68,10 +68,10 @@ def _torque(world: World, size: float, rng: np.random.Generator) -> tuple[Physic
     rate, phase = rng.uniform(0.3, 1.2), rng.uniform(0, 2 * np.pi)
     amplitude = size * TORQUE_NM * np.sqrt(2)
 
-    def course(times: np.ndarray) -> np.ndarray:
+    def time_history(times: np.ndarray) -> np.ndarray:
         return amplitude * np.sin(2 * np.pi * rate * times + phase)[:, None] * axis
 
-    external = BodyTorque(world.body.skeleton, body, course, turns_with_body=True)
+    external = BodyTorque(world.body.skeleton, body, time_history, turns_with_body=True)
     return Physics(external=external), Hidden("unknown_torque", body, {"rms_Nm": size * TORQUE_NM}, size)
 
 

@@ -32,7 +32,7 @@ GENERIC = "generic body"  # whose mass nobody enters
 SMALL = ("talus", "calcn", "toes", "patella")  # segments whose centre of mass cannot be that far off
 TWO_TRIALS = 0.12  # share of people of whom two trials are recorded
 FASTER = 1.15  # the next trial, than the one before
-LARGEST_FLESH_M_PER_RAD = 0.010  # a knee of 1 to 1.7 rad then moves a segment's markers by up to 10 mm
+LARGEST_SOFT_TISSUE_M_PER_RAD = 0.010  # a knee of 1 to 1.7 rad then moves a segment's markers by up to 10 mm
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class WorldPlan:
     mass_scatter: float  # of the true body about the tables
     com_scatter_m: float
     skin: float  # of the simulator's softness of single markers
-    flesh_m_per_rad: float  # common to a segment's markers
+    soft_tissue_m_per_rad: float  # common to a segment's markers
     right_plate_first: bool
     trials: int = 1  # of the same kind by the same person in the same laboratory, each faster than the last
 
@@ -116,7 +116,7 @@ def plan_world(rng: np.random.Generator, activity: str | None = None, layout: st
         mass_scatter=0.05,
         com_scatter_m=0.005,
         skin=float(rng.uniform(0.3, 1.0)),
-        flesh_m_per_rad=float(rng.uniform(0.0, LARGEST_FLESH_M_PER_RAD)),
+        soft_tissue_m_per_rad=float(rng.uniform(0.0, LARGEST_SOFT_TISSUE_M_PER_RAD)),
         right_plate_first=bool(rng.random() < 0.5),
         trials=2 if rng.random() < TWO_TRIALS else 1,
     )
@@ -145,7 +145,7 @@ def world_of(plan: WorldPlan) -> World:
         com_scatter_m=plan.com_scatter_m,
         bony_softness_m_per_rad=0.005 * plan.skin,
         cluster_softness_m_per_rad=0.014 * plan.skin,
-        segment_softness_m_per_rad=plan.flesh_m_per_rad,
+        segment_softness_m_per_rad=plan.soft_tissue_m_per_rad,
     )
     body = body_of(person, body_rng)
     static = simulate_trial(Scenario("static", "stand", duration=0.5), body, static_rng)

@@ -19,7 +19,7 @@ CLOCK = NamedEffect(
     sentence="The forces were recorded late.",
     remedy="Check the trigger line.",
     gain_nats=900.0,
-    heldout_gain_nats=300.0,
+    held_out_gain_nats=300.0,
 )
 
 

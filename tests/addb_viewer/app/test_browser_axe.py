@@ -1,6 +1,6 @@
 """Whether everybody can read and hear the pages: axe-core finds no serious fault, in either theme.
 
-It looks at viser's controls as well: what is wrong with them, our style and our script put right. No fault
+It looks at viser's controls as well: what is wrong with them, our style and our script corrected. No fault
 is excepted.
 """
 
@@ -37,7 +37,7 @@ def review(tmp_path_factory, make_replay, make_app, open_page, effect, figures):
         effect("external_contact", "pelvis", ((120, 140), (170, 180)), force_y_N=60.0),
     )
     (folder / "results").mkdir()
-    told |= {"made_of": {"provenance": {}, "settings": {}}}
+    told |= {"made_from": {"provenance": {}, "settings": {}}}
     (folder / "results" / "diagnosis.json").write_text(json.dumps(told))
     app = make_app(folder, [make_replay(), make_replay("measured only", 120, fitted=False)], login="Zoë")
     page = open_page(app)
@@ -122,6 +122,7 @@ def keys(page):
     page.get_by_role("dialog").get_by_text("Keys").first.wait_for()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", [proposals, failed_solve, diagnosis, keys])
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 def test_the_review_page_has_no_serious_fault(review, until, dark, state):

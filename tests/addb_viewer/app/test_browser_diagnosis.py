@@ -47,7 +47,7 @@ def app(tmp_path_factory, make_replay, make_app, effect, figures):
         ],
     )  # fmt: skip
     (folder / "answer.json").write_text(
-        json.dumps({**told, "made_of": {"provenance": {}, "settings": {}}}), encoding="utf-8"
+        json.dumps({**told, "made_from": {"provenance": {}, "settings": {}}}), encoding="utf-8"
     )
     (folder / "tested_worker.py").write_text(textwrap.dedent(WORKER).replace("FOR_EVER_S", str(FOR_EVER_S)))
     with pytest.MonkeyPatch.context() as patch:
@@ -197,6 +197,7 @@ def test_named_causes_can_be_hidden(page, folder, diagnosed, until):
     until(lambda: page.session.scene.causes.one_by_one[0].label.handle.visible)
 
 
+@pytest.mark.slow
 def test_a_refused_decision_says_why(page, folder, diagnosed):
     """The real `accept`, on a folder without recordings."""
     page.get_by_role("tab", name="Diagnosis").click()
@@ -208,7 +209,7 @@ def test_a_refused_decision_says_why(page, folder, diagnosed):
 def test_a_decision_is_echoed_with_its_author(page, folder, diagnosed):
     late = Cause("clock_offset", "all", {"offset_s": (0.012, 0.001)})
     accepted = Extension((late,), np.ones(1), np.zeros(1))
-    extension_log.accept(page.session.shared.results, accepted, by="Zoë", made_of={})
+    extension_log.accept(page.session.shared.results, accepted, by="Zoë", made_from={})
     page.session.diagnosis.show()
     page.locator("#addb-diagnosis .decided.accept").get_by_text("accepted by Zoë").wait_for()
     page.locator("#addb-diagnosis header").get_by_text("The next fit uses it.").wait_for()

@@ -97,6 +97,7 @@ def strange_pages(tmp_path):
         server.shutdown()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -124,6 +125,7 @@ def _tried_in_vain(page):
     return any(NO_FRAGMENT in text for text in page.said)
 
 
+@pytest.mark.slow
 def test_the_page_plays_no_recording_that_a_link_names(guarded, let_in, strange_pages, until):
     port, folder, asked = strange_pages
     (folder / "evil.viser").write_bytes(_recording())
@@ -214,6 +216,7 @@ def _refused(page):
     return False
 
 
+@pytest.mark.slow
 def test_pictures_and_downloads_pass_the_policy(guarded, let_in, until):
     """Viser's own way to a picture of the scene, and a file that the page saves."""
     client = _client_of(guarded, let_in, f"http://127.0.0.1:{guarded.server.get_port()}/", until)

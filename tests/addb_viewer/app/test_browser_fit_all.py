@@ -24,6 +24,7 @@ def root(real_data, tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_all_are_fitted_and_the_broken_one_says_why(root, open_page, until):
     app = start(root, port=0)
     try:

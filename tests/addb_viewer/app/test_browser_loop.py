@@ -45,6 +45,7 @@ def flags(review):
     return [(f.start, f.end, f.foot, f.reason) for f in review.flags]
 
 
+@pytest.mark.slow
 def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(  # noqa: PLR0915 (one loop)
     folder, open_page, until, stored
 ):

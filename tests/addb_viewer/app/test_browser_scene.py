@@ -66,6 +66,7 @@ def test_labels_are_in_the_picture_and_clicks_measure_what_is_seen(page, until):
     page.get_by_text("2 times its limit").wait_for()
 
 
+@pytest.mark.slow
 def test_a_picture_a_clip_and_a_film_have_the_frames_that_were_asked_for(tmp_path, page):
     session = page.session
     page.get_by_role("tab", name="View", exact=True).click()

@@ -14,6 +14,7 @@ def app(tmp_path, make_replay, make_app):
     app.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
 def test_escape_and_a_click_into_the_scene_drop_the_selection(app, open_page, until, size):
     page = open_page(app, size)

@@ -192,6 +192,7 @@ class Person:
         self.just_finished = place
 
 
+@pytest.mark.slow
 def test_what_two_people_press_is_on_the_disk_under_their_names_and_nothing_else(
     ten_trials, tmp_path, open_page, until
 ):

@@ -4,7 +4,7 @@ import pytest
 
 from addb_viewer.app.security import file_parts
 from addb_viewer.app.subjects.videos import TrialVideo, kept_video
-from tests.addb_viewer.app.made_up_video import RATE, STEP, encoded, packed
+from tests.addb_viewer.app.synthetic_video import RATE, STEP, encoded, packed
 
 pytestmark = pytest.mark.browser
 
@@ -27,6 +27,7 @@ def page(tmp_path, make_replay, make_app, open_page):
     app.close()
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_cursor_is_seen_and_the_clock_is_kept(tmp_path, page, until, monkeypatch):
     monkeypatch.setattr(file_parts, "MOST_BYTES", 2000)  # so that it comes in several parts
     session = page.session

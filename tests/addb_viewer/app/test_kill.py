@@ -34,6 +34,7 @@ def serving(folder):
     return process, port
 
 
+@pytest.mark.slow
 def test_nothing_acknowledged_is_lost_and_the_database_is_sound(subject):
     rng = np.random.default_rng(0)
     seen = 0

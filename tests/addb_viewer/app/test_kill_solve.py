@@ -50,6 +50,7 @@ def killed(writer, rng):
     return int(said[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("doing", ["add", "keep"])
 def test_what_is_shown_is_whole_and_the_fit_stays(small_fit, doing):
     folder, rng = small_fit.subject.folder, np.random.default_rng(0)
@@ -92,6 +93,7 @@ def serving(folder):
     return process, int(re.search(r":(\d+) ", process.stdout.readline())[1])
 
 
+@pytest.mark.slow
 def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject):
     rng, results = np.random.default_rng(0), subject / "results"
     before = (results / "fit.json").read_bytes()

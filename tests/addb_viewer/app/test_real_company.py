@@ -33,6 +33,7 @@ def table(browser):
     return browser.session.queue.table.content
 
 
+@pytest.mark.slow
 def test_every_browser_is_asked_for_a_name_once_and_edits_are_under_it(walks_app, enter, walks_review):
     ada, bo = enter(walks_app, name=None), enter(walks_app, name=None)
     at = {browser: browser.session.shown for browser in (ada, bo)}
@@ -82,6 +83,7 @@ def test_both_hear_of_a_disagreement_and_finishing_over_it_says_so(walks_app, en
     assert walks_review().status is Status.IN_WORK
 
 
+@pytest.mark.slow
 def test_solves_take_turns_and_anothers_is_discarded_after_a_question_only_and_told(
     walks_folder, walks_app, enter, walks_review
 ):
@@ -104,6 +106,7 @@ def test_solves_take_turns_and_anothers_is_discarded_after_a_question_only_and_t
     zoe.until(lambda: states(walks_folder)[-2:] == [("Zoë", "discarded"), ("Bo", "new")])
 
 
+@pytest.mark.slow
 def test_a_first_fit_is_awaited_made_and_kept_without_asking(walks_folder, enter):
     shutil.rmtree(walks_folder / "results")
     app = start(walks_folder, port=0)

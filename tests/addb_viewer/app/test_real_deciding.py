@@ -118,6 +118,7 @@ def test_t_in_a_trial_without_a_fit_says_so(walks_folder, enter, walks_review):
         app.close()
 
 
+@pytest.mark.slow
 def test_t_while_a_solve_waits_says_that_it_will_be_kept(walks_folder, zoe, walks_review):
     select(zoe, *SECOND)
     zoe.press("Clear: the force counts")

@@ -29,6 +29,7 @@ def folder(real_data, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_proposals_accepted_by_key_finish_the_trial(folder, enter):
     app = start(folder, port=0)
     try:

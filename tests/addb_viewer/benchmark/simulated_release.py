@@ -25,7 +25,7 @@ from solver.skeleton.forward import body_poses
 from solver.skeleton.osim_writer import skeleton_text
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
-from tests.addb_viewer.dataset.made_up_release import write
+from tests.addb_viewer.dataset.synthetic_release import write
 
 RATE, SECONDS = 100.0, 1.2
 GRAVITY = np.array([0.0, -9.80665, 0.0])

@@ -24,8 +24,8 @@ def test_differences_of_a_parabola_are_exact():
 
 
 def test_what_is_left_on_noiseless_motion_is_truncation_and_split(walk):
-    foretold = Analytical().predict(walk.seen)
-    errors = frame_errors(walk.measured, completed(walk.seen, foretold), walk.seen.skeleton)
+    predicted = Analytical().predict(walk.seen)
+    errors = frame_errors(walk.measured, completed(walk.seen, predicted), walk.seen.skeleton)
     q, dt = walk.seen.q, 1 / walk.seen.rate
     inner = slice(1, -1)
     velocity = (q[2:] - q[:-2]) / (2 * dt)
@@ -40,7 +40,7 @@ def test_what_is_left_on_noiseless_motion_is_truncation_and_split(walk):
     by_parabola = (4 * second(1e-4) - second(2e-4)) / 3
     truncation = by_parabola - walk.measured.com_acceleration[inner]
     np.testing.assert_allclose(errors["com_acc"][inner], np.linalg.norm(truncation, axis=1), atol=1e-6)
-    total = foretold.force.sum(axis=1)[inner] / walk.seen.mass_kg
+    total = predicted.force.sum(axis=1)[inner] / walk.seen.mass_kg
     some = total.any(axis=1)
     np.testing.assert_allclose(total[some], (by_parabola - GRAVITY)[some], atol=1e-6)
     assert some.mean() > 0.9

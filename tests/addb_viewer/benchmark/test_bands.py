@@ -8,7 +8,7 @@ import pytest
 from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.bands import EDGES_N_PER_KG, error_bands
 from addb_viewer.benchmark.scoring import scores_of
-from addb_viewer.benchmark.task import Foretold
+from addb_viewer.benchmark.task import Predicted
 from tests.addb_viewer.benchmark.simulated_release import example
 
 LEVEL, VERTICAL = 0.4, 1.1  # [N/kg] where a foot carries; a tenth of it where it does not
@@ -24,7 +24,7 @@ class Noisy:
         force = example().measured.force
         loaded = force[..., 1:2] > 1.0 * seen.mass_kg
         size = np.where(loaded, 1.0, 0.1) * (LEVEL, VERTICAL, LEVEL) * seen.mass_kg
-        return Foretold(force + size * self.rng.standard_normal(force.shape), np.zeros_like(force))
+        return Predicted(force + size * self.rng.standard_normal(force.shape), np.zeros_like(force))
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 from addb_viewer.benchmark.completing import completed
 from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.task import Foretold
+from addb_viewer.benchmark.task import Predicted
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
@@ -23,7 +23,7 @@ def walk():
 def test_the_centre_of_mass_obeys_the_forces(walk):
     rng = np.random.default_rng(0)
     force = walk.measured.force + 40 * rng.standard_normal(walk.measured.force.shape)
-    whole = completed(walk.seen, Foretold(force, walk.measured.moment))
+    whole = completed(walk.seen, Predicted(force, walk.measured.moment))
     wanted = force.sum(axis=1) / walk.seen.mass_kg + GRAVITY
     np.testing.assert_allclose(whole.com_acceleration, wanted, atol=1e-9)
     # Where F = m a holds, nothing is left for the translations of the root.
@@ -35,7 +35,7 @@ def test_the_centre_of_mass_obeys_the_forces(walk):
 def test_torques_are_those_of_the_solvers_inverse_dynamics(walk):
     skeleton, (q, _, _), force, moment, _, feet, _ = truth("walk")
     motion = Motion(skeleton.dofs, q, RATE)
-    said = Foretold(force, moment, acceleration=motion.acceleration, velocity=motion.velocity)
+    said = Predicted(force, moment, acceleration=motion.acceleration, velocity=motion.velocity)
     whole = completed(walk.seen, said)
     wrench = np.concatenate([force, moment + np.cross(feet, force)], axis=2)
     contacts = ContactWrenches(
@@ -58,12 +58,12 @@ def test_torques_are_those_of_the_solvers_inverse_dynamics(walk):
 
 def test_what_an_answer_leaves_of_the_equation_is_told(walk):
     _, (_, v, a), force, moment, _, _, torque = truth("walk")
-    said = Foretold(force, moment, acceleration=a, velocity=v, torque=torque + 2.0)
+    said = Predicted(force, moment, acceleration=a, velocity=v, torque=torque + 2.0)
     np.testing.assert_allclose(completed(walk.seen, said).remainder, 2.0, atol=1e-6)
 
 
 def test_answers_of_the_wrong_shape_or_without_numbers_are_refused(walk):
-    fine = Foretold(walk.measured.force, walk.measured.moment)
+    fine = Predicted(walk.measured.force, walk.measured.moment)
     with pytest.raises(BenchmarkError, match="force has shape"):
         completed(walk.seen, replace(fine, force=fine.force[:-1]))
     moment = fine.moment.copy()

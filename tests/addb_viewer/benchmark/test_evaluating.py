@@ -15,12 +15,12 @@ from addb_viewer.benchmark.analytical import filtered
 from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.completing import completed
 from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.evaluating import Course, evaluate, evaluate_outside, train
+from addb_viewer.benchmark.evaluating import TimeHistory, evaluate, evaluate_outside, train
 from addb_viewer.benchmark.outside import answer_rows, read_outside
 from addb_viewer.benchmark.predictors import predictor
 from addb_viewer.benchmark.release_trials import open_for_benchmark, shown_skeleton
 from addb_viewer.benchmark.results import read_results, write_result
-from addb_viewer.benchmark.task import Foretold
+from addb_viewer.benchmark.task import Predicted
 from addb_viewer.commands.cli import app
 from tests.addb_viewer.benchmark.simulated_release import GRAVITY, NOISE_RAD, truth
 
@@ -46,7 +46,7 @@ class Mean:
 
     def predict(self, seen):
         force = np.tile(-seen.mass_kg * seen.skeleton.gravity / 2, (seen.frames, 2, 1))
-        return Foretold(force, np.zeros_like(force))
+        return Predicted(force, np.zeros_like(force))
 
 
 def test_what_is_shown_is_the_noisy_motion_and_the_entered_mass(source):
@@ -74,10 +74,10 @@ def test_who_was_not_weighed_is_tested_only_where_that_is_asked_for(release, tmp
     schema = pq.read_schema(copy / "subjects.parquet")
     pq.write_table(pa.Table.from_pylist(rows, schema=schema), copy / "subjects.parquet")
     (copy / "models" / "lab__p4.unfitted.osim").unlink()
-    tested = evaluate(open_for_benchmark(copy), Mean, Course(), tmp_path / "a")
+    tested = evaluate(open_for_benchmark(copy), Mean, TimeHistory(), tmp_path / "a")
     assert {score.person_id for score in tested.scores} == {"lab/p3", "lab/p5"}
     assert not tested.notes
-    asked = evaluate(open_for_benchmark(copy, unweighed=True), Mean, Course(), tmp_path / "b")
+    asked = evaluate(open_for_benchmark(copy, unweighed=True), Mean, TimeHistory(), tmp_path / "b")
     assert {score.person_id for score in asked.scores} == set(TESTED)
     assert "lab/p4: no mass was entered" in asked.notes[0]
 
@@ -95,7 +95,7 @@ def test_a_gap_parts_a_trial(source, release, tmp_path):
 
 
 def test_the_baseline_on_all_tested_persons(source, tmp_path):
-    result = evaluate(source, filtered, Course(), tmp_path)
+    result = evaluate(source, filtered, TimeHistory(), tmp_path)
     assert {score.person_id for score in result.scores} == set(TESTED)
     force = average(result.scores, "grf")
     assert (force.persons, force.trials, force.frames) == (3, 5, 5 * 76)
@@ -116,11 +116,11 @@ def test_training_opens_no_file_of_a_tested_person(release, tmp_path):
     for path in copy.glob("*/lab__p[345].*"):
         path.write_bytes(b"nobody may read this")
     learner = Mean()
-    train(open_for_benchmark(copy), lambda: learner, Course(), tmp_path / "work")
+    train(open_for_benchmark(copy), lambda: learner, TimeHistory(), tmp_path / "work")
     assert set(learner.met) == {"lab/p0", "lab/p1", "lab/p2"}
     assert (tmp_path / "work/mean/test/log.csv").read_text().split() == ["persons", "3"]
     with pytest.raises(Exception, match=r"[Pp]arquet|model|XML"):
-        evaluate(open_for_benchmark(copy), lambda: learner, Course(), tmp_path / "work")
+        evaluate(open_for_benchmark(copy), lambda: learner, TimeHistory(), tmp_path / "work")
 
 
 def test_others_cannot_be_opened_by_their_name(source):
@@ -163,11 +163,11 @@ def test_what_is_learnt_in_a_fold_stays_in_it(source, release, tmp_path):
     table = pq.read_table(release / "splits" / "default.parquet")
     folds = pa.array([f"fold{k % 3}" for k in range(6)])
     pq.write_table(table.set_column(1, table.schema.field("split"), folds), path)
-    course = Course("own", ("fold0", "fold1", "fold2"))
+    time_history = TimeHistory("own", ("fold0", "fold1", "fold2"))
     for run in (train, evaluate):
         MADE.clear()
-        run(source, Hoarding, course, tmp_path)
-        tested = [len(list(source.trials(source.parts("own", part).test))) for part in course.parts]
+        run(source, Hoarding, time_history, tmp_path)
+        tested = [len(list(source.trials(source.parts("own", part).test))) for part in time_history.parts]
         assert [len(one.hoard) for one in MADE] == [sum(tested) - own for own in tested]
 
 
@@ -185,31 +185,31 @@ class Peeking(Mean):
     def predict(self, seen):
         everybody = self.source.trials(frozenset(self.source.release.split()))
         found = next(e for e in everybody if np.array_equal(e.seen.q, seen.q))
-        return Foretold(found.measured.force, found.measured.moment)
+        return Predicted(found.measured.force, found.measured.moment)
 
 
 def test_who_peeks_is_caught(source, tmp_path):
     with pytest.raises(BenchmarkError, match="has seen the forces"):
-        evaluate(source, lambda: Peeking(source), Course(), tmp_path)
+        evaluate(source, lambda: Peeking(source), TimeHistory(), tmp_path)
 
 
 def test_outside_answers_score_as_inside(source, tmp_path):
     mine = Mean()
-    inside = evaluate(source, lambda: mine, Course(), tmp_path)
+    inside = evaluate(source, lambda: mine, TimeHistory(), tmp_path)
     rows = pa.concat_tables(
         [answer_rows(example, mine.predict(example.seen)) for example in source.trials(frozenset(TESTED))]
     )
     shuffled = rows.take(np.random.default_rng(0).permutation(rows.num_rows))
     pq.write_table(shuffled, tmp_path / "theirs.parquet")
-    outside = evaluate_outside(source, read_outside(tmp_path / "theirs.parquet"), Course())
+    outside = evaluate_outside(source, read_outside(tmp_path / "theirs.parquet"), TimeHistory())
     assert outside.name == "theirs"
     assert outside.scores == inside.scores
     pq.write_table(rows.slice(1), tmp_path / "short.parquet")
     with pytest.raises(BenchmarkError, match="frame 0, foot r"):
-        evaluate_outside(source, read_outside(tmp_path / "short.parquet"), Course())
+        evaluate_outside(source, read_outside(tmp_path / "short.parquet"), TimeHistory())
     pq.write_table(pa.concat_tables([rows, rows.slice(0, 1)]), tmp_path / "twice.parquet")
     with pytest.raises(BenchmarkError, match="twice"):
-        evaluate_outside(source, read_outside(tmp_path / "twice.parquet"), Course())
+        evaluate_outside(source, read_outside(tmp_path / "twice.parquet"), TimeHistory())
     pq.write_table(rows.drop_columns(["nz"]), tmp_path / "lacking.parquet")
     with pytest.raises(BenchmarkError, match="nz"):
         read_outside(tmp_path / "lacking.parquet")
@@ -223,7 +223,7 @@ def test_accelerations_are_completed_by_the_forces_told(source):
 
 
 def test_results_of_other_terms_stand_in_no_table_together(source, tmp_path):
-    result = evaluate(source, Mean, Course(), tmp_path / "work")
+    result = evaluate(source, Mean, TimeHistory(), tmp_path / "work")
     write_result(result, tmp_path)
     assert read_results(tmp_path) == (result,)
     fewer = replace(result, name="fewer", scores=result.scores[len(result.scores) // 2 :])

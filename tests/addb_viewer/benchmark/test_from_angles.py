@@ -7,7 +7,7 @@ import pytest
 
 from addb_viewer.benchmark.analytical import filtered
 from addb_viewer.benchmark.averages import average
-from addb_viewer.benchmark.evaluating import Course, FolderLog, evaluate
+from addb_viewer.benchmark.evaluating import FolderLog, TimeHistory, evaluate
 from addb_viewer.benchmark.from_angles import CUTOFFS_HZ, REACHES, FromAngles
 from addb_viewer.benchmark.metrics import centre_of_pressure
 from addb_viewer.benchmark.release_trials import open_for_benchmark
@@ -24,8 +24,8 @@ def answered(request):
 
 
 def test_the_total_is_near_the_truth_and_only_pushes(answered):
-    one, foretold = answered
-    total = foretold.force.sum(axis=1)
+    one, predicted = answered
+    total = predicted.force.sum(axis=1)
     inner = slice(20, -20)  # the smoothing's own ends
     off = np.linalg.norm(total - one.measured.force.sum(axis=1), axis=1)[inner] / one.seen.mass_kg
     assert off.mean() < {"walk": 0.8, "run": 3.0}[one.measured.activity[0]]  # [N/kg] of 9.8 and up to 25
@@ -42,13 +42,13 @@ def test_nothing_acts_in_flight():
 
 
 def test_pressure_lies_under_the_soles(answered):
-    one, foretold = answered
-    R, p = body_poses(one.seen.skeleton, foretold.q)
+    one, predicted = answered
+    R, p = body_poses(one.seen.skeleton, predicted.q)
     shown = body_poses(one.seen.skeleton, one.seen.q)[1][:, list(one.seen.feet)]
     for k, sole in enumerate(soles(one.seen.skeleton, one.seen.foot_bodies)):
         corners = sole.corners_ground(R, p)
         height = np.repeat(corners[..., 1].min(axis=1)[:, None], 2, axis=1)
-        at, free = centre_of_pressure(foretold.force, foretold.moment, shown, height)
+        at, free = centre_of_pressure(predicted.force, predicted.moment, shown, height)
         loaded = np.isfinite(at[:, k, 0])
         low, high = corners[..., [0, 2]].min(axis=1), corners[..., [0, 2]].max(axis=1)
         inside = (at[:, k][:, [0, 2]] > low - 0.001) & (at[:, k][:, [0, 2]] < high + 0.001)
@@ -103,9 +103,9 @@ def test_the_cutoff_and_the_soles_reach_are_chosen_by_others(release, tmp_path):
 
 def test_it_is_ahead_of_the_baseline_on_noisy_motion(release, tmp_path):
     source = open_for_benchmark(release)
-    ours = evaluate(source, FromAngles, Course(), tmp_path)
+    ours = evaluate(source, FromAngles, TimeHistory(), tmp_path)
     for cutoff in (6.0, 30.0):
         for rule in ("height", "soles"):
-            other = evaluate(source, partial(filtered, cutoff, rule), Course(), tmp_path)
+            other = evaluate(source, partial(filtered, cutoff, rule), TimeHistory(), tmp_path)
             for metric in ("grf", "grm", "torque"):
                 assert average(ours.scores, metric).mean < average(other.scores, metric).mean

@@ -25,12 +25,12 @@ def shown():
     return one, replace(one.seen, q=one.seen.q + drift, markers=markers)
 
 
-def test_markers_mend_the_motion(shown):
+def test_markers_corrected_by_the_motion(shown):
     one, seen = shown
     with_markers, with_angles = FromMarkers().predict(seen), FromAngles().predict(seen)
 
-    def missed(foretold):
-        return np.linalg.norm(foretold.force - one.measured.force, axis=2)[20:-20].mean()
+    def missed(predicted):
+        return np.linalg.norm(predicted.force - one.measured.force, axis=2)[20:-20].mean()
 
     assert missed(with_markers) < 0.8 * missed(with_angles)
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.evaluating import Course, FolderLog, evaluate
+from addb_viewer.benchmark.evaluating import FolderLog, TimeHistory, evaluate
 from addb_viewer.benchmark.learnt.features import BELOW_ROOT, SIZES, features_of, targets_of, wrenches_of
 from addb_viewer.benchmark.learnt.windows import LENGTH, ends_of_all, windows_of
 from addb_viewer.benchmark.release_trials import open_for_benchmark
@@ -170,7 +170,7 @@ def test_it_learns_and_opens_no_tested_person(release, tmp_path):
     assert min(losses) < 0.5 * losses[0]
     # The same data, not spoilt: the checkpoint is taken as it is, and scored.
     whole = open_for_benchmark(release)
-    result = evaluate(whole, lambda: predictor, Course(), tmp_path / "work")
+    result = evaluate(whole, lambda: predictor, TimeHistory(), tmp_path / "work")
     assert len((log.folder / "log.csv").read_text().splitlines()) == 13
     assert {score.person_id for score in result.scores} == {"lab/p3", "lab/p4", "lab/p5"}
 
@@ -214,7 +214,7 @@ def test_whom_the_start_knows_is_not_tested(source, trained, release, tmp_path):
     parts = pa.array(["test", "train", "dev", "train", "train", "train"])
     pq.write_table(table.set_column(1, table.schema.field("split"), parts), path)
     with pytest.raises(BenchmarkError, match="lab/p0 is tested, and mlp-started starts from weights"):
-        evaluate(source, lambda: quick("mlp", start=trained), Course("known"), tmp_path)
+        evaluate(source, lambda: quick("mlp", start=trained), TimeHistory("known"), tmp_path)
     path.unlink()
 
 
@@ -228,7 +228,7 @@ def test_a_start_is_one_training(trained):
 def test_wide_features_are_learnt_from(source, tmp_path):
     parts = source.parts("default", "test")
     wide = quick("mlp", features="wide", epochs=1)
-    result = evaluate(source, lambda: wide, Course(), tmp_path)
+    result = evaluate(source, lambda: wide, TimeHistory(), tmp_path)
     assert (result.name, wide.network.feature_mean.shape) == ("mlp-wide", (SIZES["wide"],))
     assert parts.test == {score.person_id for score in result.scores}
     assert average(result.scores, "coverage_95") is not None

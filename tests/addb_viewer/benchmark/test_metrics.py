@@ -9,7 +9,7 @@ import pytest
 from addb_viewer.benchmark.completing import WholeAnswer
 from addb_viewer.benchmark.metrics import centre_of_pressure, frame_errors, phases_of
 from addb_viewer.benchmark.scoring import scored_frames, scores_of
-from addb_viewer.benchmark.task import Foretold, Measured
+from addb_viewer.benchmark.task import Measured, Predicted
 from tests.addb_viewer.benchmark.simulated_release import example
 
 DOFS = 8  # six of the root, two below
@@ -159,7 +159,7 @@ def test_a_scored_frame_has_half_a_second_behind_it():
 def test_means_are_over_the_activitys_scored_frames():
     one = example()
     one.measured.activity[100:] = "stand"
-    half = Foretold(0.5 * one.measured.force, 0.5 * one.measured.moment)
+    half = Predicted(0.5 * one.measured.force, 0.5 * one.measured.moment)
     by = {(s.activity, s.metric): s for s in scores_of(one, half)}
     norms = np.linalg.norm(one.measured.force, axis=2).mean(axis=1) / 2 / one.measured.mass_kg
     assert by["walk", "grf"].frames == 55

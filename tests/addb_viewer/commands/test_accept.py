@@ -41,14 +41,14 @@ def extension():
 
 
 GAIN = {
-    "heldout_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
-    "heldout_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
-    "heldout_linear_drop_N": [20.0, 30.0],
-    "heldout_angular_drop_Nm": [8.0, 13.0],
+    "held_out_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
+    "held_out_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
+    "held_out_linear_drop_N": [20.0, 30.0],
+    "held_out_angular_drop_Nm": [8.0, 13.0],
     "marker_rms_m": {"before": 0.0121, "after": 0.0120},
     "mass_kg": {"before": 71.0, "after": 71.0},
-    "heldout_frames": 110,
-    "heldout_blocks": 5,
+    "held_out_frames": 110,
+    "held_out_blocks": 5,
     "joint_torque_change": {
         "rms": {"hip_flexion_r": 12.34},
         "before_rms": {"hip_flexion_r": 40.0},
@@ -98,12 +98,12 @@ def asked(monkeypatch, extension):
 def diagnosed(command_line):
     def write(*effects):
         subject = command_line.subject
-        made_of = {
+        made_from = {
             "provenance": provenance_of(subject, subject.trials),
             "settings": as_dict(settings_for(subject.folder)),
         }
         figures = {"verdict": "explained", "effects": list(effects), "trials": ["walk"]}
-        keep(figures, made_of, subject.folder / "results")
+        keep(figures, made_from, subject.folder / "results")
 
     return write
 
@@ -126,7 +126,7 @@ def test_an_accepted_cause_reaches_the_next_fit(command_line, diagnosed, asked, 
 
 def test_a_lead_is_accepted_only_where_nothing_else_is_named(command_line, diagnosed, asked):
     folder = command_line.subject.folder
-    lead = CLOCK | {"id": "plate_position", "target": "plate_1", "told_as": "lead"}
+    lead = CLOCK | {"id": "plate_position", "target": "plate_1", "told_as": "tentative"}
     for effects in ([CLOCK, lead], [lead]):
         diagnosed(*effects)
         run = command_line("accept", folder, "--author", "Anna")
@@ -313,7 +313,7 @@ def test_a_second_cause_is_accepted_beside_the_first_and_taken_out_again(
 
 
 def test_accepting_all_leaves_a_lead_rejected(command_line, diagnosed, asked, decide):
-    diagnosed(CLOCK, {**LOAD, "told_as": "lead"})
+    diagnosed(CLOCK, {**LOAD, "told_as": "tentative"})
     decide("reject", "carried_mass", by="Bo")
     assert decide("accept") == {
         ("clock_offset", "all"): ("accept", "Anna"),

@@ -98,8 +98,8 @@ def whole(small_fit, tmp_path, monkeypatch) -> Path:
     def solve(subject, settings, *, trials=None, reviews=None, extension=None, **_):
         files = [one for one in subject.trials if trials is None or one.name in trials]
         fitted = [replace(small_fit.trials[0], capture=read_trial(one, settings.reading)) for one in files]
-        made_of = provenance_of(subject, files, reviews, extension)
-        members = {"trials": tuple(fitted), "settings": as_dict(settings), "provenance": made_of}
+        made_from = provenance_of(subject, files, reviews, extension)
+        members = {"trials": tuple(fitted), "settings": as_dict(settings), "provenance": made_from}
         return replace(small_fit, subject=subject, **members)
 
     monkeypatch.setattr("addb_viewer.jobs.solving.solve", solve)

@@ -17,6 +17,7 @@ def told_and_true(tmp_path_factory):
     return diagnose_subject(folder), truth
 
 
+@pytest.mark.slow
 def test_both_causes_are_named_and_no_other(told_and_true):
     told, truth = told_and_true
     ((foot, _, _),) = truth.off_plate["walk"]
@@ -55,17 +56,17 @@ def test_what_is_wrong_is_worst_during_the_step_while_no_plate_is_loaded(told_an
     worst_phase = max(residual["phases"], key=lambda phase: phase["force_N"])
     assert worst_phase["phase"] == "no_load"
     assert max(residual["axes"], key=lambda axis: axis["force_N"])["direction"] == "vertical"
-    course = walk["course"]
-    assert np.mean(course["force_after_N"]) < np.mean(course["force_N"])
+    time_history = walk["time_history"]
+    assert np.mean(time_history["force_after_N"]) < np.mean(time_history["force_N"])
 
 
 def test_the_step_s_force_is_told_over_time(told_and_true):
     told, _ = told_and_true
     (step,) = (e for e in told["effects"] if e["id"] == "off_plate_step")
-    (course,) = step["courses"]
+    (time_history,) = step["time_histories"]
     ((start, _),) = step["frames"]
-    assert course["start"] == start
-    vertical = np.array(course["force_N"])[:, 1]
+    assert time_history["start"] == start
+    vertical = np.array(time_history["force_N"])[:, 1]
     assert vertical.max() > 1.3 * step["parameters"]["force_y_N"]["value"]
 
 

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
-from addb_viewer.commands.diagnose import in_short
+from addb_viewer.commands.diagnose import key_findings
 from addb_viewer.jobs.diagnosing import kept_of
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import job_for
@@ -38,7 +38,7 @@ LATE = NamedEffect(
     sentence="The forces run on another clock.",
     remedy="Check the trigger line.",
     gain_nats=80.0,
-    heldout_gain_nats=40.0,
+    held_out_gain_nats=40.0,
 )
 EXPLAINED = Diagnosis(
     verdict="explained",
@@ -47,8 +47,8 @@ EXPLAINED = Diagnosis(
         Alternative("sample_rate", "all", "clock_offset all", "indistinguishable here", "a longer recording"),
     ),
     gain={
-        "heldout_linear_residual_N": Gain(41.0, 12.2, (11.0, 13.9)),
-        "heldout_angular_residual_Nm": Gain(19.5, 8.1, (7.2, 9.0)),
+        "held_out_linear_residual_N": Gain(41.0, 12.2, (11.0, 13.9)),
+        "held_out_angular_residual_Nm": Gain(19.5, 8.1, (7.2, 9.0)),
         "marker_rms_m": Gain(0.0121, 0.0120),
     },
     remaining=Remaining(12.2, 9.8),
@@ -98,10 +98,10 @@ def test_every_verdict_is_status_0_and_is_kept(command_line, finder, found):
     assert run.stderr == ""
     answer = kept(folder / "results")
     assert answer is not None
-    figures, made_of = answer
+    figures, made_from = answer
     assert figures["verdict"] == found.verdict
-    assert set(made_of) == {"provenance", "settings"}
-    assert any(name.startswith("sha256") for name in made_of["provenance"])
+    assert set(made_from) == {"provenance", "settings"}
+    assert any(name.startswith("sha256") for name in made_from["provenance"])
 
 
 def test_the_page_says_what_how_sure_and_what_to_do(command_line, finder):
@@ -119,7 +119,7 @@ def test_the_json_is_the_contract(command_line, finder, tmp_path):
     assert command_line("diagnose", command_line.subject.folder, "--json", target).exit_code == 0
     figures = json.loads(target.read_text(encoding="utf-8"))
     assert {"verdict", "effects", "alternatives", "gain", "remaining"} <= set(figures)
-    assert "made_of" not in figures
+    assert "made_from" not in figures
     (effect,) = figures["effects"]
     assert effect["id"] == "clock_offset"
     assert effect["parameters"] == {"offset_s": {"value": 0.0123, "std": 0.0004}}
@@ -130,7 +130,7 @@ def test_the_json_is_the_contract(command_line, finder, tmp_path):
     assert {name: type(rival[name]) for name in ("id", "target", "why", "separate_by")} == dict.fromkeys(
         ("id", "target", "why", "separate_by"), str
     )
-    linear = figures["gain"]["heldout_linear_residual_N"]
+    linear = figures["gain"]["held_out_linear_residual_N"]
     assert linear == {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
     assert figures["gain"]["marker_rms_m"] == {"before": 0.0121, "after": 0.0120}
     assert figures["remaining"] == {
@@ -148,7 +148,7 @@ REFUSED = CauseDecisions(
     6.5,
     (
         Decision("pays", True, 6.5, 5.0, "it gains 6.5 nats over its odds"),
-        Decision("holds up", False, -3.0, 0.0, "on withheld blocks it gains -3.0 nats"),
+        Decision("holds up", False, -3.0, 0.0, "on held-out blocks it gains -3.0 nats"),
     ),
 )
 
@@ -160,7 +160,7 @@ def test_it_says_at_which_check_a_cause_fell(command_line, finder, tmp_path):
     page = " ".join(run.stdout.split())
     assert "fell at 'holds up'" in page
     assert "pays it gains 6.5 nats over its odds" in page
-    assert "holds up, no on withheld blocks it gains -3.0 nats" in page
+    assert "holds up, no on held-out blocks it gains -3.0 nats" in page
     (one,) = json.loads(target.read_text(encoding="utf-8"))["decisions"]
     assert (one["id"], one["target"], one["named"]) == ("drag", "torso", False)
     assert one["checks"][1] == {
@@ -168,7 +168,7 @@ def test_it_says_at_which_check_a_cause_fell(command_line, finder, tmp_path):
         "passed": False,
         "nats": -3.0,
         "limit": 0.0,
-        "reason": "on withheld blocks it gains -3.0 nats",
+        "reason": "on held-out blocks it gains -3.0 nats",
     }
 
 
@@ -339,7 +339,7 @@ def test_of_many_a_kept_diagnosis_holds_until_something_changes(command_line, fi
     job = job_for(folder, trials=["walk"], without_extension=True)
     figures = kept_of(job)
     assert figures is not None
-    assert in_short(figures)["verdict"] == "explained"
+    assert key_findings(figures)["verdict"] == "explained"
     assert kept_of(replace(job, settings=settings_with_other_iterations())) is None
     command_line.subject.trials[0].markers.write_text("recorded anew")
     assert kept_of(job_for(folder, trials=["walk"], without_extension=True)) is None

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
-from addb_viewer.text.summary_table import print_summary, print_withheld
+from addb_viewer.text.summary_table import print_held_out, print_summary
 from solver.common.errors import FitError
 from solver.fitting.results.store import load_fit
 from solver.fitting.summary import summary
@@ -32,14 +32,14 @@ def test_fit_keeps_the_results_and_prints_the_summary(command_line):
     assert run.stderr == ""
 
 
-def test_all_layouts_of_withheld_forces_are_told_apart_from_the_first(capsys):
+def test_all_layouts_of_held_out_forces_are_told_apart_from_the_first(capsys):
     missed = {"rms": 48.2, "markers_rms": 152.2, "markers_cutoffs_hz": [12.0, 15.0], "ratio": None}
     blocks = {"pieces": 13, "layouts": 6, "frames": 147, "force": missed, "moment": missed}
-    print_withheld({"trials": [{"name": "run", "withheld": {"blocks": blocks}}]})
+    print_held_out({"trials": [{"name": "run", "held_out_layouts": {"blocks": blocks}}]})
     head, line = capsys.readouterr().out.splitlines()
     assert "of the first one alone" in head
-    assert line.startswith("run: 13 blocks withheld in 6 layouts, 147 frames: errors 48.2 N")
-    print_withheld({"trials": [{"name": "run", "withheld": None}]})
+    assert line.startswith("run: 13 blocks held out in 6 layouts, 147 frames: errors 48.2 N")
+    print_held_out({"trials": [{"name": "run", "held_out_layouts": None}]})
     assert capsys.readouterr().out == ""
 
 

@@ -47,6 +47,7 @@ def test_a_folder_of_subjects_is_told_from_a_subject(root, tmp_path):
     assert set(found.names) == {"anna", "ben", "more/carl"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_every_subject_has_its_line_and_its_figures(root, jobs):
     lines = []
@@ -114,6 +115,7 @@ def test_one_subject_has_no_use_for_what_is_for_several(root, option, value):
     assert option in run.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_a_killed_fit_of_many_goes_on_where_it_was(real_data, tmp_path):
     recording = real_data / "anomalies" / "UpsideDownData"

@@ -66,6 +66,7 @@ def unseen(frames):
     return outside
 
 
+@pytest.mark.slow
 def test_arrays_are_nan(folder):
     trial = Subject.open(folder).fit()[0]
     for values in map(np.asarray, (trial.com.values, trial.coordinates.values, trial.torques.values)):
@@ -143,6 +144,7 @@ def test_tables_and_scenes(folder):
     assert keys["min"] == pytest.approx([0.3])
 
 
+@pytest.mark.slow
 def test_pages_and_recordings(folder, tmp_path):
     run("report", folder)
     run("record", folder, "--rrd", tmp_path / "walk.rrd", "--mcap", tmp_path / "walk.mcap")

@@ -29,6 +29,7 @@ def reviewed(real_data, tmp_path):
     return subject
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["read-only", "full"])
 def test_what_only_reads_works_where_nothing_can_be_written(reviewed, tmp_path, read_only, small_disk, place):
     if place == "full":

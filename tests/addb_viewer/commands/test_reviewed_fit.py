@@ -76,12 +76,12 @@ def test_where_only_flags_changed_the_search_begins_at_the_kept_fit(command_line
     def resolve(previous, reviews, settings, progress, *, extension):
         begun.append((previous, reviews))
         provenance = provenance_of(previous.subject, previous.subject.trials, reviews)
-        return replace(previous, provenance=provenance, heldout_due=True)
+        return replace(previous, provenance=provenance, held_out_due=True)
 
     whole = solving.solve
     monkeypatch.setattr(solving, "solve", solve)
     monkeypatch.setattr(solving, "resolve", resolve)
-    monkeypatch.setattr(solving, "predicting_withheld", lambda fit, *_: replace(fit, heldout_due=False))
+    monkeypatch.setattr(solving, "predicting_held_out", lambda fit, *_: replace(fit, held_out_due=False))
     folder = command_line.subject.folder
     command_line("fit", folder)
     reviewed.append("walk", FLAG, "anna")

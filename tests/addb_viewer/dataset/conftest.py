@@ -20,8 +20,8 @@ from tests.addb_viewer.dataset.builds import ALL, Here, planned_apart
 
 QUICK = replace(
     Settings(),
-    trajectory=replace(Settings().trajectory, heldout=False),
-    foretelling=replace(Settings().foretelling, enabled=False),
+    trajectory=replace(Settings().trajectory, held_out=False),
+    prediction=replace(Settings().prediction, enabled=False),
 )
 WALK_S = 1.2
 

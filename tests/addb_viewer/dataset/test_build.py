@@ -62,8 +62,8 @@ def test_newtons_law_holds_in_the_files(release, frames, name):
     ]
     columns, counts = frames[name], frames[name]["counts"] == 1
     grf = vectors(columns, "grf_r_{}_N") + vectors(columns, "grf_l_{}_N")
-    demanded = row["mass_kg"] * (vectors(columns, "com_a_{}_m_s2") - GRAVITY)
-    missing = demanded - grf - vectors(columns, "extra_force_{}_N") - vectors(columns, "residual_force_{}_N")
+    required = row["mass_kg"] * (vectors(columns, "com_a_{}_m_s2") - GRAVITY)
+    missing = required - grf - vectors(columns, "extra_force_{}_N") - vectors(columns, "residual_force_{}_N")
     assert np.abs(missing[counts]).max() < 0.1 + 1e-4 * row["mass_kg"] * 9.81
     assert np.isnan(missing[~counts]).all()
     moments, points = [], 0
@@ -105,7 +105,7 @@ def test_nothing_is_told_of_a_foot_that_does_not_count(frames):
     assert silent.any()
     for name in ("grf_r_x_N", "grm_r_y_Nm", "cop_r_z_m", "free_moment_r_Nm", "residual_force_x_N", "phase"):
         assert np.isnan(columns[name][silent]).all(), name
-    assert (columns["torque_inferred"][silent] == 1).all()
+    assert (columns["torque_predicted"][silent] == 1).all()
     assert (columns["missing_number"] == 0).tolist() == (columns["counts"] == 1).tolist()
     assert (columns["contact_r"][silent] == 1).any()  # the step beside the plates
 

@@ -1,4 +1,4 @@
-"""A made-up corpus: what its files hold against what is said to be true of them."""
+"""A synthetic corpus: what its files hold against what is said to be true of them."""
 
 import json
 import shutil
@@ -160,9 +160,9 @@ def test_people_may_have_bodies_speeds_and_gaits_of_their_own():
         ahead, here, behind = (
             model.centre_of_mass(trial.motion.derivative(times + k * step, 0)) for k in (1, 0, -1)
         )
-        demanded = trial.body.skeleton.mass * ((ahead - 2 * here + behind) / step**2 + (0, 9.80665, 0))
+        required = trial.body.skeleton.mass * ((ahead - 2 * here + behind) / step**2 + (0, 9.80665, 0))
         pushed = trial.reactions(times).force_ground.sum(axis=1)
-        np.testing.assert_allclose(pushed, demanded, atol=0.02 * trial.body.skeleton.mass * 9.81)
+        np.testing.assert_allclose(pushed, required, atol=0.02 * trial.body.skeleton.mass * 9.81)
 
 
 def test_another_take_is_other_steps_and_no_second_session_is_made(tmp_path):

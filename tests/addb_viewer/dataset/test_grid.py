@@ -122,8 +122,8 @@ def contacts(wrench, observed, plate):
 def test_wrenches_are_splines_and_zero_between_zeros(rate):
     frames = 100
     times = np.arange(frames) / rate
-    course = np.hstack([cubic(times) + 5, cubic(times) - 5])
-    wrench = np.stack([course, np.where((np.arange(frames) >= 50)[:, None], course, 0.0)], axis=1)
+    time_history = np.hstack([cubic(times) + 5, cubic(times) - 5])
+    wrench = np.stack([time_history, np.where((np.arange(frames) >= 50)[:, None], time_history, 0.0)], axis=1)
     grid = grid_of(frames, rate, 0.0, 100.0)
     given = contacts(wrench, np.ones(frames, bool), np.zeros((frames, 1), int))
     got = contacts_on_grid(given, grid).wrench_ground

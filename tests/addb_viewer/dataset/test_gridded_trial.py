@@ -66,7 +66,7 @@ def test_every_second_frame_of_200_hz_is_the_fits(fit_200, halved):
 def test_torques_are_those_of_the_motion_and_the_wrenches(fit_200, halved):
     trial, skeleton = halved.trial, fit_200.skeleton
     wrenches = np.where(trial.mask.counts[..., None], trial.contacts.wrench_ground, 0.0)
-    wrenches += trial.dynamics.wrench_foretold_ground
+    wrenches += trial.dynamics.wrench_predicted_ground
     feet = [skeleton.body_index(name) for name in trial.contacts.foot_bodies]
     motion = trial.motion
     model = RigidBodyModel(skeleton)
@@ -154,7 +154,7 @@ def test_what_an_accepted_cause_adds_acts_on_the_grid_as_well(fit_200, halved):
         dynamics.residual_root, halved.trial.dynamics.residual_root - got.extra_root, atol=1e-9
     )
     wrenches = np.where(got.trial.mask.counts[..., None], got.trial.contacts.wrench_ground, 0.0)
-    wrenches = np.concatenate([wrenches + dynamics.wrench_foretold_ground, there[:, None]], axis=1)
+    wrenches = np.concatenate([wrenches + dynamics.wrench_predicted_ground, there[:, None]], axis=1)
     bodies = [skeleton.body_index(name) for name in (*got.trial.contacts.foot_bodies, body)]
     expected = RigidBodyModel(skeleton).inverse_dynamics(
         motion.q, motion.velocity, motion.acceleration, wrenches, bodies

@@ -21,7 +21,7 @@ from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize, trut
 from tests.addb_viewer.dataset.builds import Here
 
 SMALL = CorpusOptions(3, seed=2, actors=1, activities=("walk",), longest_s=1.0)
-QUICK = "[trajectory]\nheldout = false\n\n[foretelling]\nenabled = false\n"
+QUICK = "[trajectory]\nheld_out = false\n\n[prediction]\nenabled = false\n"
 AT_MOST_S = 300.0  # so that a build that hangs does not hold up the tests
 
 
@@ -80,6 +80,7 @@ def contents(release):
     }
 
 
+@pytest.mark.slow
 def test_every_trap_ends_where_truth_says_and_nothing_else_is_left_out(root, undisturbed):
     truth = json.loads((truth_folder(root) / "truth.json").read_text(encoding="utf-8"))
     said = sorted((row["level"], row["id"], row["reason"]) for row in truth["left_out"])
@@ -89,6 +90,7 @@ def test_every_trap_ends_where_truth_says_and_nothing_else_is_left_out(root, und
     assert set(pq.read_table(undisturbed / "subjects.parquet")["subject_id"].to_pylist()) == good
 
 
+@pytest.mark.slow
 def test_a_killed_client_goes_on_where_it_was(root, undisturbed, tmp_path):
     out = tmp_path / "release"
     client = started(root, out, 1)
@@ -106,6 +108,7 @@ def test_a_killed_client_goes_on_where_it_was(root, undisturbed, tmp_path):
     assert contents(out) == contents(undisturbed)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_no_subject_and_two_workers_give_the_same_bytes(root, undisturbed, tmp_path):
     out = tmp_path / "release"
     client = started(root, out, 2)

@@ -43,6 +43,7 @@ def cut(walk, rate, first, last):
     return replace(motion, q=motion.q[round(first * rate) : round(last * rate)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "how",
     [(100.0, 0.0, 2.4, 0.0), (100.0, 0.7, 2.4, 0.0002), (150.0, 0.0, 1.6, 0.0002), (60.0, 0.4, 2.0, 0.0002)],

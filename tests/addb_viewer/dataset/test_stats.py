@@ -22,7 +22,7 @@ from addb_viewer.dataset.stats.gathering import Frames, gathered
 from addb_viewer.dataset.stats.page import PAPER_SOURCES, PAPER_SUM, clinical_percent, page
 from addb_viewer.dataset.stats.writing import as_csv, stats_of
 from addb_viewer.text.amounts import counted, lasting
-from tests.addb_viewer.dataset.made_up_release import JOINTS, write, write_release
+from tests.addb_viewer.dataset.synthetic_release import JOINTS, write, write_release
 
 G = 9.80665
 CLASS_OF = {"walk": "walking", "run": "running", "transition": "other", "none": "unlabelled"}
@@ -290,6 +290,7 @@ def test_a_release_without_reviewed_frames_says_so(tmp_path):
     assert {len(figure.axes) for figure in scatter_figures(found.sample).values()} == {6}
 
 
+@pytest.mark.slow
 def test_figures_of_a_release_that_nobody_reviewed_show_all_frames(tmp_path):
     rows = write_release(tmp_path / "r")
     write(tmp_path / "r", TRIALS, [trial | {"reviewed": False} for trial in rows["trials"]])

@@ -7,7 +7,7 @@ import pytest
 
 from addb_viewer.report.arrows import arrows_of
 from addb_viewer.trial_view.palette import CAUSE, GREEN, RESIDUAL
-from addb_viewer.trial_view.replay import DemandedForce
+from addb_viewer.trial_view.replay import RequiredForce
 
 
 @pytest.fixture
@@ -34,8 +34,8 @@ def test_the_residual_is_drawn_where_it_counts(replay):
 def test_what_the_motion_demands_is_told_apart_from_what_was_measured(replay):
     force = np.full((40, 3), np.nan)
     force[30:36] = [0.0, 300.0, 0.0]
-    demanded = DemandedForce("calcn_r", force, np.zeros((40, 3)))
-    (arrow,) = [a for a in arrows_of(replace(replay, demanded=(demanded,)), None) if a.is_demanded]
+    required = RequiredForce("calcn_r", force, np.zeros((40, 3)))
+    (arrow,) = [a for a in arrows_of(replace(replay, required=(required,)), None) if a.is_required]
     np.testing.assert_array_equal(np.isfinite(arrow.force[:, 1]), ~replay.residual.used)
 
 
@@ -48,7 +48,7 @@ def test_a_named_force_is_there_while_it_acts(replay, diagnosis):
         },
         "frames": [[5, 9]],
         "trial": "walk",
-        "courses": [],
+        "time_histories": [],
     }
     (arrow,) = [a for a in arrows_of(replay, {**diagnosis, "effects": [contact]}) if a.color == CAUSE]
     assert np.flatnonzero(np.isfinite(arrow.force[:, 1])).tolist() == [5, 6, 7, 8]

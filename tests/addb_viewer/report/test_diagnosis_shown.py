@@ -23,11 +23,11 @@ def shown(fit, diagnosis, tmp_path):
     """What is shown of a diagnosis whose inputs differ from the fit's so."""
 
     def of(provenance=None, settings=None):
-        made_of = {
+        made_from = {
             "provenance": {**fit.provenance, **(provenance or {})},
             "settings": {**fit.settings, **(settings or {})},
         }
-        keep(diagnosis, made_of, tmp_path)
+        keep(diagnosis, made_from, tmp_path)
         return diagnosis_shown(fit, tmp_path)
 
     return of

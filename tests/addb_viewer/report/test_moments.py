@@ -7,7 +7,7 @@ import pytest
 
 from addb_viewer.report.frames_kept import kept_frames
 from addb_viewer.report.moments import moments_of
-from addb_viewer.trial_view.replay import DemandedForce
+from addb_viewer.trial_view.replay import RequiredForce
 
 
 @pytest.fixture
@@ -36,8 +36,8 @@ def test_the_left_out_frame_shows_a_force_that_nobody_measured(replay):
     force = np.full((40, 3), np.nan)
     force[30:36] = 0.0
     force[34] = [0.0, 300.0, 0.0]
-    demanded = DemandedForce("calcn_r", force, np.zeros((40, 3)))
-    left_out, *_ = shown(replace(replay, demanded=(demanded,)))
+    required = RequiredForce("calcn_r", force, np.zeros((40, 3)))
+    left_out, *_ = shown(replace(replay, required=(required,)))
     assert left_out.frame == 34
     assert "300 N" in left_out.why
 
@@ -60,7 +60,7 @@ def test_a_named_force_takes_the_place_of_an_ordinary_frame(replay, diagnosis):
         "parameters": {f"force_{a}_N": {"value": 50.0, "std": 1.0} for a in "xyz"},
         "frames": [[5, 9]],
         "trial": "walk",
-        "courses": [],
+        "time_histories": [],
     }
     assert [m.heading for m in shown(replay, {**diagnosis, "effects": [contact]})][-1] == "The named cause"
 

@@ -4,9 +4,9 @@ import pytest
 
 from addb_viewer.report.quality import (
     bounds_of,
+    held_out_table,
     judged_figures,
     quality_table,
-    withheld_table,
     worse_than_markers,
 )
 from solver.fitting.summary import summary
@@ -40,12 +40,12 @@ def test_what_was_not_computed_is_not_judged(figures):
     assert quality_table([figures[1]]).count("not computed") == 2
 
 
-def test_withheld_forces_of_the_first_layout_beside_those_of_the_markers_alone(figures):
-    assert withheld_table(figures) is None
+def test_held_out_forces_of_the_first_layout_beside_those_of_the_markers_alone(figures):
+    assert held_out_table(figures) is None
     of = {"linear_residual": {"rms_N": 24.4}, "angular_residual": {"rms_Nm": 11.4}}
     alone = {f"kinematics_only_{name}": {k: 3 * v for k, v in value.items()} for name, value in of.items()}
-    heldout = {"frames": 22, "markers_cutoff_hz": [6.0, 8.0], **of, **alone}
-    page = withheld_table([figures[0] | {"heldout": heldout}])
+    held_out = {"frames": 22, "markers_cutoff_hz": [6.0, 8.0], **of, **alone}
+    page = held_out_table([figures[0] | {"held_out": held_out}])
     for said in ("24.4\u00a0N", "73.2\u00a0N at 6\u00a0Hz", "11.4\u00a0N·m", "34.2\u00a0N·m at 8\u00a0Hz"):
         assert said in page
 
@@ -53,7 +53,7 @@ def test_withheld_forces_of_the_first_layout_beside_those_of_the_markers_alone(f
 def test_markers_at_the_forces_own_cutoff_as_older_fits_have_them_are_not_shown(figures):
     of = {"linear_residual": {"rms_N": 24.4}, "angular_residual": {"rms_Nm": 11.4}}
     alone = {f"kinematics_only_{name}": {k: 3 * v for k, v in value.items()} for name, value in of.items()}
-    page = withheld_table([figures[0] | {"heldout": {"frames": 22, **of, **alone}}])
+    page = held_out_table([figures[0] | {"held_out": {"frames": 22, **of, **alone}}])
     assert "24.4\u00a0N" in page
     assert "73.2" not in page
 
@@ -71,15 +71,17 @@ def of_layouts(ratio, interval):
 
 
 def test_all_layouts_take_the_place_of_the_first_and_a_worse_fit_is_said_to_be(figures):
-    page = withheld_table([figures[0] | {"withheld": of_layouts(1.5, [1.2, 1.9])}])
+    page = held_out_table([figures[0] | {"held_out_layouts": of_layouts(1.5, [1.2, 1.9])}])
     assert "19 blocks in 6 layouts" in page
     assert "20.0\u00a0N at 4 to 6\u00a0Hz" in page
-    worse = worse_than_markers([figures[0] | {"withheld": of_layouts(1.5, [1.2, 1.9])}])
+    worse = worse_than_markers([figures[0] | {"held_out_layouts": of_layouts(1.5, [1.2, 1.9])}])
     assert "force 30.0\u00a0N, markers at 4 to 6\u00a0Hz 20.0\u00a0N, 1.50 times" in worse
     assert "1.20 to 1.90: beyond chance" in worse
     assert "moment" not in worse
-    assert "perhaps chance" in worse_than_markers([figures[0] | {"withheld": of_layouts(1.1, [0.9, 1.3])}])
-    assert worse_than_markers([figures[0] | {"withheld": of_layouts(0.8, [0.7, 1.3])}]) is None
+    assert "perhaps chance" in worse_than_markers(
+        [figures[0] | {"held_out_layouts": of_layouts(1.1, [0.9, 1.3])}]
+    )
+    assert worse_than_markers([figures[0] | {"held_out_layouts": of_layouts(0.8, [0.7, 1.3])}]) is None
 
 
 def test_bounds_of_a_person():

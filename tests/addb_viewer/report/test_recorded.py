@@ -1,6 +1,6 @@
 """What was recorded."""
 
-from addb_viewer.report.made_of import recorded
+from addb_viewer.report.made_from import recorded
 
 
 def test_person_and_trials(recording):

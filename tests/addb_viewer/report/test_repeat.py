@@ -4,7 +4,7 @@ import tomllib
 from dataclasses import replace
 from html import unescape
 
-from addb_viewer.report.made_of import differing, repeat_part
+from addb_viewer.report.made_from import differing, repeat_part
 from solver.fitting.settings import Settings, as_dict
 
 

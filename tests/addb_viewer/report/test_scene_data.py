@@ -88,7 +88,7 @@ def test_long_recordings_play_every_other_frame(report, monkeypatch):
 
 def test_a_trial_without_skeleton_or_forces_is_plain_json(report):
     (record,) = report.recording.trials
-    bare = replace(record.replay, bodies=None, residual=None, plates=(), demanded=())
+    bare = replace(record.replay, bodies=None, residual=None, plates=(), required=())
     recording = replace(report.recording, trials=(replace(record, replay=bare),), diagnosis=None)
     trial = json.loads(json.dumps(scene_of(recording, [kept_frames(bare)]), allow_nan=False))["trials"][0]
     assert (trial["positions"], trial["arrows"], trial["kept"]) == (None, [], [])

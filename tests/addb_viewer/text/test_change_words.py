@@ -8,7 +8,7 @@ from addb_viewer.app.shell.fit_tab import change_html
 from addb_viewer.report.motion_part import changed_part
 from addb_viewer.text.change_words import (
     band_in_words,
-    change_in_short,
+    change_key_findings,
     change_rows,
     change_sentence,
     signed,
@@ -51,7 +51,7 @@ def test_one_line_tells_how_much_where_and_what_remains(change):
         "The fit to forces moved the joints by 0.8° RMS (0.3° of it constant); most: right hip rotation "
         "2.1°, lumbar extension 1.1°; 93 % of their movement at 4–6 Hz is left"
     )
-    assert change_in_short(change) == "0.8° RMS; gain 0.93 at 4–6 Hz"
+    assert change_key_findings(change) == "0.8° RMS; gain 0.93 at 4–6 Hz"
 
 
 def test_without_content_in_the_band_nothing_is_said_of_it(change):
@@ -60,7 +60,7 @@ def test_without_content_in_the_band_nothing_is_said_of_it(change):
 
 def test_without_a_fit_to_forces_there_is_nothing_to_tell(change):
     for nothing in (None, change | {"joints_rms_deg": None}):
-        assert change_sentence(nothing) == change_in_short(nothing) == ""
+        assert change_sentence(nothing) == change_key_findings(nothing) == ""
     assert "markers alone" in change_html(None)
     assert changed_part([{"name": "old"}, {"name": "walk", "change": None}]) == ""
 

@@ -20,7 +20,7 @@ from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.diagnosis.causes.plate_bias import TAKEN_OFF
 from solver.diagnosis.causes.readings import OF_EACH_TRIAL, Reading
 from solver.dynamics.com_mass import WEIGHED_BY_FORCES
-from tests.addb_viewer.made_up_residual import residual
+from tests.addb_viewer.synthetic_residual import residual
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
 
@@ -47,7 +47,7 @@ def figures(verdict="explained", effects=(), alternatives=(), **changes):
         "verdict": verdict,
         "effects": list(effects),
         "alternatives": list(alternatives),
-        "gain": {"heldout_linear_residual_N": FORCE} if effects else {},
+        "gain": {"held_out_linear_residual_N": FORCE} if effects else {},
         "remaining": {
             "linear_residual_N": 12.2,
             "noise_floor_N": 9.8,
@@ -204,10 +204,13 @@ def test_certainty_never_exceeds_the_figure():
     assert "one of 3 causes that come near" in certainty(0.5, 2)
 
 
-def test_what_is_likelier_wrong_than_right_is_told_as_a_lead():
-    guess = effect("plate_position", "plate_2", 0.35, shift_x_m=(0.02, 0.005)) | {"told_as": "lead"}
+def test_what_is_likelier_wrong_than_right_is_told_as_tentative():
+    guess = effect("plate_position", "plate_2", 0.35, shift_x_m=(0.02, 0.005)) | {"told_as": "tentative"}
     beside = said(figures(effects=[LATE, guess]))
-    assert "Besides, a lead, likelier wrong than right: wrong position of plate 2 [a guess]." in beside
+    assert (
+        "Besides, a tentative cause, likelier wrong than right: wrong position of plate 2 [a guess]."
+        in beside
+    )
     assert "one cause accounts for it: forces shifted in time" in beside
     assert "LEAD 2 OF 2: wrong position of plate 2" in beside
     assert "At fault: the recording." in beside
@@ -268,13 +271,13 @@ def test_seconds_are_those_of_the_recordings_clock():
 
 def test_a_step_whose_moment_rises_on_hidden_stretches_says_why():
     gain = {
-        "heldout_linear_residual_N": {"before": 388.0, "after": 149.0, "interval": [97.0, 203.0]},
-        "heldout_angular_residual_Nm": {"before": 16.4, "after": 55.9, "interval": [39.2, 69.6]},
+        "held_out_linear_residual_N": {"before": 388.0, "after": 149.0, "interval": [97.0, 203.0]},
+        "held_out_angular_residual_Nm": {"before": 16.4, "after": 55.9, "interval": [39.2, 69.6]},
     }
     text = said(figures(effects=[STEP], gain=gain))
     assert "moment rises (16 → 56 N·m)" in text
     assert "cannot be predicted" in text
-    falls = gain | {"heldout_angular_residual_Nm": {"before": 16.4, "after": 9.0, "interval": [8.0, 10.0]}}
+    falls = gain | {"held_out_angular_residual_Nm": {"before": 16.4, "after": 9.0, "interval": [8.0, 10.0]}}
     assert "cannot be predicted" not in said(figures(effects=[STEP], gain=falls))
 
 
@@ -312,14 +315,14 @@ def test_the_verdict_is_no_surer_than_its_causes():
 
 
 def test_a_gain_that_may_be_chance_is_not_praised():
-    weak = {"heldout_linear_residual_N": {"before": 12.0, "after": 11.5, "interval": [9.0, 14.0]}}
+    weak = {"held_out_linear_residual_N": {"before": 12.0, "after": 11.5, "interval": [9.0, 14.0]}}
     text = said(figures(effects=[LATE], gain=weak))
-    assert "Take the cause as a lead, not as a finding" in text
+    assert "Take the cause as tentative, not as a finding" in text
     assert "falls by" not in text
     assert "accounts for it" not in text
-    assert "It is a lead, not a finding" in text.split("WHAT IS WRONG")[0]
+    assert "It is tentative, not a finding" in text.split("WHAT IS WRONG")[0]
     certain = said(figures(effects=[LATE], gain=weak) | {"evidence_nats": 60.0})
-    assert "a lead" not in certain
+    assert "tentative" not in certain
     assert "The evidence for the cause is the recording as a whole" in certain
     left = {"linear_residual_N": 30.0, "noise_floor_N": 12.0, "location": None}
     more = said(figures(effects=[LATE], gain=weak, remaining=left) | {"evidence_nats": 60.0})
@@ -329,8 +332,8 @@ def test_a_gain_that_may_be_chance_is_not_praised():
 def test_force_that_gets_worse_is_no_gain_and_neither_summary_praises_it():
     """What remains is told by its multiple, with the moment."""
     gain = {
-        "heldout_linear_residual_N": {"before": 18.0, "after": 20.0, "interval": [18.4, 24.0]},
-        "heldout_angular_residual_Nm": {"before": 4.2, "after": 3.0, "interval": [2.8, 3.2]},
+        "held_out_linear_residual_N": {"before": 18.0, "after": 20.0, "interval": [18.4, 24.0]},
+        "held_out_angular_residual_Nm": {"before": 4.2, "after": 3.0, "interval": [2.8, 3.2]},
     }
     left = {"linear_residual_N": 20.0, "noise_floor_N": 12.0, "location": None}
     text = said(figures(effects=[LATE], gain=gain, remaining=left))
@@ -339,34 +342,34 @@ def test_force_that_gets_worse_is_no_gain_and_neither_summary_praises_it():
     assert "Nothing else stands out" not in text
     remains = text.split("WHAT REMAINS")[1]
     assert "1.7 times the 12 N of a recording without faults. The moment error is 3.0 N·m." in remains
-    assert "First check what is only a lead" in remains
+    assert "First check what is only tentative" in remains
 
 
 def test_a_moment_that_falls_speaks_for_a_cause_that_leaves_the_force_alone():
     gain = {
-        "heldout_linear_residual_N": {"before": 18.0, "after": 18.1, "interval": [17.0, 19.0]},
-        "heldout_angular_residual_Nm": {"before": 9.0, "after": 3.0, "interval": [2.8, 3.2]},
+        "held_out_linear_residual_N": {"before": 18.0, "after": 18.1, "interval": [17.0, 19.0]},
+        "held_out_angular_residual_Nm": {"before": 9.0, "after": 3.0, "interval": [2.8, 3.2]},
     }
     moved = effect("plate_position", "plate_1", shift_x_m=(0.03, 0.001), shift_z_m=(0.0, 0.001))
     text = said(figures(effects=[moved], gain=gain))
     assert "Force stays as it is (18 → 18 N); moment falls by 67 %" in text
     assert "one cause accounts for it" in text
-    assert "lead" not in text
+    assert "tentative" not in text
 
 
 def test_forces_do_not_judge_what_lies_in_the_markers():
-    same = {"heldout_linear_residual_N": {"before": 12.0, "after": 12.0, "interval": [9.0, 14.0]}}
+    same = {"held_out_linear_residual_N": {"before": 12.0, "after": 12.0, "interval": [9.0, 14.0]}}
     text = said(figures(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))], gain=same))
-    assert "lead" not in text
+    assert "tentative" not in text
     assert "Correct the markers" in text
     assert "addb-viewer accept" not in text
-    flesh = said(figures(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))], gain=same))
-    assert "do not trust the joints at that segment" in flesh
-    assert "Until then, fits correct nothing" not in flesh  # nothing mends it
-    assert "Correct the markers" not in flesh
+    soft_tissue = said(figures(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))], gain=same))
+    assert "do not trust the joints at that segment" in soft_tissue
+    assert "Until then, fits correct nothing" not in soft_tissue  # nothing corrects it
+    assert "Correct the markers" not in soft_tissue
 
 
-def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
+def test_exchanged_labels_are_corrected_by_fits_and_can_be_accepted():
     text = said(figures(effects=[effect("marker_swap", "RKNE+RANK")])).split("WHAT NEXT")[1]
     assert "`addb-viewer accept SUBJECT` does it for these frames" in text
     assert "the recording as it is" not in text
@@ -501,19 +504,20 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     slipped = use(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))])
     once = "only once this marker is corrected; else as it is."
     assert slipped == f"Use: for angles and torques of the joints near RKNE {once}"
-    flesh = use(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))])
-    assert flesh == (
+    soft_tissue = use(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))])
+    assert soft_tissue == (
         "Use: not for angles and torques of the joints at the left thigh (femur_l): this cannot be corrected "
         "later; else as it is."
     )
     both = [effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001)), effect("marker_swap", "RKNE+RANK")]
-    flesh = (
+    soft_tissue = (
         "not for angles and torques of the joints at the left thigh (femur_l): this cannot be corrected later"
     )
     swapped = "for angles and torques of the joints near RKNE and RANK only once these markers are corrected"
-    assert use(effects=both) == f"Use: {flesh}; {swapped}; else as it is."
+    assert use(effects=both) == f"Use: {soft_tissue}; {swapped}; else as it is."
     assert use(effects=[both[0], LATE]) == (
-        f"Use: {flesh}; else for joint angles as it is; for joint torques only with the cause corrected "
+        f"Use: {soft_tissue}; else for joint angles as it is; for joint torques only with the cause "
+        "corrected "
         "(see what next)."
     )
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
@@ -546,12 +550,12 @@ def test_a_moment_without_a_place_asks_for_the_plates_moments():
 def test_what_stays_beyond_the_ordinary_is_not_accounted_for():
     left = {"linear_residual_N": 44.0, "noise_floor_N": 19.0, "location": None}
     assert "one cause accounts for most of it" in said(figures(effects=[STEP], remaining=left))
-    little = {"heldout_linear_residual_N": {"before": 80.0, "after": 44.0, "interval": [40.0, 48.0]}}
+    little = {"held_out_linear_residual_N": {"before": 80.0, "after": 44.0, "interval": [40.0, 48.0]}}
     assert "one cause accounts for much of it" in said(figures(effects=[LATE], remaining=left, gain=little))
 
 
 def test_errors_that_are_ordinary_without_a_cause_do_not_decide():
-    before = {"heldout_linear_residual_N": {"before": 4.7, "after": 2.4, "interval": [2.1, 2.6]}}
+    before = {"held_out_linear_residual_N": {"before": 4.7, "after": 2.4, "interval": [2.1, 2.6]}}
     assert "it does not decide" in said(figures(effects=[LATE], gain=before))
     assert "it does not decide" not in said(figures(effects=[LATE]))
 
@@ -571,24 +575,24 @@ def test_a_rival_that_hardly_counts_has_not_no_share_at_all():
 
 def test_a_steady_weight_is_no_lead_only_because_masses_follow_it():
     lifted = effect("body_weight_support", "pelvis", force_N=(122.0, 7.0))
-    same = {"heldout_linear_residual_N": {"before": 18.0, "after": 18.1, "interval": [17.0, 19.0]}}
+    same = {"held_out_linear_residual_N": {"before": 18.0, "after": 18.1, "interval": [17.0, 19.0]}}
     text = said(figures(effects=[lifted], gain=same))
-    assert "lead" not in text
+    assert "tentative" not in text
     assert "how far the weight on the plates is from the entered one" in text
 
 
 def test_hidden_stretches_say_nothing_of_a_mass():
     heavy = effect("subject_mass", mass_factor=(0.9, 0.01))
-    same = {"heldout_linear_residual_N": {"before": 14.0, "after": 14.1, "interval": [12.0, 16.0]}}
+    same = {"held_out_linear_residual_N": {"before": 14.0, "after": 14.1, "interval": [12.0, 16.0]}}
     text = said(figures(effects=[heavy], gain=same))
     assert "cannot test a constant weight" in text
-    assert "lead" not in text
+    assert "tentative" not in text
 
 
 def test_a_rise_within_chance_is_no_rise():
     gain = {
-        "heldout_linear_residual_N": {"before": 43.0, "after": 50.0, "interval": [42.0, 56.0]},
-        "heldout_angular_residual_Nm": {"before": 15.6, "after": 8.9, "interval": [7.6, 10.0]},
+        "held_out_linear_residual_N": {"before": 43.0, "after": 50.0, "interval": [42.0, 56.0]},
+        "held_out_angular_residual_Nm": {"before": 15.6, "after": 8.9, "interval": [7.6, 10.0]},
     }
     text = said(figures(effects=[LATE], gain=gain))
     assert "Force is higher, but that may be chance (43 → 50 N)" in text
@@ -611,7 +615,7 @@ def test_what_the_plates_carry_is_told_where_it_is_not_what_was_entered(verdict)
 def test_of_causes_in_the_markers_only_the_markers_figures_are_told():
     """What the forces leave is as it was, and gave nothing away."""
     slip = effect("marker_slip", "RKNE", shift_m=(0.0152, 0.0004), time_s=(1.23, 0.01))
-    gain = {"heldout_linear_residual_N": FORCE, "marker_rms_m": {"before": 0.004, "after": 0.002}}
+    gain = {"held_out_linear_residual_N": FORCE, "marker_rms_m": {"before": 0.004, "after": 0.002}}
     text = said(figures(effects=[slip], gain=gain))
     assert "4.0 → 2.0 mm" in text
     assert "→ 12 N" not in text
@@ -625,9 +629,9 @@ def test_of_several_trials_the_verdict_says_which_is_wrong():
     short = page(figures(effects=[worn], trials=["walk1", "walk2"]))[0].lines
     assert "wrong with the recording 'walk2' (of walk1 and walk2)" in short[0]
     assert short[-1].startswith("Use: walk1 as it is. walk2: for joint angles as it is;")
-    flesh = effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001)) | {"frames": [["walk2", 0, 300]]}
-    short = page(figures(effects=[flesh], trials=["walk1", "walk2"]))[0].lines
-    assert "walk1 as it is" not in short[-1]  # flesh slides in every trial
+    soft_tissue = effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001)) | {"frames": [["walk2", 0, 300]]}
+    short = page(figures(effects=[soft_tissue], trials=["walk1", "walk2"]))[0].lines
+    assert "walk1 as it is" not in short[-1]  # soft tissue slides in every trial
     rest = {"linear_residual_N": 44.0, "noise_floor_N": 19.0, "location": None}
     short = page(figures(effects=[worn], trials=["walk1", "walk2"], remaining=rest))[0].lines
     assert "walk1 as it is" not in short[-1]  # who knows where the rest is

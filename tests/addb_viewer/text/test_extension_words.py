@@ -1,4 +1,4 @@
-"""What accepting changes, in words: no surer than the withheld blocks allow."""
+"""What accepting changes, in words: no surer than the held-out blocks allow."""
 
 import pytest
 
@@ -10,14 +10,14 @@ CLOCK = {"id": "clock_offset", "target": "all", "parameters": {"offset_s": {"val
 def told(**changes):
     return {
         "causes": [CLOCK],
-        "heldout_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
-        "heldout_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
-        "heldout_linear_drop_N": [20.0, 30.0],
-        "heldout_angular_drop_Nm": [8.0, 13.0],
+        "held_out_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
+        "held_out_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
+        "held_out_linear_drop_N": [20.0, 30.0],
+        "held_out_angular_drop_Nm": [8.0, 13.0],
         "marker_rms_m": {"before": 0.0121, "after": 0.0120},
         "mass_kg": {"before": 71.0, "after": 71.01},
-        "heldout_frames": 110,
-        "heldout_blocks": 5,
+        "held_out_frames": 110,
+        "held_out_blocks": 5,
         "joint_torque_change": {
             "rms": {"hip_flexion_r": 12.34, "tx": 9.0, "ankle_angle_r": 3.0},
             "before_rms": {"hip_flexion_r": 40.0, "tx": 90.0, "ankle_angle_r": 30.0},
@@ -52,17 +52,17 @@ def test_every_figure_is_there_before_and_after():
         ([20.0, 30.0], [-1.0, 13.0], "Falls, more than by chance: the residual force."),
         ([-2.0, 30.0], [-1.0, 13.0], "On these the gain is not certain."),
         ([20.0, 30.0], [-9.0, -1.0], "Rises, more than by chance: the residual moment. Reconsider"),
-        (None, None, "too few withheld blocks to tell whether that is chance"),
+        (None, None, "too few held-out blocks to tell whether that is chance"),
     ],
 )
 def test_chance_is_called_chance(linear, angular, says):
-    section = what_accepting_changes(told(heldout_linear_drop_N=linear, heldout_angular_drop_Nm=angular))
+    section = what_accepting_changes(told(held_out_linear_drop_N=linear, held_out_angular_drop_Nm=angular))
     assert says in section.lines[0]
 
 
-def test_where_nothing_could_be_withheld_that_is_said():
+def test_where_nothing_could_be_held_out_that_is_said():
     nothing = {"before": None, "after": None}
-    changes = dict.fromkeys(("heldout_linear_residual_N", "heldout_angular_residual_Nm"), nothing)
-    section = what_accepting_changes(told(heldout_blocks=0, heldout_frames=0, **changes))
+    changes = dict.fromkeys(("held_out_linear_residual_N", "held_out_angular_residual_Nm"), nothing)
+    section = what_accepting_changes(told(held_out_blocks=0, held_out_frames=0, **changes))
     assert "force" not in dict(section.rows)
     assert "Too few frames have forces" in section.lines[0]

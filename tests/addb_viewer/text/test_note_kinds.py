@@ -32,8 +32,8 @@ def test_twenty_markers_that_stray_are_one_line_the_farthest_first():
     ]
     (found,) = by_kind([*notes, notes[3].replace("run", "walk").replace("8 cm", "31 cm")])
     assert found.kind.decide
-    assert found.in_short.startswith("markers far from the model (21): M8 31 cm, M24 24 cm, M23 23 cm, ")
-    assert found.in_short.count("slipped, swapped or mislabelled?") == 1
+    assert found.key_findings.startswith("markers far from the model (21): M8 31 cm, M24 24 cm, M23 23 cm, ")
+    assert found.key_findings.count("slipped, swapped or mislabelled?") == 1
 
 
 def test_what_needs_a_decision_comes_first_and_harm_says_in_which_order():

@@ -1,7 +1,7 @@
 """What is wrong, in words: against the noise floor, where, in which phase and in which direction."""
 
 from addb_viewer.text.residual_words import what_is_wrong
-from tests.addb_viewer.made_up_residual import residual, size, trial
+from tests.addb_viewer.synthetic_residual import residual, size, trial
 
 EFFECT = {"id": "clock_offset"}
 

@@ -38,14 +38,14 @@ def test_a_contact_pushes_at_its_point_of_the_turned_body_on_its_frames(make_rep
     assert picture.bodies == (0,)
 
 
-def test_a_contact_whose_course_is_known_pushes_as_it_was_fitted(make_replay, effect, figures):
+def test_a_contact_whose_time_history_is_known_pushes_as_it_was_fitted(make_replay, effect, figures):
     replay = make_replay()
     for id_, mean in (
         ("external_contact", {"force_x_N": 3.0, "force_y_N": 40.0, "force_z_N": 0.0}),
         ("off_plate_step", {"force_y_N": 40.0}),
     ):
         contact = effect(id_, "pelvis", frames=((20, 26), (50, 60)), **mean)
-        contact["courses"] = [
+        contact["time_histories"] = [
             {"trial": "walk", "start": 20, "step": 2, "force_N": [[0, 10, 0], [0, 20, 0], [0, 30, 4]]},
             {"trial": "walk", "start": 50, "step": 2, "force_N": [[0, 5, 0]] * 5},
             {"trial": "run", "start": 20, "step": 2, "force_N": [[9, 9, 9]]},

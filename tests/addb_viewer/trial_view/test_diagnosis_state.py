@@ -71,7 +71,7 @@ def test_a_fault_in_the_markers_alone_cannot_be_accepted(diagnosed, effect, figu
 
 def test_an_acceptance_says_by_whom_and_whether_the_fit_uses_it(diagnosed):
     subject, results, fit = diagnosed
-    extension_log.accept(results, extension(), by="Zoë", made_of={}, left_out=("marker_slip (RTOE)",))
+    extension_log.accept(results, extension(), by="Zoë", made_from={}, left_out=("marker_slip (RTOE)",))
     said = decision_in_words(read_state(subject, results, fit))
     assert said.startswith("Accepted by Zoë on 20")
     assert "forces shifted in time" in said
@@ -83,8 +83,8 @@ def test_an_acceptance_says_by_whom_and_whether_the_fit_uses_it(diagnosed):
 
 def test_the_last_decision_holds(diagnosed):
     subject, results, fit = diagnosed
-    extension_log.accept(results, extension(), by="Zoë", made_of={})
-    extension_log.reject(results, (LATE,), by="Ada", made_of={})
+    extension_log.accept(results, extension(), by="Zoë", made_from={})
+    extension_log.reject(results, (LATE,), by="Ada", made_from={})
     said = decision_in_words(read_state(subject, results, fit))
     assert said.startswith("Rejected by Ada")
     assert "The fit on the screen uses the recorded forces alone." in said
@@ -92,13 +92,13 @@ def test_the_last_decision_holds(diagnosed):
 
 def test_a_fit_that_still_holds_what_was_rejected_or_accepted_before_is_told(diagnosed):
     subject, results, fit = diagnosed
-    extension_log.accept(results, extension(), by="Zoë", made_of={})
+    extension_log.accept(results, extension(), by="Zoë", made_from={})
     old = fitted_with(fit, extension())
-    extension_log.reject(results, (LATE,), by="Ada", made_of={})
+    extension_log.reject(results, (LATE,), by="Ada", made_from={})
     for again in (None, 2.0):
         if again is not None:
             other = replace(extension(), x=np.full(1, again))
-            extension_log.accept(results, other, by="Zoë", made_of={})
+            extension_log.accept(results, other, by="Zoë", made_from={})
             assert "uses it" in decision_in_words(read_state(subject, results, fitted_with(fit, other)))
         said = decision_in_words(read_state(subject, results, old))
         assert "still uses what was accepted before: fit again." in said
@@ -107,20 +107,20 @@ def test_a_fit_that_still_holds_what_was_rejected_or_accepted_before_is_told(dia
 
 def test_what_accepting_gained_is_kept_with_the_decision(diagnosed):
     subject, results, fit = diagnosed
-    decision = extension_log.accept(results, extension(), by="Zoë", made_of={})
+    decision = extension_log.accept(results, extension(), by="Zoë", made_from={})
     assert read_state(subject, results, fit).gain is None
     path = keep_gain({"causes": []}, decision, results)
     assert read_state(subject, results, fit).gain == {"causes": []}
     path.write_text("{")
     with pytest.raises(ResultsError, match=r"extension-1\.json.*addb-viewer accept"):
         read_state(subject, results, fit)
-    extension_log.reject(results, (LATE,), by="Ada", made_of={})
+    extension_log.reject(results, (LATE,), by="Ada", made_from={})
     assert read_state(subject, results, fit).gain is None
 
 
 def test_a_decision_about_another_diagnosis_says_so(diagnosed, effect, figures):
     subject, results, fit = diagnosed
-    extension_log.reject(results, (LATE,), by="Ada", made_of={})
+    extension_log.reject(results, (LATE,), by="Ada", made_from={})
     other = {**figures(effect("plate_gain", "plate_1", gain_error=0.05)), "trials": []}
     keep(other, {"provenance": {}, "settings": {}}, results)
     assert "about another diagnosis" in decision_in_words(read_state(subject, results, fit))

@@ -16,7 +16,7 @@ def test_it_is_what_a_standing_person_weighs_less_what_plates_say():
     """700 N: on both plates; the right one reads 200 N less; the left foot stands beside its plate."""
     found = missing_force(
         demand=upward(700, 700, 700),
-        foretold=upward((0, 0), (0, 0), (0, 400)),
+        predicted=upward((0, 0), (0, 0), (0, 400)),
         measured=upward((300, 400), (100, 400), (300, 0)),
         counts=np.array([(True, True), (True, True), (True, False)]),
     )

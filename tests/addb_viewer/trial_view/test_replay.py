@@ -36,6 +36,7 @@ def test_forces_come_from_the_sample_nearest_in_time():
     np.testing.assert_allclose(plate.cop[6:, 0], [0.057, 0.067, 0.077, 0.087])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level_N", [-25.0, 8.0, 30.0])
 def test_loads_are_asked_for_after_the_zero_level_is_off(level_N):
     """Of a plate that nobody saw empty, so that reading left its level for conditioning."""

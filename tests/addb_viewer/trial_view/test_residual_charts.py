@@ -10,13 +10,13 @@ def test_force_and_moment_lie_at_the_times_of_their_windows(make_replay, effect,
     told, replay = figures(effect("clock_offset", "all", offset_s=0.01)), make_replay()
     force, moment = residual_charts(told, replay)
     assert (force.heading, moment.heading) == ("Residual force [N]", "Residual moment [N·m]")
-    course = told["residual"]["trials"][0]["course"]
+    time_history = told["residual"]["trials"][0]["time_history"]
     for chart, names in (
         (force, ("force_N", "force_after_N", "force_floor_N")),
         (moment, ("moment_Nm", "moment_after_Nm", "moment_floor_Nm")),
     ):
         for line, name in zip(chart.lines, names, strict=True):
-            for time, value in zip(course["time_s"], course[name], strict=True):
+            for time, value in zip(time_history["time_s"], time_history[name], strict=True):
                 frame = round(time * replay.rate)
                 if not chart.shaded[frame]:
                     assert line.values[frame] == pytest.approx(value)

@@ -26,9 +26,9 @@ def step():
 def test_points_between_the_neighbours_are_put_back(step):
     lost = np.abs(step.force_ground[:, 1] - 400.0) < POINT_LOST_N  # as read with a level of 400 N off
     broken = np.where(lost[:, None], 0.0, step.moment_ground)
-    mended = with_moments_bridged(replace(step, moment_ground=broken), lost, FLOOR, 20.0)
+    corrected = with_moments_bridged(replace(step, moment_ground=broken), lost, FLOOR, 20.0)
     assert lost.sum() > 40
-    np.testing.assert_allclose(mended.moment_ground, step.moment_ground, atol=1e-6)
+    np.testing.assert_allclose(corrected.moment_ground, step.moment_ground, atol=1e-6)
 
 
 def test_unloaded_samples_and_whole_plates_are_left_alone(step):

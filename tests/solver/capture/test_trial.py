@@ -48,6 +48,7 @@ def same(capture, reference):
         np.testing.assert_allclose(plate.cop_ground, other.cop_ground, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("up", ["+x", "-x", "-y", "+z", "-z"])
 def test_a_laboratory_with_other_axes(walk, tmp_path, up):
     capture = read_trial(turned(walk, tmp_path, up, up))

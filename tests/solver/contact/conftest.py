@@ -1,4 +1,4 @@
-"""Made-up feet and plates: two feet that are carried about like blocks, and plates that feel them."""
+"""Synthetic feet and plates: two feet that are carried about like blocks, and plates that feel them."""
 
 from dataclasses import dataclass
 

@@ -30,7 +30,7 @@ def bouncing():
 def test_nothing_is_missing_where_all_was_measured_up_to_the_ends(bouncing):
     com, force = bouncing
     body = body_of(com)
-    missing = body.demanded - body.passed(force)
+    missing = body.required - body.passed(force)
     assert np.abs(missing[:, :3]).max() < 2.0  # N
     assert np.abs(missing[:, 3:]).max() < 0.5  # N·m
 
@@ -40,7 +40,7 @@ def test_what_was_not_measured_is_missing(bouncing):
     hidden = force.copy()
     hidden[100:180] = 0.0
     body = body_of(com)
-    missing = (body.demanded - body.passed(hidden))[:, UP]
+    missing = (body.required - body.passed(hidden))[:, UP]
     np.testing.assert_allclose(missing[110:170], force[110:170, UP], atol=15.0)
     assert np.abs(np.delete(missing, np.s_[85:195])).max() < 15.0
 
@@ -59,7 +59,7 @@ def test_an_impact_that_was_measured_is_not_missing():
         velocity += mean / RATE
     body = body_of(np.column_stack([np.zeros(FRAMES), height, np.zeros(FRAMES)]))
     force[:, 3:] = np.cross(body.motion.com_ground, force[:, :3])
-    assert np.abs((body.demanded - body.passed(force))[:, UP]).max() < 0.02 * 3000.0
+    assert np.abs((body.required - body.passed(force))[:, UP]).max() < 0.02 * 3000.0
 
 
 def test_a_missing_force_presses_where_it_acts(bouncing):
@@ -77,7 +77,7 @@ def test_a_missing_force_presses_where_it_acts(bouncing):
 def test_angular_momentum_asks_for_a_moment():
     angular = np.column_stack([3.0 * TIME, np.zeros(FRAMES), -2.0 * TIME])
     body = body_of(np.tile([0.0, 0.9, 0.0], (FRAMES, 1)), angular)
-    np.testing.assert_allclose(body.demanded[:, 3:], np.tile([3.0, 0.0, -2.0], (FRAMES, 1)), atol=1e-6)
+    np.testing.assert_allclose(body.required[:, 3:], np.tile([3.0, 0.0, -2.0], (FRAMES, 1)), atol=1e-6)
 
 
 def test_the_stated_noise_is_the_noise():
@@ -87,7 +87,7 @@ def test_the_stated_noise_is_the_noise():
     for _ in range(60):
         com = np.tile([0.0, 0.9, 0.0], (FRAMES, 1)) + 2e-4 * rng.standard_normal((FRAMES, 3))
         body = body_of(com)
-        errors.append(body.demanded[:, UP] - MASS * GRAVITY)
+        errors.append(body.required[:, UP] - MASS * GRAVITY)
         stated.append(np.sqrt(body.noise**2 - (SETTINGS.balance_noise * MASS * GRAVITY) ** 2))
     spread = np.std(errors, axis=0)
     for frames in (slice(0, 1), slice(100, 200)):
@@ -102,7 +102,7 @@ def test_untracked_frames_are_bridged(bouncing):
     com[140:150, UP] = 40.0  # whatever the pose there
     motion = BodyMotion(com, np.zeros_like(com), tracked, RATE, MASS, GRAVITY)
     body = WholeBody(motion, SETTINGS.balance_cutoff_Hz, SETTINGS)
-    missing = (body.demanded - body.passed(force))[:, UP]
+    missing = (body.required - body.passed(force))[:, UP]
     assert np.abs(missing[tracked]).max() < 60.0
 
 
@@ -118,7 +118,7 @@ def test_a_centre_of_mass_that_markers_throw_about_is_bridged(bouncing):
     body = body_of(blinking(com, 0.03, range(140, 150)))
     assert body.jumping[140:149].all()
     assert not np.delete(body.jumping, np.s_[136:153]).any()
-    assert np.abs((body.demanded - body.passed(force))[:, UP]).max() < 60.0
+    assert np.abs((body.required - body.passed(force))[:, UP]).max() < 60.0
 
 
 def test_what_no_marker_threw_is_no_jump(bouncing):
@@ -140,7 +140,7 @@ def test_a_jump_that_lasts_makes_no_force_beyond_the_stated_noise():
     com[150:, UP] += 0.02
     body = body_of(com)
     assert body.jumping[[149, 150]].all()
-    missing = np.abs((body.demanded - body.passed(force))[:, UP])
+    missing = np.abs((body.required - body.passed(force))[:, UP])
     beside = ~body.jumping
     assert (missing <= 4.5 * body.noise)[beside].all()
     assert (missing > 4.5 * plain)[beside].any()

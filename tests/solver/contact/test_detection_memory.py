@@ -47,6 +47,7 @@ def peak_MB(fit, times):
         tracemalloc.stop()
 
 
+@pytest.mark.slow
 def test_twice_as_long_takes_twice_the_memory(walk):
     once, twice = peak_MB(walk, 12), peak_MB(walk, 24)
     assert twice < 2.2 * once, f"{once:.0f} MB, then {twice:.0f} MB"

@@ -1,4 +1,4 @@
-"""How far a proposal reaches beyond what the story says."""
+"""How far a proposal reaches beyond what the contact states say."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from solver.contact.detection_reasons import proposals_of
 from solver.contact.detection_search import Findings
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.detection_shares import Explained
-from solver.contact.detection_states import Clues, Foot, Story
+from solver.contact.detection_states import ContactStates, Foot, FrameEvidence
 from solver.contact.wrenches import ContactWrenches
 
 FRAMES, RATE, WEIGHT = 100, 200.0, 700.0
@@ -21,7 +21,7 @@ def proposals(missing, ground=2.0):
     feet = np.full((FRAMES, 2), Foot.UP)
     feet[LOST, 0] = Foot.LOST
     nothing = np.zeros(FRAMES)
-    clues = Clues(
+    frame_evidence = FrameEvidence(
         missing=np.where(missing > 50, 4.0, -1.0),
         partly=np.zeros((FRAMES, 2)),
         ground=np.full((FRAMES, 2), ground),
@@ -30,8 +30,8 @@ def proposals(missing, ground=2.0):
         rate=RATE,
     )
     findings = Findings(
-        story=Story(feet, nothing.astype(bool)),
-        clues=clues,
+        contact_states=ContactStates(feet, nothing.astype(bool)),
+        frame_evidence=frame_evidence,
         missing=missing,
         error=nothing + 20.0,
         weight=WEIGHT,

@@ -6,19 +6,21 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from solver.contact.detection_settings import DetectionSettings
-from solver.contact.detection_states import Clues, Foot, likeliest_story, missing_odds
+from solver.contact.detection_states import Foot, FrameEvidence, likeliest_contact_states, missing_odds
 
 RATE = 25.0  # [Hz] one frame is one independent moment
 
 
-def clues(missing, ground, loaded, partly=None, place=0.0):
+def frame_evidence(missing, ground, loaded, partly=None, place=0.0):
     missing, ground, loaded = np.array(missing, float), np.array(ground, float), np.array(loaded, bool)
     feet = ground.shape[1]
     partly = np.full(ground.shape, -2.0) if partly is None else np.array(partly, float)
     sets = [
         s for n in range(1, feet + 1) for s in product(range(feet), repeat=n) if list(s) == sorted(set(s))
     ]
-    return Clues(missing, partly, ground, {s: np.full(len(missing), place) for s in sets}, loaded, RATE)
+    return FrameEvidence(
+        missing, partly, ground, {s: np.full(len(missing), place) for s in sets}, loaded, RATE
+    )
 
 
 @pytest.mark.parametrize(
@@ -44,14 +46,14 @@ def test_the_path_is_the_cheapest_of_all():
     settings = DetectionSettings()
     rng = np.random.default_rng(4)
     for _ in range(5):
-        given = clues(
+        given = frame_evidence(
             rng.normal(0, 3, 5), rng.normal(0, 2, (5, 1)), [[0], [0], [1], [1], [0]], rng.normal(0, 3, (5, 1))
         )
-        story = likeliest_story(given, settings)
+        contact_states = likeliest_contact_states(given, settings)
         states = list(product(Foot, (0, 1)))
         best = min(product(states, repeat=5), key=lambda path: total(path, given, settings))
         assert total(
-            list(zip(story.feet[:, 0], story.elsewhere, strict=True)), given, settings
+            list(zip(contact_states.feet[:, 0], contact_states.elsewhere, strict=True)), given, settings
         ) == pytest.approx(total(best, given, settings))
 
 
@@ -84,21 +86,25 @@ def total(path, given, settings):
 def test_a_standing_foot_without_force_is_lost_and_a_swinging_one_is_not():
     missing = [-3.0] * 5 + [4.0] * 10 + [-3.0] * 5
     ground = [[-2.0, -2.0]] * 5 + [[2.0, -2.0]] * 10 + [[-2.0, -2.0]] * 5
-    story = likeliest_story(clues(missing, ground, [[0, 0]] * 20), DetectionSettings())
-    np.testing.assert_array_equal(story.lost[:, 0], [0] * 5 + [1] * 10 + [0] * 5)
-    assert not story.lost[:, 1].any()
-    assert not story.elsewhere.any()
+    contact_states = likeliest_contact_states(
+        frame_evidence(missing, ground, [[0, 0]] * 20), DetectionSettings()
+    )
+    np.testing.assert_array_equal(contact_states.lost[:, 0], [0] * 5 + [1] * 10 + [0] * 5)
+    assert not contact_states.lost[:, 1].any()
+    assert not contact_states.elsewhere.any()
 
 
 def test_a_foot_at_rest_without_missing_force_is_up():
     """Standing on the other leg, this foot held still in the air."""
-    story = likeliest_story(clues([-3.5] * 20, [[2.5, 2.5]] * 20, [[0, 1]] * 20), DetectionSettings())
-    assert (story.feet[:, 0] == Foot.UP).all()
-    assert (story.feet[:, 1] == Foot.MEASURED).all()
+    contact_states = likeliest_contact_states(
+        frame_evidence([-3.5] * 20, [[2.5, 2.5]] * 20, [[0, 1]] * 20), DetectionSettings()
+    )
+    assert (contact_states.feet[:, 0] == Foot.UP).all()
+    assert (contact_states.feet[:, 1] == Foot.MEASURED).all()
 
 
 def test_what_presses_under_no_foot_is_elsewhere():
-    given = clues([4.0] * 20, [[2.5, 2.5]] * 20, [[0, 0]] * 20, place=4.0)
-    story = likeliest_story(given, DetectionSettings())
-    assert story.elsewhere.all()
-    assert not story.lost.any()
+    given = frame_evidence([4.0] * 20, [[2.5, 2.5]] * 20, [[0, 0]] * 20, place=4.0)
+    contact_states = likeliest_contact_states(given, DetectionSettings())
+    assert contact_states.elsewhere.all()
+    assert not contact_states.lost.any()

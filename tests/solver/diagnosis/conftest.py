@@ -119,21 +119,21 @@ def trial_rows_of(scene: Scene, settings: DiagnosisSettings = SETTINGS) -> Trial
     )
 
 
-def with_demand(scene: Scene, demanded_ground: np.ndarray) -> Scene:
-    """The same recording with another demand: residual = demanded − measured."""
-    return replace(scene, demanded_ground=demanded_ground)
+def with_demand(scene: Scene, required_ground: np.ndarray) -> Scene:
+    """The same recording with another demand: residual = required − measured."""
+    return replace(scene, required_ground=required_ground)
 
 
 def errors_of(scene: Scene, rng: np.random.Generator, scale: float) -> np.ndarray:
     """Wrenches about the ground origin that last as long, and are as large, as model errors are."""
     t = scene.times
-    course = np.exp(-0.5 * ((t[:, None] - t) / SETTINGS.model_time_s) ** 2) + 1e-8 * np.eye(len(t))
-    inertial = scene.demanded_ground[:, :3] + scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
+    time_history = np.exp(-0.5 * ((t[:, None] - t) / SETTINGS.model_time_s) ** 2) + 1e-8 * np.eye(len(t))
+    inertial = scene.required_ground[:, :3] + scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
     force = SETTINGS.model_force_share * scene.weight_N + SETTINGS.model_motion_share * np.sqrt(
         (inertial**2).mean(axis=0)
     )
     std = scale * np.concatenate([force, np.full(3, SETTINGS.model_arm_m * scene.weight_N)])
-    wrench = std * (np.linalg.cholesky(course) @ rng.normal(size=(len(t), 6)))
+    wrench = std * (np.linalg.cholesky(time_history) @ rng.normal(size=(len(t), 6)))
     kept = 0.43  # of a frame's noise in a window's mean
     white = np.repeat([SETTINGS.force_noise_N, SETTINGS.moment_noise_Nm], 3) / kept
     wrench += white * rng.normal(size=wrench.shape)

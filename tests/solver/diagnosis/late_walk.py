@@ -19,7 +19,7 @@ from solver.simulate.person import Person, body_of
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
 
-LATE_S = 0.025  # on three withheld blocks a few milliseconds drown in what no fit predicts
+LATE_S = 0.025  # on three held-out blocks a few milliseconds drown in what no fit predicts
 SETTINGS = Settings()
 
 
@@ -29,9 +29,9 @@ class Case:
     balance: Balance
 
     def solved(self, candidate, eta=()) -> Solved:
-        rung = self.balance.rungs[5]
-        term = refined(self.balance, self.balance.term(candidate, eta), (), rung)
-        return self.balance.solve_at([term], rung)
+        noise_scale = self.balance.noise_scales[5]
+        term = refined(self.balance, self.balance.term(candidate, eta), (), noise_scale)
+        return self.balance.solve_at([term], noise_scale)
 
     @property
     def scene(self):

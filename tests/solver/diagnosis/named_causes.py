@@ -1,4 +1,4 @@
-"""Causes made for tests of the search: wrenches of known course, some rare, some bounded."""
+"""Causes made for tests of the search: wrenches of known time history, some rare, some bounded."""
 
 from dataclasses import dataclass
 
@@ -18,8 +18,8 @@ class Helper(Candidate):
     id = "helper"
 
     def signature(self, scene, eta):
-        shaken = 0.05 * scene.demanded_ground * np.sin(20 * scene.times)[:, None]
-        return Signature((shaken - 0.05 * scene.demanded_ground)[:, :, None], np.ones(1))
+        shaken = 0.05 * scene.required_ground * np.sin(20 * scene.times)[:, None]
+        return Signature((shaken - 0.05 * scene.required_ground)[:, :, None], np.ones(1))
 
     def estimates(self, scenes, eta, eta_std, x, covariance):
         return {"size": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
@@ -30,7 +30,7 @@ class Helper(Candidate):
 
 @dataclass(frozen=True)
 class Shake(Helper):
-    """Shakes what is demanded, and does nothing else."""
+    """Shakes what is required, and does nothing else."""
 
     id = "shake"
 
@@ -40,12 +40,12 @@ class Shake(Helper):
 
 
 @dataclass(frozen=True, eq=False)
-class Course(Candidate):
-    """A wrench of known course and unknown size."""
+class TimeHistory(Candidate):
+    """A wrench of known time history and unknown size."""
 
     wrench_ground: np.ndarray
 
-    id = "course"
+    id = "time_history"
 
     def signature(self, scene, eta):
         return Signature(self.wrench_ground[:, :, None], np.ones(1))
@@ -77,7 +77,7 @@ class Shaken(Corrected):
 
 
 @dataclass(frozen=True, eq=False)
-class SeenElsewhere(Course):
+class SeenElsewhere(TimeHistory):
     """A small one that something else than the balance shows."""
 
     id = "seen"
@@ -88,7 +88,7 @@ class SeenElsewhere(Course):
 
 
 @dataclass(frozen=True, eq=False)
-class Limb(Course):
+class Limb(TimeHistory):
     """Rare, seldom large, and never as large as it would have to be alone."""
 
     id = "limb"
@@ -101,7 +101,7 @@ class Limb(Course):
 
 
 @dataclass(frozen=True, eq=False)
-class Bounded(Course):
+class Bounded(TimeHistory):
     """Of bounded size, and seldom large."""
 
     id = "bounded"

@@ -8,8 +8,8 @@ from solver.common.errors import FitError
 from solver.diagnosis import accepting
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.corrected_causes import CorrectedCause
 from solver.diagnosis.marker_causes import NOTHING_SEEN
-from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.search.contenders import Contender
 from solver.diagnosis.search.selection import Selection
 from solver.fitting.settings import Settings
@@ -32,7 +32,9 @@ def found(monkeypatch, short_scene, balance_of_scenes):
     def run(again, undone, wanted, frames=None):
         null = balance.solve([])
         solved = balance.solve([contender(t).term for t in again])
-        selection = Selection(null, solved, (), corrected=tuple(PutRight(contender(t), t) for t in undone))
+        selection = Selection(
+            null, solved, (), corrected=tuple(CorrectedCause(contender(t), t) for t in undone)
+        )
         monkeypatch.setattr(accepting, "repaired_balance", lambda *_, **__: (balance, NOTHING_SEEN, None))
         monkeypatch.setattr(accepting, "select", lambda *_: selection)
         subject = type("Subject", (), {"folder": "lab/S4"})

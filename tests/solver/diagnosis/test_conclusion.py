@@ -12,14 +12,14 @@ from solver.diagnosis.causes.plate_position import candidates as positions
 from solver.diagnosis.causes.scene import force_at
 from solver.diagnosis.conclusion import conclude, likeness
 from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED
-from solver.diagnosis.heldout import block_scores, blocks
+from solver.diagnosis.held_out import block_scores, blocks
 from solver.diagnosis.marker_causes import SeenInMarkers
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.selection import Selection, select
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()
-EQUAL_ODDS = (("plate_gain", 0.0), ("twin_gain", 0.0), *((f"gain_{k}", 0.0) for k in range(5)))
+EQUAL_ODDS = (("plate_gain", 0.0), ("counterpart_gain", 0.0), *((f"gain_{k}", 0.0) for k in range(5)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,23 +71,23 @@ def test_a_named_cause_explains(weak, few):
     assert said.std == pytest.approx(SETTINGS.std_inflation * raw.std)
 
 
-def test_the_gain_is_that_of_withheld_blocks(weak, few):
+def test_the_gain_is_that_of_held_out_blocks(weak, few):
     selection = select(weak, few)
     gain = conclude(weak, selection).gain
     some = blocks(weak)
-    before = block_scores(weak, [], selection.solved.rung, some).rms()
-    after = block_scores(weak, selection.solved.terms, selection.solved.rung, some).rms()
-    for i, name in enumerate(("heldout_linear_residual_N", "heldout_angular_residual_Nm")):
+    before = block_scores(weak, [], selection.solved.noise_scale, some).rms()
+    after = block_scores(weak, selection.solved.terms, selection.solved.noise_scale, some).rms()
+    for i, name in enumerate(("held_out_linear_residual_N", "held_out_angular_residual_Nm")):
         assert (gain[name].before, gain[name].after) == pytest.approx((before[i], after[i]))
         low, high = gain[name].interval
         assert low < gain[name].after < high
-    assert gain["heldout_linear_residual_N"].after < gain["heldout_linear_residual_N"].before
+    assert gain["held_out_linear_residual_N"].after < gain["held_out_linear_residual_N"].before
 
 
 def test_errors_too_large_for_sound_recordings_are_unexplained(drawn, balance_of_scenes, few):
     balance = balance_of_scenes(drawn(16, scale=6.0))
     selection = select(balance, few)
-    assert selection.solved.rung.scale > SETTINGS.unexplained_scale
+    assert selection.solved.noise_scale.scale > SETTINGS.unexplained_scale
     assert conclude(balance, selection).verdict == UNEXPLAINED
 
 
@@ -131,7 +131,7 @@ def test_a_rival_that_does_as_well_is_an_alternative_with_what_tells_them_apart(
 
     @dataclass(frozen=True)
     class Twin(PlateGain):
-        id = "twin_gain"
+        id = "counterpart_gain"
         told_apart_by = "nothing at all"
 
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
@@ -139,7 +139,7 @@ def test_a_rival_that_does_as_well_is_an_alternative_with_what_tells_them_apart(
     diagnosis = conclude(balance, select(balance, [PlateGain("plate_2"), Twin("plate_2")]))
     (effect,) = diagnosis.effects
     (other,) = diagnosis.alternatives
-    assert {effect.id, other.id} == {"plate_gain", "twin_gain"}
+    assert {effect.id, other.id} == {"plate_gain", "counterpart_gain"}
     assert other.instead_of == f"{effect.id} plate_2"
     assert "cosine 1.00" in other.why
     assert other.separate_by
@@ -152,13 +152,13 @@ def test_of_two_rivals_the_second_is_of_another_kind(short_scene, drawn, rows_of
 
     @dataclass(frozen=True)
     class Twin(PlateGain):
-        id: str = "twin_gain"
+        id: str = "counterpart_gain"
         name: str = ""
 
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
     odds = (("first", 0.0), ("second", 0.5), ("third", 1.5))
     balance = Balance([rows], replace(SETTINGS, handicaps=odds, least_confidence=0.0))
-    twins = [Twin("plate_2", id, name) for id, name in (("first", ""), ("second", "a"), ("third", ""))]
+    counterparts = [Twin("plate_2", id, name) for id, name in (("first", ""), ("second", "a"), ("third", ""))]
 
     @dataclass(frozen=True)
     class Elsewhere(Twin):
@@ -168,8 +168,8 @@ def test_of_two_rivals_the_second_is_of_another_kind(short_scene, drawn, rows_of
         def key(self):
             return self.id, self.name
 
-    twins.insert(1, Elsewhere("plate_2", "second", "b"))
-    diagnosis = conclude(balance, select(balance, twins))
+    counterparts.insert(1, Elsewhere("plate_2", "second", "b"))
+    diagnosis = conclude(balance, select(balance, counterparts))
     assert diagnosis.effects[0].id == "first"
     assert [a.id for a in diagnosis.alternatives] == ["second", "third"]
 
@@ -213,12 +213,12 @@ def test_what_only_its_odds_keep_back_is_told_all_the_same(short_scene, drawn, r
 def test_no_more_rivals_are_told_than_anybody_can_look_into(short_scene, drawn, rows_of):
     @dataclass(frozen=True)
     class Twin(PlateGain):
-        id: str = "twin_gain"
+        id: str = "counterpart_gain"
 
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
     balance = Balance([rows], replace(SETTINGS, handicaps=EQUAL_ODDS, least_confidence=0.0))
-    twins = [Twin("plate_2", f"gain_{k}") for k in range(5)]
-    diagnosis = conclude(balance, select(balance, twins))
+    counterparts = [Twin("plate_2", f"gain_{k}") for k in range(5)]
+    diagnosis = conclude(balance, select(balance, counterparts))
     told = {diagnosis.effects[0].id, *(a.id for a in diagnosis.alternatives)}
     assert len(diagnosis.effects) == 1
     assert len(told) == 3
@@ -227,7 +227,7 @@ def test_no_more_rivals_are_told_than_anybody_can_look_into(short_scene, drawn, 
 def test_likeness_is_the_cosine_between_whitened_signatures(sound):
     one, other = (sound.term(PlateGain(t), ()) for t in ("plate_1", "plate_2"))
     solved = sound.solve([one])
-    K = solved.rung.covariance
+    K = solved.noise_scale.covariance
     a, b = one.columns[:, 0], other.columns[:, 0]
     Q = np.linalg.inv(K)
     expected = abs(a @ Q @ b) / np.sqrt((a @ Q @ a) * (b @ Q @ b))

@@ -14,7 +14,7 @@ from solver.diagnosis.causes.subject_mass import candidates as masses
 from solver.diagnosis.decisions import CHECKS, tenable
 from solver.diagnosis.direct_checks.weighings import Weighing, Weighings
 from solver.diagnosis.gain_asked import least_first_gain, loose_ends
-from solver.diagnosis.heldout import blocks, heldout_gain
+from solver.diagnosis.held_out import blocks, held_out_gain
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Contender, Found
 from solver.diagnosis.search.proposals import Kept
@@ -23,14 +23,14 @@ from solver.diagnosis.search.terms import Term
 from solver.diagnosis.trail import Trail
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of
-from tests.solver.diagnosis.named_causes import Course, Helper, Shake, named
+from tests.solver.diagnosis.named_causes import Helper, Shake, TimeHistory, named
 
 SETTINGS = DiagnosisSettings()
 
 
 def test_a_cause_that_needs_a_body_of_another_mass_is_refused(short_scene, drawn, balance_of_scenes):
     """What shakes the plates is there; that it comes with a body 5 % lighter the entered mass denies."""
-    shaken = 0.05 * short_scene.demanded_ground * np.sin(20 * short_scene.times)[:, None]
+    shaken = 0.05 * short_scene.required_ground * np.sin(20 * short_scene.times)[:, None]
     balance = balance_of_scenes(drawn(4, shaken, scale=0.3))
     helper = Helper("all")
     leaning, nothing = balance.solve([balance.term(helper, ())]), balance.solve([])
@@ -58,17 +58,17 @@ def test_a_cause_far_ahead_of_all_others_stays_though_the_mass_is_wrong_as_well(
     }
 
 
-def test_a_wrong_mass_is_named_even_where_withheld_blocks_hardly_tell(short_scene, drawn, balance_of_scenes):
-    """Masses follow the blocks that are not withheld, so that naming one hardly foretells better."""
+def test_a_wrong_mass_is_named_even_where_held_out_blocks_hardly_tell(short_scene, drawn, balance_of_scenes):
+    """Masses follow the blocks that are not held out, so that naming one hardly predicts better."""
     shares = []
     for seed in range(5):
         balance = balance_of_scenes(drawn(seed, -0.08 * short_scene.measured_ground, scale=0.5))
         selection = select(balance, masses([short_scene]))
         assert named(selection) == [("subject_mass", "all")]
         (found,) = selection.found
-        shares.append(found.heldout_gain / found.contender.gain)
+        shares.append(found.held_out_gain / found.contender.gain)
     assert max(shares) < 0.9
-    assert min(shares) > -SETTINGS.mass_heldout_share
+    assert min(shares) > -SETTINGS.mass_held_out_share
 
 
 def test_a_mass_that_no_models_error_imitates_needs_less_to_be_named_first(
@@ -93,22 +93,22 @@ def test_less_is_asked_where_the_model_has_next_to_no_errors_that_could_imitate_
 def test_what_is_too_small_to_act_on_is_not_named(short_scene, balance_of_scenes):
     """One percent of a gain, though nothing else is in the balance."""
     recorded = short_scene.measured_ground
-    small = replace(short_scene, demanded_ground=recorded + 0.01 * short_scene.plates[0].wrench_ground)
+    small = replace(short_scene, required_ground=recorded + 0.01 * short_scene.plates[0].wrench_ground)
     assert named(select(balance_of_scenes(small), [PlateGain("plate_1")])) == []
 
 
-def test_what_withheld_blocks_tell_may_lack_a_small_share_of_the_gain(short_scene, drawn, rows_of):
+def test_what_held_out_blocks_tell_may_lack_a_small_share_of_the_gain(short_scene, drawn, rows_of):
     balance = Balance([rows_of(drawn(4, 0.15 * short_scene.plates[0].wrench_ground))], SETTINGS)
     selection = select(balance, [PlateGain("plate_1")])
-    told = heldout_gain(balance, blocks(balance), selection.null, selection.solved).best
+    told = held_out_gain(balance, blocks(balance), selection.null, selection.solved).best
     (found,) = selection.found
-    asks = told + 0.5 * SETTINGS.heldout_share * found.contender.gain
+    asks = told + 0.5 * SETTINGS.held_out_share * found.contender.gain
 
     def with_share(share):
-        settings = replace(SETTINGS, least_heldout_gain=asks, heldout_share=share)
+        settings = replace(SETTINGS, least_held_out_gain=asks, held_out_share=share)
         return named(select(Balance(balance.trials, settings), [PlateGain("plate_1")]))
 
-    assert with_share(SETTINGS.heldout_share) == [("plate_gain", "plate_1")]
+    assert with_share(SETTINGS.held_out_share) == [("plate_gain", "plate_1")]
     assert with_share(0.0) == []
 
 
@@ -144,7 +144,11 @@ def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):
     apart = np.zeros_like(known)
     apart[:, :3] = [14.0, 0.0, 0.0]
     apart[:, 3:] = np.cross(short_scene.com_ground, apart[:, :3])
-    first, undoing, plain = Course("first", known), Course("undoing", apart - known), Course("plain", apart)
+    first, undoing, plain = (
+        TimeHistory("first", known),
+        TimeHistory("undoing", apart - known),
+        TimeHistory("plain", apart),
+    )
     balance = Balance([trial_rows_of(drawn(4, 2 * known + apart, scale=0.3))], SETTINGS)
     alone = balance.solve([balance.term(first, ())])
     both = balance.solve([balance.term(first, ()), balance.term(undoing, ())])
@@ -175,7 +179,7 @@ def test_what_is_named_has_passed_all_that_was_asked_in_the_order_of_the_list(
 
 
 @dataclass(frozen=True, eq=False)
-class Impossible(Course):
+class Impossible(TimeHistory):
     """A wrench that cannot be, however much it explains."""
 
     id = "impossible"
@@ -191,30 +195,30 @@ class Impossible(Course):
 
 
 @pytest.mark.parametrize(
-    "falls_at", ["witnessed", "possible", "pays", "holds up", "stands alone", "notable", "decided"]
+    "falls_at", ["checked", "possible", "pays", "holds up", "stands alone", "notable", "decided"]
 )
 def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_at):
     """The same fault, each time with one thing against the cause, and nothing else."""
     wrong = 0.15 * short_scene.plates[0].wrench_ground
     asks = {
         "pays": {"least_gain": 1e4},
-        "holds up": {"least_heldout_gain": 1e4},
-        "stands alone": {"most_mass_strain": -10.0, "sure_lead": 1e4},
+        "holds up": {"least_held_out_gain": 1e4},
+        "stands alone": {"most_mass_strain": -10.0, "sure_margin": 1e4},
         "decided": {"certain_gain": 1e4, "least_confidence": 1.01},
     }
     plain = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS)
     settings = replace(SETTINGS, **asks.get(falls_at, {}))
     balance = Balance(plain.trials, settings)
-    if falls_at == "witnessed":
-        balance = balance.witnessed({"plate_7"}, Weighings())
+    if falls_at == "checked":
+        balance = balance.checked({"plate_7"}, Weighings())
     if falls_at == "stands alone":
         cause = Helper("all")
-        shaken = 0.05 * short_scene.demanded_ground * np.sin(20 * short_scene.times)[:, None]
+        shaken = 0.05 * short_scene.required_ground * np.sin(20 * short_scene.times)[:, None]
         balance = plain = Balance([trial_rows_of(drawn(4, shaken, scale=0.3))], SETTINGS)
     else:
         kinds = {"possible": Impossible, "notable": Small}
-        cause = kinds.get(falls_at, Course)("plate", wrong)
-        assert named(select(plain, [Course("plate", wrong)])) == [("course", "plate")]
+        cause = kinds.get(falls_at, TimeHistory)("plate", wrong)
+        assert named(select(plain, [TimeHistory("plate", wrong)])) == [("time_history", "plate")]
     selection = select(balance, [cause])
     assert named(selection) == []
     one, said = said_of(selection, cause.key)
@@ -226,7 +230,7 @@ def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_a
 
 
 @dataclass(frozen=True, eq=False)
-class Small(Course):
+class Small(TimeHistory):
     """A wrench that nobody would act on."""
 
     id = "small"
@@ -238,7 +242,7 @@ class Small(Course):
 def test_a_cause_without_which_the_rest_does_as_well_is_not_needed(short_scene, drawn):
     """A limb makes way once the whole is there; the answer says so."""
     common = 0.3 * short_scene.plates[0].wrench_ground
-    first, same = Course("first", common), Course("same", 1.001 * common)
+    first, same = TimeHistory("first", common), TimeHistory("same", 1.001 * common)
     balance = Balance([trial_rows_of(drawn(4, common, scale=0.3))], SETTINGS)
     with_it = [balance.term(c, ()) for c in (first, same)]
     both, alone = balance.solve(with_it), balance.solve(with_it[:1])
@@ -250,21 +254,23 @@ def test_a_cause_without_which_the_rest_does_as_well_is_not_needed(short_scene, 
     assert Trail().put(kept).fell_at is None
 
 
-@pytest.mark.parametrize(("accused", "named_still"), [((), True), (("plate",), True), (("plate_7",), False)])
-def test_while_witnesses_accuse_a_plate_only_causes_of_that_plate_are_named(
-    short_scene, drawn, accused, named_still
+@pytest.mark.parametrize(("suspect", "named_still"), [((), True), (("plate",), True), (("plate_7",), False)])
+def test_while_direct_checks_suspect_a_plate_only_causes_of_that_plate_are_named(
+    short_scene, drawn, suspect, named_still
 ):
     wrong = 0.15 * short_scene.plates[0].wrench_ground
-    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).witnessed(accused, Weighings())
-    assert (named(select(balance, [Course("plate", wrong)])) == [("course", "plate")]) == named_still
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).checked(suspect, Weighings())
+    assert (
+        named(select(balance, [TimeHistory("plate", wrong)])) == [("time_history", "plate")]
+    ) == named_still
 
 
-@pytest.mark.parametrize(("accused", "rivals"), [((), {"body"}), (("plate",), set())])
-def test_while_a_plate_is_accused_other_causes_are_no_rivals_of_its_own(short_scene, drawn, accused, rivals):
+@pytest.mark.parametrize(("suspect", "rivals"), [((), {"body"}), (("plate",), set())])
+def test_while_a_plate_is_suspect_other_causes_are_no_rivals_of_its_own(short_scene, drawn, suspect, rivals):
     """They may be there besides; in its place they would leave what the files say by themselves."""
     wrong = 0.15 * short_scene.plates[0].wrench_ground
-    causes = [Course("plate", wrong), Course("body", wrong + np.roll(wrong, 20, axis=0))]
-    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).witnessed(accused, Weighings())
+    causes = [TimeHistory("plate", wrong), TimeHistory("body", wrong + np.roll(wrong, 20, axis=0))]
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).checked(suspect, Weighings())
     (found,) = select(balance, causes).found
     assert found.contender.term.candidate.target == "plate"
     assert {r.term.candidate.target for r in found.rivals} == rivals
@@ -278,7 +284,7 @@ def balance_contender(balance, cause):
 
 
 @dataclass(frozen=True, eq=False)
-class Units(Course):
+class Units(TimeHistory):
     """Says that its plate reads half of what is true."""
 
     def plate_factors(self):
@@ -306,17 +312,17 @@ def test_the_weight_that_a_plate_carries_by_itself_refutes_other_units(
     short_scene, drawn, weighings, named_still
 ):
     wrong = 0.5 * short_scene.plates[0].wrench_ground
-    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).witnessed((), weighings)
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).checked((), weighings)
     selection = select(balance, [Units("plate", wrong)])
-    assert (named(selection) == [("course", "plate")]) == named_still
+    assert (named(selection) == [("time_history", "plate")]) == named_still
     if not named_still:
-        one, said = said_of(selection, ("course", "plate"))
-        assert one.fell_at.name == "witnessed"
-        assert "kg" in said["witnessed"].reason or "nobody entered" in said["witnessed"].reason
+        one, said = said_of(selection, ("time_history", "plate"))
+        assert one.fell_at.name == "checked"
+        assert "kg" in said["checked"].reason or "nobody entered" in said["checked"].reason
 
 
 @dataclass(frozen=True, eq=False)
-class Harness(Course):
+class Harness(TimeHistory):
     """Says that 200 N of the person are on no plate."""
 
     def lifted_N(self, trial, estimates):
@@ -330,22 +336,22 @@ def test_plates_that_carry_the_whole_body_refute_a_harness(short_scene, drawn, m
     mass_kg = short_scene.skeleton.mass - missing_kg
     weighed = [replace(carried(p, mass_kg), trial=short_scene.name) for p in ("plate_1", "plate_2")]
     rows = trial_rows_of(drawn(4, wrong))
-    balance = Balance([rows], SETTINGS).witnessed((), Weighings(tuple(weighed)))
+    balance = Balance([rows], SETTINGS).checked((), Weighings(tuple(weighed)))
     selection = select(balance, [Harness("torso", wrong)])
-    assert (named(selection) == [("course", "torso")]) == named_still
-    _, said = said_of(selection, ("course", "torso"))
-    assert said["witnessed"].passed == named_still
-    assert "lifted" in said["witnessed"].reason
+    assert (named(selection) == [("time_history", "torso")]) == named_still
+    _, said = said_of(selection, ("time_history", "torso"))
+    assert said["checked"].passed == named_still
+    assert "lifted" in said["checked"].reason
 
 
 @dataclass(frozen=True, eq=False)
-class Clock(Course):
+class Clock(TimeHistory):
     """Reads all plates at other times."""
 
-    about = About("course", is_a_clock=True)
+    about = About("time_history", is_a_clock=True)
 
 
-@pytest.mark.parametrize(("kind", "both"), [(Course, True), (Clock, False)])
+@pytest.mark.parametrize(("kind", "both"), [(TimeHistory, True), (Clock, False)])
 def test_two_clocks_of_the_same_forces_are_one(short_scene, drawn, kind, both):
     one, two = (0.3 * p.wrench_ground for p in short_scene.plates[:2])
     balance = Balance([trial_rows_of(drawn(4, one + two, scale=0.3))], SETTINGS)

@@ -11,8 +11,8 @@ from solver.diagnosis.causes.clock_offset import ClockOffset
 from solver.diagnosis.extended_fit import (
     SUB_BLOCK_S,
     _Fitted,
-    _heldout,
-    _withheld,
+    _frames_held_out,
+    _held_out,
     extended_fit,
 )
 from solver.diagnosis.extension import extension_of
@@ -33,16 +33,17 @@ def gain_on_time(on_time):
     return extended_fit(on_time.fit, extension_of(on_time.balance.scenes, solved), SETTINGS)
 
 
+@pytest.mark.slow
 def test_the_fit_finds_the_clock(gain, gain_on_time):
     """Skin and tables' inertias give every recording some offset; the delay is the difference of two."""
     found = gain.fit.extra[0] - gain_on_time.fit.extra[0]
     assert found == pytest.approx(LATE_S, rel=0.1)
 
 
-def test_what_was_withheld_is_predicted_better(gain):
+def test_what_was_held_out_is_predicted_better(gain):
     for figure, drop in (
-        (gain.heldout_linear_residual_N, gain.heldout_linear_drop_N),
-        (gain.heldout_angular_residual_Nm, gain.heldout_angular_drop_Nm),
+        (gain.held_out_linear_residual_N, gain.held_out_linear_drop_N),
+        (gain.held_out_angular_residual_Nm, gain.held_out_angular_drop_Nm),
     ):
         assert figure.after < figure.before
         assert figure.interval[0] < figure.after < figure.interval[1]
@@ -57,22 +58,22 @@ def test_an_extension_by_nothing_changes_nothing(on_time):
     idle = Extension((), np.ones(1), np.zeros(1), {on_time.scene.name: trial})
     gain = extended_fit(on_time.fit, idle, SETTINGS)
     assert max(gain.joint_torque_change.values()) < 1e-6
-    assert gain.heldout_linear_residual_N.before == pytest.approx(gain.heldout_linear_residual_N.after)
+    assert gain.held_out_linear_residual_N.before == pytest.approx(gain.held_out_linear_residual_N.after)
     assert gain.marker_rms_m.before == pytest.approx(gain.marker_rms_m.after)
 
 
 def test_torques_move_to_those_of_the_recording_on_time(gain, gain_on_time):
     used = gain.after[0].used & gain_on_time.before[0].used
-    right, wrong, mended = (
+    right, wrong, corrected = (
         dynamics[0].joint_torques[used, 6:] for dynamics in (gain_on_time.before, gain.before, gain.after)
     )
-    assert rms(mended - right) < 0.5 * rms(wrong - right)
+    assert rms(corrected - right) < 0.5 * rms(wrong - right)
 
 
 def test_the_json_part_is_plain_and_whole(gain):
     plain = json.loads(json.dumps(extended_gain_json(gain), allow_nan=False))
-    assert {"before", "after", "interval"} == set(plain["heldout_linear_residual_N"])
-    assert {"before", "after", "interval"} == set(plain["heldout_angular_residual_Nm"])
+    assert {"before", "after", "interval"} == set(plain["held_out_linear_residual_N"])
+    assert {"before", "after", "interval"} == set(plain["held_out_angular_residual_Nm"])
     assert {"before", "after"} == set(plain["marker_rms_m"]) == set(plain["mass_kg"])
     change = plain["joint_torque_change"]
     most = change["most_changed"]
@@ -93,7 +94,7 @@ def test_forces_along_a_translation_are_not_listed_among_torques(gain):
     assert dof not in extended_gain_json(sliding)["joint_torque_change"]["most_changed"]
 
 
-def test_courses_of_their_own_are_withheld_in_short_blocks(late):
+def test_time_histories_of_their_own_are_held_out_key_findings_blocks(late):
     """A column that acts for 0.3 s is told by its neighbours only; one that always acts, by everything."""
     frames, rate = 400, 100.0
     columns = np.zeros((frames, 6, 2))
@@ -104,11 +105,11 @@ def test_courses_of_their_own_are_withheld_in_short_blocks(late):
     extra = TrialExtension((part,), everywhere, everywhere)
     start = replace(late.fit.trials[0].motion, q=np.zeros((frames, 3)), rate=rate)
     data = TrialData(np.zeros((frames, 0, 3)), np.zeros((frames, 6)), everywhere, start)
-    withheld = runs(_withheld(data, extra, SETTINGS))
-    short = [end - start for start, end in withheld if start >= 200 and end <= 230]
-    usual = [end - start for start, end in withheld if end <= 200]
+    held_out = runs(_frames_held_out(data, extra, SETTINGS))
+    short = [end - start for start, end in held_out if start >= 200 and end <= 230]
+    usual = [end - start for start, end in held_out if end <= 200]
     assert short and set(short) == {round(SUB_BLOCK_S * rate)}  # noqa: PT018 some, and all of that length
-    assert set(usual) == {round(SETTINGS.trajectory.heldout_block_s * rate)}
+    assert set(usual) == {round(SETTINGS.trajectory.held_out_block_s * rate)}
 
 
 def test_a_cause_that_takes_the_force_away_is_no_gain_and_said_so(on_time):
@@ -124,13 +125,13 @@ def test_a_cause_that_takes_the_force_away_is_no_gain_and_said_so(on_time):
 
 def test_too_few_blocks_have_no_interval_and_none_no_figure(gain):
     before, after = _Fitted(gain.fit, gain.before), _Fitted(gain.fit, gain.after)
-    two, drop = _heldout([(0, 30, 50), (0, 90, 110)], before, after, slice(0, 3))
+    two, drop = _held_out([(0, 30, 50), (0, 90, 110)], before, after, slice(0, 3))
     frames = [*range(30, 50), *range(90, 110)]
     expected = np.sqrt((gain.after[0].residual_root[frames, :3] ** 2).sum(axis=1).mean())
     assert two.after == pytest.approx(expected)
     assert two.interval is None
     assert drop is None
-    nothing, drop = _heldout([], before, after, slice(0, 3))
-    plain = extended_gain_json(replace(gain, heldout_linear_residual_N=nothing, heldout_linear_drop_N=drop))
-    assert plain["heldout_linear_residual_N"] == {"before": None, "after": None}
+    nothing, drop = _held_out([], before, after, slice(0, 3))
+    plain = extended_gain_json(replace(gain, held_out_linear_residual_N=nothing, held_out_linear_drop_N=drop))
+    assert plain["held_out_linear_residual_N"] == {"before": None, "after": None}
     json.dumps(plain, allow_nan=False)

@@ -11,7 +11,7 @@ from solver.common.progress import silent
 from solver.diagnosis.accepting import extension_for
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import other_recordings, provenance_of
-from solver.fitting.review_stage import predicting_withheld
+from solver.fitting.review_stage import predicting_held_out
 from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
@@ -70,9 +70,9 @@ def test_the_solve_obeys_the_extended_forces(plain, extended):
     one, other = plain.trials[0], extended.trials[0]
     used = one.dynamics.used & other.dynamics.used
     assert rms(other.dynamics.residual_root[used, :3]) < rms(one.dynamics.residual_root[used, :3])
-    blocks = one.heldout.frames & other.heldout.frames
+    blocks = one.held_out.frames & other.held_out.frames
     for axes in (slice(0, 3), slice(3, 6)):
-        assert rms(other.heldout.residual_root[blocks, axes]) < rms(one.heldout.residual_root[blocks, axes])
+        assert rms(other.held_out.residual_root[blocks, axes]) < rms(one.held_out.residual_root[blocks, axes])
 
 
 def test_the_fit_says_that_it_is_extended(subject, extension, plain, extended):
@@ -85,11 +85,12 @@ def test_the_fit_says_that_it_is_extended(subject, extension, plain, extended):
     assert other_recordings(plain.provenance, heavier) == ["mass_kg"]
 
 
+@pytest.mark.slow
 def test_a_resolve_goes_on_with_the_same_extension(subject, extension, extended):
     assert can_resolve(extended, subject, subject.trials, SETTINGS, extension=extension)
     assert not can_resolve(extended, subject, subject.trials, SETTINGS)
     reviews = {"walk": flagged((90, 110, None, "manualReview"))}
-    ours = predicting_withheld(
+    ours = predicting_held_out(
         resolve(extended, reviews, SETTINGS, extension=extension), SETTINGS, silent, extension
     )
     cold = solve(subject, SETTINGS, reviews=reviews, extension=extension)

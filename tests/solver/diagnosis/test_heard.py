@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.diagnose import causes_of, without_the_unheard
+from solver.diagnosis.diagnose import causes_of, without_unrecorded
 from solver.diagnosis.search.selection import select
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.simulate.demo import MARKERS
@@ -38,7 +38,7 @@ def late(late_by):
 
 def test_windows_that_the_right_clock_leaves_empty_are_gone_and_others_are_as_they_were(late):
     selection = select(late, [ClockOffset("all")])
-    (before,), (after,) = late.trials, without_the_unheard(late, selection.found).trials
+    (before,), (after,) = late.trials, without_unrecorded(late, selection.found).trials
     ((shift_s,),) = (f.contender.term.eta for f in selection.found)
     recorded_s = before.scene.plates[0].plate.times[-1]
     lost = int((before.scene.times + shift_s < recorded_s + HALF_A_SAMPLE_S).sum()) - ENDS
@@ -66,4 +66,4 @@ def test_the_clock_alone_is_named(late):
 def test_where_no_window_is_lost_the_balance_stays(late_by, frames):
     """The last 0.05 s are in no window anyway."""
     balance = late_by(frames)
-    assert without_the_unheard(balance, select(balance, [ClockOffset("all")]).found) is None
+    assert without_unrecorded(balance, select(balance, [ClockOffset("all")]).found) is None

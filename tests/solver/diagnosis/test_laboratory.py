@@ -82,6 +82,6 @@ def test_a_drifted_zero_is_no_fault_until_it_is_large(short_scene, drawn, balanc
     share = np.nan_to_num(plate.at_frames(plate.loads.carrying.astype(float)))
     force = np.array([0.0, 0.0, newtons])
     wrench = share[:, None] * np.concatenate([force, np.cross(plate.centre_ground, force)])
-    balance = balance_of_scenes(with_demand(sound, sound.demanded_ground - wrench))
+    balance = balance_of_scenes(with_demand(sound, sound.required_ground - wrench))
     named = [f.contender.term.candidate for f in select(balance, catalogue(balance.scenes)).found]
     assert [c.key for c in named] == ([("plate_bias", plate.target)] if newtons > 10 else [])

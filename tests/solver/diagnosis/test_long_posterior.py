@@ -45,6 +45,7 @@ def covariances(short_scene, whole, in_parts, windows):
     return [p.wrench_covariance(short_scene.measured_ground, windows) for p in (whole, in_parts)]
 
 
+@pytest.mark.slow
 def test_a_short_trial_stays_whole(short_scene, seen, whole):
     same = trial_posterior(short_scene.skeleton, seen, short_scene.motion, NOISE, WHOLE)
     np.testing.assert_array_equal(same.motion.q, whole.motion.q)

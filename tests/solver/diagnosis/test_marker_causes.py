@@ -135,11 +135,11 @@ def test_what_one_repair_uncovers_is_repaired_next(walk, spoilt, short_scene, mo
     assert (second.id, second.target) == ("marker_slip", SLIPPED)
     assert {first.frames.trial, second.frames.trial} == {"spoilt"}
     assert causes.marker_rms_after_m < causes.marker_rms_before_m
-    sound, mended = fit.trials
+    sound, corrected = fit.trials
     assert sound.capture is laboratory.captures["sound"]
     names = skeleton.marker_names
     touched = [names.index(name) for name in (SLIPPED, *SWAPPED)]
-    error = observed_markers(mended, skeleton) - walk
+    error = observed_markers(corrected, skeleton) - walk
     np.testing.assert_array_equal(np.nan_to_num(np.delete(error, touched, axis=1)), 0.0)
     assert np.nanmax(np.linalg.norm(error[SLIP_FRAME + 12 :, touched[0]], axis=1)) < 0.006
     assert np.nanmedian(np.linalg.norm(error[:, touched[1:]], axis=2)) == 0.0
@@ -148,9 +148,9 @@ def test_what_one_repair_uncovers_is_repaired_next(walk, spoilt, short_scene, mo
 def test_a_marker_that_the_model_lacks_stays_as_recorded(spoilt, short_scene, monkeypatch):
     laboratory = Laboratory(short_scene, {"spoilt": spoilt})
     fit, _, _ = laboratory.repaired(monkeypatch)
-    recorded, mended = laboratory.captures["spoilt"].markers, fit.trials[0].capture.markers
-    assert mended.names == recorded.names
-    np.testing.assert_array_equal(mended.positions_ground[:, 0], recorded.positions_ground[:, 0])
+    recorded, corrected = laboratory.captures["spoilt"].markers, fit.trials[0].capture.markers
+    assert corrected.names == recorded.names
+    np.testing.assert_array_equal(corrected.positions_ground[:, 0], recorded.positions_ground[:, 0])
 
 
 def test_it_ends_where_repairs_do_not_help(spoilt, short_scene, monkeypatch):

@@ -9,15 +9,15 @@ import pytest
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.diagnosis import Alternative, Diagnosis, Gain, Location, NamedEffect, Remaining
 from solver.diagnosis.direct_checks.statement import About, Statement
-from solver.diagnosis.force_courses import ForceCourse
+from solver.diagnosis.force_histories import ForceCourse
 from solver.diagnosis.report import as_json
 from solver.diagnosis.residual_description import (
     AlongAxis,
-    Course,
     InPhase,
     InTrial,
     ResidualDescription,
     ResidualSize,
+    TimeHistory,
 )
 
 
@@ -32,7 +32,7 @@ def diagnosis() -> Diagnosis:
         sentence="Late.",
         remedy="Check.",
         gain_nats=80.0,
-        heldout_gain_nats=float("nan"),
+        held_out_gain_nats=float("nan"),
     )
     return Diagnosis(
         verdict="explained",
@@ -43,8 +43,8 @@ def diagnosis() -> Diagnosis:
             ),
         ),
         gain={
-            "heldout_linear_residual_N": Gain(41.0, 12.2, (11.0, 13.9)),
-            "heldout_angular_residual_Nm": Gain(19.5, 8.1, (7.2, 9.0)),
+            "held_out_linear_residual_N": Gain(41.0, 12.2, (11.0, 13.9)),
+            "held_out_angular_residual_Nm": Gain(19.5, 8.1, (7.2, 9.0)),
             "marker_rms_m": Gain(0.0121, 0.0120),
         },
         remaining=Remaining(12.2, 9.8),
@@ -78,8 +78,8 @@ def test_every_part_of_the_contract_is_there_as_it_is_written_there(diagnosis):
     (other,) = told["alternatives"]
     assert {"id", "target", "why", "separate_by"} <= set(other)
     assert told["gain"] == {
-        "heldout_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
-        "heldout_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
+        "held_out_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
+        "held_out_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
         "marker_rms_m": {"before": 0.0121, "after": 0.0120},
     }
     assert told["remaining"] == {
@@ -130,12 +130,12 @@ def test_nothing_found_is_empty_lists_and_no_gain():
 
 def test_what_is_wrong_is_told_over_time_in_phases_and_along_axes(diagnosis):
     size = ResidualSize(3.0, 41.0, 10.0, 19.0, 6.0)
-    course = Course(*(np.array([k + 0.123456, k]) for k in range(7)))
+    time_history = TimeHistory(*(np.array([k + 0.123456, k]) for k in range(7)))
     residual = ResidualDescription(
         whole=size,
         phases=(InPhase("single_support", "calcn_r", size),),
         axes=(AlongAxis("x", "forward", -3.0, size), AlongAxis("z", None, 1.0, size)),
-        trials=(InTrial("walk1", size, Range("walk1", 40, 90), size, course),),
+        trials=(InTrial("walk1", size, Range("walk1", 40, 90), size, time_history),),
     )
     told = plain(replace(diagnosis, residual=residual, rates_Hz={"walk1": 100.0}, starts_s={"walk1": 0.5}))
     assert (told["rates_Hz"], told["starts_s"]) == ({"walk1": 100.0}, {"walk1": 0.5})
@@ -151,15 +151,15 @@ def test_what_is_wrong_is_told_over_time_in_phases_and_along_axes(diagnosis):
     ]
     (trial,) = said["trials"]
     assert trial["worst"] == {"frames": [40, 90], **figures}
-    assert trial["course"]["time_s"] == [0.12, 0.0]
-    assert trial["course"]["moment_floor_Nm"] == [6.12, 6.0]
+    assert trial["time_history"]["time_s"] == [0.12, 0.0]
+    assert trial["time_history"]["moment_floor_Nm"] == [6.12, 6.0]
 
 
 def test_a_force_for_a_while_is_told_over_time(diagnosis):
     (effect,) = diagnosis.effects
-    course = ForceCourse("walk1", 20, 2, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
-    told = plain(replace(diagnosis, effects=(replace(effect, courses=(course,)),)))
-    assert told["effects"][0]["courses"] == [
+    time_history = ForceCourse("walk1", 20, 2, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
+    told = plain(replace(diagnosis, effects=(replace(effect, time_histories=(time_history,)),)))
+    assert told["effects"][0]["time_histories"] == [
         {"trial": "walk1", "start": 20, "step": 2, "force_N": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]}
     ]
 
@@ -172,9 +172,9 @@ def test_every_statement_is_told_with_what_it_speaks_for(diagnosis):
         {"lag_s": 0.04},
         trial="walk1",
     )
-    assert plain(replace(diagnosis, witnesses=(said,)))["witnesses"] == [
+    assert plain(replace(diagnosis, direct_checks=(said,)))["direct_checks"] == [
         {
-            "witness": "lag",
+            "direct_check": "lag",
             "trial": "walk1",
             "target": None,
             "sentence": "The forces come 40 ms after the acceleration of the markers.",

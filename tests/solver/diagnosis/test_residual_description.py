@@ -35,7 +35,7 @@ def description(*scenes):
 
 def test_sizes_are_root_mean_squares_of_window_means_about_the_centre_of_mass(drawn):
     scene = drawn(3)
-    lacking = scene.demanded_ground - scene.measured_ground
+    lacking = scene.required_ground - scene.measured_ground
     lacking[:, 3:] -= np.cross(scene.com_ground, lacking[:, :3])
     windows = trial_rows_of(scene).windows
     means = np.array([windows.weights @ lacking[s : s + windows.length] for s in windows.start])
@@ -108,7 +108,7 @@ def test_the_worst_half_second_is_found_in_each_trial(short_scene, pulled):
         assert (worst.end - worst.start) / short_scene.rate == pytest.approx(WORST_S, abs=0.04)
         assert worst.start <= start
         assert worst.end >= end
-        frame, force = trial.course.time_s * short_scene.rate, trial.course.force_N
+        frame, force = trial.time_history.time_s * short_scene.rate, trial.time_history.force_N
         inside = force[(frame > worst.start) & (frame < worst.end)]
         assert trial.worst_size.force_N == pytest.approx(np.sqrt(np.mean(inside**2)))
         assert trial.worst_size.force_N > trial.size.force_N
@@ -133,18 +133,18 @@ def _on_right_foot(scene):
     return replace(scene.contacts, in_contact=on_foot)
 
 
-def test_the_course_after_is_what_the_causes_leave(short_scene, drawn):
+def test_the_time_history_after_is_what_the_causes_leave(short_scene, drawn):
     scene = drawn(4, 0.15 * short_scene.plates[1].wrench_ground)
     balance = Balance([trial_rows_of(scene)], DiagnosisSettings())
     solved = balance.solve([balance.term(PlateGain("plate_2"), ())])
     (trial,) = described(balance, solved).trials
     left = (balance.residual - solved.terms[0].columns @ solved.x).reshape(-1, 6)
-    np.testing.assert_allclose(trial.course.force_after_N, np.linalg.norm(left[:, :3], axis=1))
-    np.testing.assert_allclose(trial.course.moment_after_Nm, np.linalg.norm(left[:, 3:], axis=1))
-    assert np.mean(trial.course.force_after_N) < np.mean(trial.course.force_N)
+    np.testing.assert_allclose(trial.time_history.force_after_N, np.linalg.norm(left[:, :3], axis=1))
+    np.testing.assert_allclose(trial.time_history.moment_after_Nm, np.linalg.norm(left[:, 3:], axis=1))
+    assert np.mean(trial.time_history.force_after_N) < np.mean(trial.time_history.force_N)
 
 
-def test_what_reading_put_right_is_described_as_if_it_had_not(short_scene):
+def test_what_reading_corrected_causes_is_described_as_if_it_had_not(short_scene):
     balance = Balance([trial_rows_of(short_scene)], DiagnosisSettings())
     term = balance.term(PlateGain("plate_2"), ())
     undone = replace_fixed(term, 0.2 * term.columns[:, 0])

@@ -77,16 +77,16 @@ def test_the_demand_is_that_of_the_true_motion(seen, demands, short_scene):
     """Against Pinocchio's algorithms on the motion that made the markers, whose bandwidth is wider."""
     inside = slice(10, -10)
     true = demands(short_scene.skeleton)[inside]
-    error = seen.demanded_ground[inside] - true
+    error = seen.required_ground[inside] - true
     changing = true - true.mean(axis=0)
     assert (error**2).mean(axis=0)[:3].sum() < 0.05 * (changing**2).mean(axis=0)[:3].sum()
-    assert seen.demanded_ground[inside, 1].mean() == pytest.approx(true[:, 1].mean(), rel=0.005)
+    assert seen.required_ground[inside, 1].mean() == pytest.approx(true[:, 1].mean(), rel=0.005)
 
 
 def test_motion_and_demand_do_not_come_from_the_forces(altered, seen):
     """Neither from the plates nor from a motion that was bent to them."""
     np.testing.assert_allclose(altered.motion.q, seen.motion.q, atol=1e-9)
-    np.testing.assert_allclose(altered.demanded_ground, seen.demanded_ground, atol=1e-6)
+    np.testing.assert_allclose(altered.required_ground, seen.required_ground, atol=1e-6)
     ratio = np.abs(altered.measured_ground).sum() / np.abs(seen.measured_ground).sum()
     assert ratio == pytest.approx(0.5, abs=0.01)
 
@@ -150,6 +150,7 @@ def test_flags_in_the_store_come_before_those_in_a_file(trial):
     assert len(flagged_by_people(reviewed, {"another": flagged(REVIEWED)})) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", [0, 1, 5, 9, 10, 11])
 def test_forces_that_end_before_the_markers_are_there_on_all_frames_that_count(trial, short_scene, lost):
     """As the fit has them, however many of the last samples are lost."""

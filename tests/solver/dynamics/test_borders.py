@@ -22,15 +22,15 @@ from solver.capture.subject.subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.cross_validation.hidden_steps import Step, frames_of, steps_of
 from solver.dynamics.dynamics import Dynamics
-from solver.dynamics.force_prediction.missing_wrench import with_inferred_torques
-from solver.dynamics.force_prediction.sister_columns import SisterTrial
-from solver.dynamics.force_prediction.sister_fit import foretold
+from solver.dynamics.force_prediction.missing_wrench import with_predicted_torques
+from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
+from solver.dynamics.force_prediction.prediction_fit import predicted
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.fitting.dynamics_stage import trial_data
-from solver.fitting.foretelling_stage import with_foretold
 from solver.fitting.pipeline import solve
+from solver.fitting.prediction_stage import with_predicted
 from solver.fitting.settings import Settings
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint
@@ -68,18 +68,20 @@ class Walk:
         fit = fit_trajectories(self.skeleton, [seen], SETTINGS.trajectory)
         wrench = None
         if hidden.any():
-            trial = SisterTrial(
+            trial = PredictionTrial(
                 replace(seen, initial=fit.motions[0]), self.contacts.foot_bodies, self.contacts.in_contact
             )
-            sister = foretold(self.skeleton, [trial], SETTINGS.trajectory, SETTINGS.foretelling, phi=fit.phi)
-            (held,) = with_foretold([seen], fit, sister)
+            prediction_fit = predicted(
+                self.skeleton, [trial], SETTINGS.trajectory, SETTINGS.prediction, phi=fit.phi
+            )
+            (held,) = with_predicted([seen], fit, prediction_fit)
             fit = fit_trajectories(self.skeleton, [held], SETTINGS.trajectory, phi=fit.phi)
-            (wrench,) = sister.wrenches_ground
+            (wrench,) = prediction_fit.wrenches_ground
         counts = self.mask.counts.copy()
         counts[hidden, slice(None) if both else self.foot] = False
         mask = replace(self.mask, counts=counts)
         dynamics = inverse_dynamics(fit.skeleton, fit.motions[0], self.contacts, mask, SETTINGS.dynamics)
-        with_wrenches = with_inferred_torques(fit.skeleton, dynamics, self.contacts, mask, wrench)
+        with_wrenches = with_predicted_torques(fit.skeleton, dynamics, self.contacts, mask, wrench)
         return Fitted(fit.skeleton, dynamics, with_wrenches.joint_torques)
 
 
@@ -160,6 +162,7 @@ def changes_at_borders(series, steps):
     return np.concatenate(at).max(axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [0, 1, 2], ids=["angles", "velocities", "accelerations"])
 def test_the_motion_has_no_step_at_the_borders(oracle, ours, hidden_steps, order):
     own = own_level(oracle.dynamics.motion.derivative(order))
@@ -173,7 +176,8 @@ def test_torques_have_no_step_at_the_borders(oracle, ours, hidden_steps):
     assert np.all(at <= TORQUE_BOUND * own)
 
 
-def test_without_the_inferred_wrench_the_leg_would_jolt(oracle, walk):
+@pytest.mark.slow
+def test_without_the_predicted_wrench_the_leg_would_jolt(oracle, walk):
     """What the bound is able to see: late halves of stances, and no force at all on the foot."""
     steps = [((a + b) // 2, b) for a, b in walk.steps[1::3]]
     torques = walk.fitted_without(steps).dynamics.joint_torques

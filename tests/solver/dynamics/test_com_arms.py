@@ -89,6 +89,7 @@ def test_a_fixed_mass_holds_in_every_arm(noisy, hidden, arm):
     assert found.inverse_mass == pytest.approx(1 / 77.0)
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_hidden_steps_of_a_real_treadmill_walk(real_data: Path):
     """Every third right step: the force that the trajectory demands there against the hidden measurement.

@@ -21,6 +21,7 @@ def _lasting_errors(shape: tuple[int, ...], rate: float, lasting_s: float, rng) 
     return lfilter([1.0], [1.0, -keep], white, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lasting_s", [0.02, 0.1, 0.3, 1.0])
 @pytest.mark.parametrize("seconds", [1.2, 2.5, 8.0])
 def test_the_sampling_deviation_covers_repeated_noise(walker, lasting_s, seconds):

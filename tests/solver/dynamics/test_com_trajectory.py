@@ -57,6 +57,7 @@ def _mask(kind: str, frames: int, rng: np.random.Generator) -> np.ndarray:
     return observed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("frames", "kind"),
     [

@@ -25,7 +25,7 @@ PRIOR = ExtraParameters(prior_std=np.array([50.0, 0.4]), start=np.zeros(2))
 TRUE_X = np.array([30.0, -0.25])
 
 
-def demanded(skeleton, motion):
+def required(skeleton, motion):
     """Force and moment about the ground origin, frame by frame."""
     nothing = np.zeros((motion.frames, 6))
     terms = momentum_terms(RigidBodyModel(skeleton), motion.q, motion.velocity, motion.acceleration, nothing)
@@ -53,7 +53,7 @@ def trial(crane, crane_q):
     observed = marker_positions(crane, motion.q)
     noisy = observed + rng.normal(0, 0.001, observed.shape)
     columns, fixed = columns_of(rng), rng.normal(0, 5, 6) * np.ones((FRAMES, 6))
-    recorded = demanded(crane, motion) - fixed - columns @ TRUE_X
+    recorded = required(crane, motion) - fixed - columns @ TRUE_X
     counts = np.ones(FRAMES, dtype=bool)
     counts[20:24] = False
     return TrialData(noisy, recorded, counts, motion, extra_wrench_ground=fixed, extra_columns_ground=columns)

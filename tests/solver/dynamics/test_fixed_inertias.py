@@ -10,6 +10,7 @@ from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_a_walk_obeys_its_forces_without_fitting_inertias(real_data):
     subject, usual = open_subject(real_data / "walk_gait2354_subject01"), Settings()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from solver.dynamics.inertia_parameters import (
-    demanded_wrench,
     inertia_parameters,
     prior_std,
     pseudo_inertia,
+    required_wrench,
     wrench_by_parameters,
 )
 from solver.dynamics.material_acceleration import material_accelerations
@@ -62,10 +62,10 @@ def test_derivatives_match_finite_differences(parameters):
                 np.testing.assert_allclose(D[b, k], numerical[b], atol=1e-8)
 
 
-def test_twins_are_mirror_images(crane):
+def test_counterparts_are_mirror_images(crane):
     left = replace(crane.bodies[1], name="femur_l", com_body=crane.bodies[1].com_body * (1, 1, -1))
-    twins = replace(crane, bodies=(*crane.bodies[:5], left))
-    parameters = inertia_parameters(twins, SETTINGS)
+    counterparts = replace(crane, bodies=(*crane.bodies[:5], left))
+    parameters = inertia_parameters(counterparts, SETTINGS)
     phi = np.random.default_rng(2).normal(0, 0.2, parameters.count)
     bodies = parameters.skeleton_at(phi).bodies
     mirror = np.diag([1, 1, -1])
@@ -81,7 +81,7 @@ def test_wrench_from_material_points_equals_pinocchios_rate_of_momentum(crane, c
     kinematics = ForwardKinematics(crane)
     A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
     phi = rng.normal(0, 0.1, parameters.count)
-    wrench = demanded_wrench(A, T, parameters.pseudo_inertias(phi)).sum(axis=1)
+    wrench = required_wrench(A, T, parameters.pseudo_inertias(phi)).sum(axis=1)
     changed = RigidBodyModel(parameters.skeleton_at(phi))
     terms = momentum_terms(changed, q, v, a, np.zeros((len(q), 6)))
     np.testing.assert_allclose(wrench[:, :3], terms.residual[:, :3], atol=1e-8)
@@ -100,7 +100,7 @@ def test_the_wrenchs_derivative_by_the_parameters(crane, crane_q, parameters):
     for k in range(parameters.count):
         shift = 1e-6 * np.eye(parameters.count)[k]
         ahead, behind = (
-            demanded_wrench(A, T, parameters.pseudo_inertias(p)).sum(axis=1)
+            required_wrench(A, T, parameters.pseudo_inertias(p)).sum(axis=1)
             for p in (phi + shift, phi - shift)
         )
         np.testing.assert_allclose(analytic[:, :, k], (ahead - behind) / 2e-6, atol=1e-5)

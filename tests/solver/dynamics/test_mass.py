@@ -92,6 +92,7 @@ def test_trials_that_contradict_each_other_make_the_mean_unsure():
     assert found.sampling_std_kg == pytest.approx(2.0 / np.sqrt(3), rel=0.01)  # standard error of the three
 
 
+@pytest.mark.slow
 @pytest.mark.real
 @pytest.mark.parametrize(
     ("folder", "mass_kg"),

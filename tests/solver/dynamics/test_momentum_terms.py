@@ -34,7 +34,7 @@ def test_derivatives_match_finite_differences(crane, state):
             np.testing.assert_allclose(analytic[:, :, j], numerical, rtol=1e-5, atol=1e-5)
 
 
-def test_demanded_wrench_is_the_rate_of_momentum_of_the_bodies(crane, crane_q):
+def test_required_wrench_is_the_rate_of_momentum_of_the_bodies(crane, crane_q):
     """Newton and Euler from body positions alone, differenced in time."""
     rate = 2000.0
     t = np.arange(-3, 4) / rate

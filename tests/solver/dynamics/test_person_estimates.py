@@ -117,7 +117,7 @@ def test_the_height_of_the_body_is_told_with_its_uncertainty(body):
     assert person_height(replace(NOBODY, height_m=1.9), body) == (1.9, ())
 
 
-def test_without_a_leg_neither_height_nor_mass_is_made_up(body):
+def test_without_a_leg_neither_height_nor_mass_is_synthetic(body):
     height, notes = person_height(NOBODY, body, legs_are_seen=False)
     assert np.isnan(height)
     assert "no leg is seen" in notes[0]

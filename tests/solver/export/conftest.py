@@ -1,4 +1,4 @@
-"""A fit of the crane: a made-up skeleton that stands on one foot for a while."""
+"""A fit of the crane: a synthetic skeleton that stands on one foot for a while."""
 
 from pathlib import Path
 

@@ -13,6 +13,7 @@ from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 
 
+@pytest.mark.slow
 @pytest.mark.real
 def test_a_walk_has_events_and_cycles_in_files(real_data, tmp_path):
     folder = real_data / "walk_gait2354_subject01"

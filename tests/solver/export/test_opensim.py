@@ -87,18 +87,19 @@ def test_a_trial_without_forces_has_its_motion_only(fit, tmp_path):
     assert [path.name for path in written] == ["model.osim", "walk_ik.mot"]
 
 
-def test_torques_name_frames_that_rest_on_an_inferred_wrench_and_forces_stay_recorded(fit, tmp_path):
+def test_torques_name_frames_that_rest_on_an_predicted_wrench_and_forces_stay_recorded(fit, tmp_path):
     dynamics = fit.trials[0].dynamics
-    inferred = np.zeros((len(dynamics.used), len(fit.trials[0].contacts.foot_bodies)), dtype=bool)
-    inferred[[3, 4, 5, 9], 0] = True
-    marked = with_trial(fit, dynamics=replace(dynamics, wrench_inferred=inferred))
-    for one, folder in ((fit, tmp_path / "measured"), (marked, tmp_path / "inferred")):
+    predicted = np.zeros((len(dynamics.used), len(fit.trials[0].contacts.foot_bodies)), dtype=bool)
+    predicted[[3, 4, 5, 9], 0] = True
+    marked = with_trial(fit, dynamics=replace(dynamics, wrench_is_predicted=predicted))
+    for one, folder in ((fit, tmp_path / "measured"), (marked, tmp_path / "predicted")):
         export_opensim(one, folder)
     titles = [
-        (tmp_path / folder / "walk_id.sto").read_text().splitlines()[0] for folder in ("measured", "inferred")
+        (tmp_path / folder / "walk_id.sto").read_text().splitlines()[0]
+        for folder in ("measured", "predicted")
     ]
-    assert titles == ["walk_id", "walk_id; a foot's wrench inferred from the motion on frames 3-5, 9-9"]
-    forces = [(tmp_path / folder / "walk_grf.mot").read_bytes() for folder in ("measured", "inferred")]
+    assert titles == ["walk_id", "walk_id; a foot's wrench predicted from the motion on frames 3-5, 9-9"]
+    forces = [(tmp_path / folder / "walk_grf.mot").read_bytes() for folder in ("measured", "predicted")]
     assert forces[0] == forces[1]
 
 

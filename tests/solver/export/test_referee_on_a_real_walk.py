@@ -13,6 +13,7 @@ from solver.fitting.settings import Settings
 pytestmark = [pytest.mark.opensim, pytest.mark.real]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recording", ["walk_rajagopal2015", "walk_gait2354_subject01"])
 def test_opensim_agrees_within_a_percent_of_body_weight(recording, real_data, tmp_path):
     """1 % of body weight, 0.2 % of body weight · height, as RMS over the frames used.

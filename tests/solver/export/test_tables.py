@@ -72,14 +72,14 @@ def test_why_a_force_does_not_count(fit, tmp_path):
     assert table["foot_r_counts"][29:33] == ["true", "false", "false", "true"]
 
 
-def test_which_torques_rest_on_an_inferred_wrench(fit, tmp_path):
-    inferred = np.zeros((90, 1), dtype=bool)
-    inferred[30:32] = True
-    marked = with_trial(fit, dynamics=replace(fit.trials[0].dynamics, wrench_inferred=inferred))
+def test_which_torques_rest_on_an_predicted_wrench(fit, tmp_path):
+    predicted = np.zeros((90, 1), dtype=bool)
+    predicted[30:32] = True
+    marked = with_trial(fit, dynamics=replace(fit.trials[0].dynamics, wrench_is_predicted=predicted))
     (path,) = export_csv(marked, tmp_path / "marked")
-    assert read_csv(path)["foot_r_inferred"][29:33] == ["false", "true", "true", "false"]
+    assert read_csv(path)["foot_r_predicted"][29:33] == ["false", "true", "true", "false"]
     (path,) = export_csv(fit, tmp_path / "measured")
-    assert set(read_csv(path)["foot_r_inferred"]) == {"false"}
+    assert set(read_csv(path)["foot_r_predicted"]) == {"false"}
 
 
 def test_a_trial_without_forces(fit, tmp_path):

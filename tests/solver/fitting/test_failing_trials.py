@@ -65,6 +65,7 @@ def is_left_out(fit, alone, reason):
     np.testing.assert_array_equal(fit.trials[0].motion.q, alone)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stage", "error"),
     [

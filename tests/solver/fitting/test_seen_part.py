@@ -23,7 +23,7 @@ from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
 
 BEFORE, AFTER, SECONDS = 700, 40, 1.6
-SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, heldout=False))
+SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, held_out=False))
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +68,7 @@ def seen(fit):
     return slice(BEFORE, fit.trials[0].motion.frames - AFTER)
 
 
+@pytest.mark.slow
 def test_frames_that_show_nobody_have_no_pose_and_no_force(padded):
     trial = padded.trials[0]
     outside = np.ones(trial.motion.frames, dtype=bool)

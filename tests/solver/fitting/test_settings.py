@@ -1,4 +1,4 @@
-"""Settings: the printed file reads back, and a slip of the pen is named with its mend."""
+"""Settings: the printed file reads back, and a slip of the pen is named with its correct."""
 
 import json
 import tomllib
@@ -106,7 +106,7 @@ def test_whole_numbers_pass_for_numbers(tmp_path):
         ("[kinematics\n", "not a TOML file"),
     ],
 )
-def test_a_slip_is_named_with_the_file_and_the_mend(tmp_path, text, message):
+def test_a_slip_is_named_with_the_file_and_the_corrected_by(tmp_path, text, message):
     with pytest.raises(SettingsError, match=message) as error:
         read_settings(written(tmp_path, text))
     assert FILE_NAME in str(error.value)

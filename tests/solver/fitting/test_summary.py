@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.thresholds import Thresholds
-from solver.fitting.summary import HELDOUT_DUE, all_notes, summary
+from solver.fitting.summary import HELD_OUT_DUE, all_notes, summary
 from solver.kinematics.label_faults.fault import MASKED, LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 
@@ -41,12 +41,12 @@ def test_frames_used_and_where_the_mask_came_from(small_fit):
     assert figures["seconds"] == {"load": 0.5, "kinematics": 2.0, "dynamics": 0.25}
 
 
-def test_which_torques_rest_on_an_inferred_wrench(small_fit):
-    inferred = np.array([[True], [False], [True], [True]])
-    dynamics = replace(small_fit.trials[0].dynamics, wrench_inferred=inferred)
+def test_which_torques_rest_on_an_predicted_wrench(small_fit):
+    predicted = np.array([[True], [False], [True], [True]])
+    dynamics = replace(small_fit.trials[0].dynamics, wrench_is_predicted=predicted)
     trials = (replace(small_fit.trials[0], dynamics=dynamics),)
-    assert trial_figures(small_fit, trials=trials)["torques_inferred_ranges"] == [[0, 1], [2, 4]]
-    assert trial_figures(small_fit)["torques_inferred_ranges"] == []
+    assert trial_figures(small_fit, trials=trials)["torques_predicted_ranges"] == [[0, 1], [2, 4]]
+    assert trial_figures(small_fit)["torques_predicted_ranges"] == []
 
 
 def test_labels_that_were_repaired(small_fit):
@@ -69,8 +69,8 @@ def test_labels_that_were_repaired(small_fit):
 
 
 def test_blocks_that_wait_for_their_prediction_are_noted(small_fit):
-    assert HELDOUT_DUE in all_notes(replace(small_fit, heldout_due=True))
-    assert HELDOUT_DUE not in all_notes(small_fit)
+    assert HELD_OUT_DUE in all_notes(replace(small_fit, held_out_due=True))
+    assert HELD_OUT_DUE not in all_notes(small_fit)
 
 
 def test_marker_errors(small_fit):
@@ -152,8 +152,9 @@ def test_the_contract_has_all_its_fields(small_fit):
         "name", "frames", "rate_hz", "frames_with_force_used", "frames_used_ranges", "mask_source",
         "marker_rms_m", "marker_rms_frame_mean_m", "marker_max_m",
         "linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw",
-        "hicks", "heldout", "kinematics_only", "change", "seconds", "torques_inferred_ranges", "label_faults",
-        "withheld", "forces_foretold", "stored", "frames_without_pose_ranges", "coordinates_guessed_ranges",
+        "hicks", "held_out", "kinematics_only", "change", "seconds", "torques_predicted_ranges",
+        "label_faults", "held_out_layouts", "forces_predicted", "stored", "frames_without_pose_ranges",
+        "coordinates_guessed_ranges",
     }  # fmt: skip
 
 

@@ -107,25 +107,25 @@ def test_probabilities_are_those_of_a_multinomial_model():
         np.testing.assert_allclose(told, np.array(odds) / sum(odds), rtol=1e-12)
 
 
-def every_course(probabilities, change):
-    """The likeliest course by trying all."""
+def every_time_history(probabilities, change):
+    """The likeliest time history by trying all."""
     evidence = np.log(np.clip(probabilities, 0.02, 1)) / 4
     count, classes = evidence.shape
     best, found = -np.inf, None
     for code in range(classes**count):
-        course = [code // classes**k % classes for k in range(count)]
-        value = sum(evidence[k, c] for k, c in enumerate(course))
-        value -= change * sum(a != b for a, b in pairwise(course))
+        time_history = [code // classes**k % classes for k in range(count)]
+        value = sum(evidence[k, c] for k, c in enumerate(time_history))
+        value -= change * sum(a != b for a, b in pairwise(time_history))
         if value > best:
-            best, found = value, course
+            best, found = value, time_history
     return found
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_smoothing_finds_the_likeliest_of_all_courses(seed):
+def test_smoothing_finds_the_likeliest_of_all_time_histories(seed):
     sharp = np.random.default_rng(seed).dirichlet([0.2, 0.2, 0.2], 8) ** 3
     probabilities = sharp / sharp.sum(axis=1, keepdims=True)
-    assert smoothed(probabilities, ACTIVITIES).tolist() == every_course(probabilities, np.log(9))
+    assert smoothed(probabilities, ACTIVITIES).tolist() == every_time_history(probabilities, np.log(9))
 
 
 def test_learnt_classes_come_first():

@@ -89,6 +89,7 @@ def rms(errors):
     return float(np.sqrt(np.mean(np.square(errors)))) if errors else 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recording", RECORDINGS)
 def test_feet_alone_against_raw_plates(real_data, recording, stances_on_plates):
     folder = real_data / recording
@@ -157,6 +158,7 @@ def test_figures_of_a_treadmill_walk(real_data):
         assert cycle.cadence_per_min == pytest.approx(120 / cycle.duration_s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("recording", "file"),
     [

@@ -9,7 +9,7 @@ from solver.skeleton.scaling import scaled, with_offsets
 SETTINGS = KinematicsSettings()
 
 
-def test_recovers_scales_and_marker_offsets_of_a_made_up_subject(crane, crane_q):
+def test_recovers_scales_and_marker_offsets_of_a_synthetic_subject(crane, crane_q):
     rng = np.random.default_rng(2)
     groups = scale_groups(crane)
     truth = groups.factors(np.repeat(rng.normal(0.05, 0.05, groups.count), 3))
@@ -40,7 +40,7 @@ def test_unseen_bodies_follow_the_size_of_the_others(crane, crane_q):
     assert calibration.factors[crane.body_index("arm_r")].min() > 1.08
 
 
-def test_twins_share_a_group():
+def test_counterparts_share_a_group():
     names = ["femur_r", "femur_l", "r_hand", "l_hand", "foot_right", "torso"]
     assert [without_side(n) for n in names] == ["femur", "femur", "hand", "hand", "foot", "torso"]
 

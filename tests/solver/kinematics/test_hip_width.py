@@ -1,4 +1,4 @@
-"""How wide and deep the pelvis becomes: flesh over the spines, and hip centres that a laboratory computed."""
+"""How wide and deep the pelvis becomes: soft tissue over the spines, and hip centres of a laboratory."""
 
 from dataclasses import replace
 
@@ -68,7 +68,7 @@ def hip_width(skeleton):
     return 2 * abs(skeleton.joints[skeleton.body_index("femur_r")].p_parent_frame[2])
 
 
-def test_flesh_over_the_spines_makes_no_deeper_pelvis(body):
+def test_soft_tissue_over_the_spines_makes_no_deeper_pelvis(body):
     found = fitted(body, recorded(body))
     np.testing.assert_allclose(found.factors[body.body_index("pelvis")], 1.0, atol=0.01)
     assert hip_width(found.skeleton) == pytest.approx(hip_width(body), abs=0.002)

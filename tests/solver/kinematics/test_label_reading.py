@@ -66,6 +66,7 @@ def test_wheels_are_no_legs_where_no_name_tells_of_one(walker, body, each, attac
     assert bool(on_legs) == attached
 
 
+@pytest.mark.slow
 def test_a_person_may_say_what_a_label_is(walker, body):
     markers, places = walker
     c7 = next(label for label, mark in places.items() if mark.name == "c7")

@@ -155,6 +155,7 @@ def test_labels_that_mean_nothing_are_found_for_a_model_of_ones_own(walker):
     assert any("found by the motion" in note for note in named.match.notes)
 
 
+@pytest.mark.slow
 def test_a_model_of_ones_own_without_telling_names_has_labels_that_mean_nothing_put_on_its_bodies(walker):
     markers, truth = walker
     generic = default_skeleton()

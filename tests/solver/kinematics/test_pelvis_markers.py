@@ -106,6 +106,7 @@ def test_a_marker_of_the_pelvis_that_is_gone_is_noted(real_data, folder, trial):
             assert pelvis_note(named_on(subject, rest, default_body=default_body)), gone
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "trial"), [("opencap_subject4", "walking1"), ("walk_gait2354_subject01", "walk1")]
 )

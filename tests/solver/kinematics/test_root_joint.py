@@ -8,7 +8,7 @@ from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import body_poses
 
 
-def test_coordinates_give_back_the_pose(crane, crane_q):
+def test_coordinates_release_memory_the_pose(crane, crane_q):
     R, p = body_poses(crane, crane_q)
     root = root_joint(crane)
     again = crane_q.copy()

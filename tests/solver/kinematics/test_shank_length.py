@@ -33,6 +33,7 @@ def shank(skeleton, name_of):
     return float(np.mean(both))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "trial", "by_hand"),
     [

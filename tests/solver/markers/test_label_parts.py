@@ -32,7 +32,7 @@ def test_a_label_is_also_read_whole():
     assert ("l", "mal") in {(r.side, r.key) for r in readings("LMAL")}
 
 
-def test_a_label_has_a_side_where_its_twin_is_there():
+def test_a_label_has_a_side_where_its_counterpart_is_there():
     labels = ("S1_RHEE", "S1_LHEE", "S1_r_5meta", "S1_L_5meta", "S1_LowerBack", "S1_RBAK")
     assert sides(labels) == {"S1_RHEE": "r", "S1_LHEE": "l", "S1_r_5meta": "r", "S1_L_5meta": "l"}
 

@@ -50,6 +50,7 @@ def root_residual(trial, times, q, v, a):
     return RigidBodyModel(skeleton).inverse_dynamics(q, v, a, wrenches, feet)[:, :6]
 
 
+@pytest.mark.slow
 def test_newton_and_euler_leave_next_to_nothing(trial):
     times = times_of(trial)
     assert np.abs(root_residual(trial, times, *trial.motion.state(times))).max() < 1e-6 * weight(trial)
@@ -153,8 +154,8 @@ def test_a_sprinter_flies_most_of_the_time_and_hits_the_ground_hard(sprint):
     assert len(whole) >= 2
     for stance in whole:
         assert 0.08 < stance.end - stance.start < 0.13
-        course = vertical[stance.covers(times), stance.foot]
-        assert 3.0 < course.max() < 4.5
+        time_history = vertical[stance.covers(times), stance.foot]
+        assert 3.0 < time_history.max() < 4.5
         early = vertical[np.searchsorted(times, stance.start + 0.025), stance.foot]
         assert early > 2.0  # most of the load within 25 ms
     tx = sprint.motion.derivative(times, 0)[:, sprint.motion.dofs.index("pelvis_tx")]

@@ -80,14 +80,14 @@ def test_drag_takes_power_that_grows_with_its_exponent(exponent):
 
 def test_a_torque_may_turn_with_the_segment(walk):
     skeleton = walk.body.skeleton
-    course = lambda times: np.tile([0.0, 2.0, 1.0], (len(times), 1))  # noqa: E731
-    fixed = BodyTorque(skeleton, "torso", course, turns_with_body=False)(walk.motion, TIMES)
-    turning = BodyTorque(skeleton, "torso", course, turns_with_body=True)(walk.motion, TIMES)
+    time_history = lambda times: np.tile([0.0, 2.0, 1.0], (len(times), 1))  # noqa: E731
+    fixed = BodyTorque(skeleton, "torso", time_history, turns_with_body=False)(walk.motion, TIMES)
+    turning = BodyTorque(skeleton, "torso", time_history, turns_with_body=True)(walk.motion, TIMES)
     assert not fixed[:, :3].any()
     assert not turning[:, :3].any()
-    np.testing.assert_allclose(fixed[:, 3:], course(TIMES))
+    np.testing.assert_allclose(fixed[:, 3:], time_history(TIMES))
     R = body_rotation(skeleton, "torso", walk.motion, TIMES)
-    np.testing.assert_allclose(np.einsum("tji,tj->ti", R, turning[:, 3:]), course(TIMES), atol=1e-12)
+    np.testing.assert_allclose(np.einsum("tji,tj->ti", R, turning[:, 3:]), time_history(TIMES), atol=1e-12)
 
 
 def test_several_things_add_up(walk, hand):

@@ -24,8 +24,8 @@ def test_the_ground_carries_what_the_motion_in_the_room_demands(walk):
     np.testing.assert_allclose(support.acceleration(TIMES), acceleration[:, None] * DIRECTION)
     demand = GroundDemand(RigidBodyModel(skeleton))
     on_support = demand.wrench(q, v, a) - support(walk.motion, TIMES)
-    for state, course in ((q, path), (v, speed), (a, acceleration)):
-        state[:, places] += course[:, None] * DIRECTION
+    for state, time_history in ((q, path), (v, speed), (a, acceleration)):
+        state[:, places] += time_history[:, None] * DIRECTION
     in_room = demand.wrench(q, v, a)
     shift = path[:, None] * DIRECTION
     in_room[:, 3:] -= np.cross(shift, in_room[:, :3])

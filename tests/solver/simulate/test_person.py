@@ -72,7 +72,7 @@ def test_is_as_tall_as_measured_whatever_the_segments(body):
     assert origins[0, torso, 1] + stretch * above_navel == pytest.approx(1.71, abs=2e-3)
 
 
-def test_flesh_moves_all_markers_of_a_segment_alike():
+def test_soft_tissue_moves_all_markers_of_a_segment_alike():
     person = Person(
         bony_softness_m_per_rad=0.0, cluster_softness_m_per_rad=0.0, segment_softness_m_per_rad=0.01
     )

@@ -99,10 +99,10 @@ def test_walking_has_double_support_and_two_humps(walk):
     assert len(whole) >= 2
     for stance in whole:
         share = (times - stance.start) / (stance.end - stance.start)
-        course = vertical[:, stance.foot]
-        first = course[(share > 0.1) & (share < 0.4)].max()
-        valley = course[(share > 0.4) & (share < 0.6)].min()
-        second = course[(share > 0.6) & (share < 0.95)].max()
+        time_history = vertical[:, stance.foot]
+        first = time_history[(share > 0.1) & (share < 0.4)].max()
+        valley = time_history[(share > 0.4) & (share < 0.6)].min()
+        second = time_history[(share > 0.6) & (share < 0.95)].max()
         assert 1.0 < first < 1.35
         assert 1.0 < second < 1.35
         assert valley < 0.95

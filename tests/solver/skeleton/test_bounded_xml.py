@@ -50,6 +50,7 @@ def refused(read, path, why):
     assert time.process_time() - began < SOON
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("content", "why"),
     [

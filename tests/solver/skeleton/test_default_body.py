@@ -97,12 +97,12 @@ def test_left_is_the_mirror_image_of_right_in_any_pose(person):
         name = body.name
         other = name[:-1] + {"r": "l", "l": "r"}[name[-1]] if name[-2:] in ("_r", "_l") else name
         j = skeleton.body_index(other)
-        twin = skeleton.bodies[j]
+        counterpart = skeleton.bodies[j]
         np.testing.assert_allclose(p_mirror[0, j], MIRROR * p[0, i], atol=1e-12)
         np.testing.assert_allclose(R_mirror[0, j], MIRROR[:, None] * R[0, i] * MIRROR, atol=1e-12)
-        np.testing.assert_allclose(twin.com_body, MIRROR * body.com_body, atol=1e-15)
+        np.testing.assert_allclose(counterpart.com_body, MIRROR * body.com_body, atol=1e-15)
         np.testing.assert_allclose(
-            twin.inertia_body, MIRROR[:, None] * body.inertia_body * MIRROR, atol=1e-15
+            counterpart.inertia_body, MIRROR[:, None] * body.inertia_body * MIRROR, atol=1e-15
         )
 
 
@@ -214,10 +214,10 @@ def test_markers_lie_where_their_names_say():
     plug_in_gait = {side + name for side in "LR" for name in paired} | {"C7", "T10", "CLAV", "STRN", "RBAK"}
     assert plug_in_gait <= set(at)
     for name, position in at.items():
-        twin = "L" + name[1:]
-        if name[0] == "R" and twin in at and name != "RBAK":
+        counterpart = "L" + name[1:]
+        if name[0] == "R" and counterpart in at and name != "RBAK":
             assert position[2] > 0.01
-            np.testing.assert_allclose(at[twin], MIRROR * position, atol=1e-12)
+            np.testing.assert_allclose(at[counterpart], MIRROR * position, atol=1e-12)
     heights = [
         at[n][1] for n in ("RHEE", "RANK", "RTIB", "RKNE", "RTHI", "RASI", "STRN", "RSHO", "C7", "RFHD")
     ]

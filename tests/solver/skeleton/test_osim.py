@@ -358,7 +358,7 @@ def test_functions_of_several_coordinates_are_refused_unless_one_drives_them(loa
     _assert_one_clear_line(load, document(2, 1), r"several coordinates \(q, r\)")
 
 
-TWIN = joint("PinJoint", "twin", "/bodyset/a", "/bodyset/b", names=["s"])
+TWIN = joint("PinJoint", "counterpart", "/bodyset/a", "/bodyset/b", names=["s"])
 DEVICE = objects("ComponentSet", el("Device", body("c"), name="d"))
 
 
@@ -366,7 +366,7 @@ DEVICE = objects("ComponentSet", el("Device", body("c"), name="d"))
     ("joints", "rest", "message"),
     [
         ([PIN_A], "", "no chain of joints leads from the ground to b"),
-        ([PIN_A, PIN_B, TWIN], "", "'twin': it closes a loop"),
+        ([PIN_A, PIN_B, TWIN], "", "'counterpart': it closes a loop"),
         ([PIN_A, PIN_B.replace('"r"', '"q"')], "", "2 coordinates are called 'q'"),
         ([PIN_A, PIN_B], objects("ConstraintSet", el("WeldConstraint", name="w")), "WeldConstraint 'w'"),
         ([PIN_A, PIN_B], el("JointSet", file="joints.xml"), "lie in another file"),

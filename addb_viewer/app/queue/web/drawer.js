@@ -63,29 +63,29 @@ export function peopleView(said, rows, now, close) {
 }
 
 // `act`: comment(text, frame, number), settle(number, open), close()
-export function talksView(row, talks, now, act) {
+export function commentsView(row, comments, now, act) {
   const parts = [titled(`Comments on ${row.trial}`, act.close)];
-  for (const talk of talks) {
-    const thread = make("section", talk.settledBy ? "thread settled" : "thread");
+  for (const comment of comments) {
+    const thread = make("section", comment.settledBy ? "thread settled" : "thread");
     const about = make("div", "line");
-    if (talk.frame === null) about.append(make("span", "quiet", "the whole trial"));
+    if (comment.frame === null) about.append(make("span", "quiet", "the whole trial"));
     else {
-      const link = make("a", "strong", `frame ${talk.frame}`);
-      link.href = address(row, talk.frame);
+      const link = make("a", "strong", `frame ${comment.frame}`);
+      link.href = address(row, comment.frame);
       about.append(link);
     }
     about.append(make("span", "fill"));
-    about.append(talk.settledBy
-      ? button("Open again", () => act.settle(talk.number, true))
-      : button("Settled", () => act.settle(talk.number, false)));
+    about.append(comment.settledBy
+      ? button("Open again", () => act.settle(comment.number, true))
+      : button("Settled", () => act.settle(comment.number, false)));
     thread.append(about);
-    for (const [author, at, text] of talk.said) {
+    for (const [author, at, text] of comment.said) {
       const who = make("div");
       who.append(make("span", "strong", author), make("span", "quiet", ` · ${ago(now - at)}`));
       thread.append(who, make("div", "said", text));
     }
-    if (talk.settledBy) thread.append(make("div", "quiet", `Settled by ${talk.settledBy}`));
-    thread.append(form("Answer", (text) => act.comment(text, null, talk.number)));
+    if (comment.settledBy) thread.append(make("div", "quiet", `Settled by ${comment.settledBy}`));
+    thread.append(form("Answer", (text) => act.comment(text, null, comment.number)));
     parts.push(thread);
   }
   const frame = make("input");

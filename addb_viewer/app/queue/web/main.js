@@ -1,7 +1,7 @@
 // The page put together: what the server says goes into the table, what people ask goes to the server.
 
 import { Channel } from "./channel.js";
-import { peopleView, talksView } from "./drawer.js";
+import { peopleView, commentsView } from "./drawer.js";
 import { memory } from "./memory.js";
 import { CHIPS, CHOICES, hours, inOrder, key, letThrough, NOBODY, ORDERS, stateOf } from "./rows.js";
 import { readColors } from "./strip.js";
@@ -30,9 +30,9 @@ const table = new Table(
       order = { column, down };
       draw();
     },
-    talks: (row) => {
-      drawer = { kind: "talks", row, talks: null };
-      channel.say("talks", { places: [[row.subject, row.trial]] });
+    comments: (row) => {
+      drawer = { kind: "comments", row, comments: null };
+      channel.say("comments", { places: [[row.subject, row.trial]] });
     },
   },
   { state, selected: (row) => selected.has(key(row)), several: () => several, now: nowS },
@@ -62,17 +62,17 @@ function heard(said) {
     for (const [subject, trial] of said.gone) rows.delete(key({ subject, trial }));
     for (const row of said.rows) rows.set(key(row), row);
     if (drawer?.kind === "people") channel.say("people");
-    const again = drawer?.kind === "talks" && said.rows.find((row) => key(row) === key(drawer.row));
-    if (again) channel.say("talks", { places: [[again.subject, again.trial]] });
+    const again = drawer?.kind === "comments" && said.rows.find((row) => key(row) === key(drawer.row));
+    if (again) channel.say("comments", { places: [[again.subject, again.trial]] });
   } else if (said.kind === "live") {
     live = { ...said, here: new Map(said.here.map(([subject, trial, names]) => [key({ subject, trial }), names])) };
   } else if (said.kind === "people") {
     people = said;
     if (drawer?.kind === "people") showDrawer();
-  } else if (said.kind === "talks") {
-    if (drawer?.kind === "talks" && key(drawer.row) === said.place.join("\n")) {
+  } else if (said.kind === "comments") {
+    if (drawer?.kind === "comments" && key(drawer.row) === said.place.join("\n")) {
       const typed = at("drawer").contains(document.activeElement) && document.activeElement.value;
-      drawer = { kind: "talks", row: rows.get(key(drawer.row)) ?? drawer.row, talks: said.talks };
+      drawer = { kind: "comments", row: rows.get(key(drawer.row)) ?? drawer.row, comments: said.comments };
       if (!typed || comesBack) showDrawer();
       comesBack = false;
     }
@@ -175,7 +175,7 @@ function showDrawer() {
     comesBack = true;
     channel.say(what, { places, ...more });
   });
-  at("drawer").replaceChildren(...talksView(drawer.row, drawer.talks, nowS(), {
+  at("drawer").replaceChildren(...commentsView(drawer.row, drawer.comments, nowS(), {
     comment: (text, frame, number) => say("comment", { text, frame, number }),
     settle: (number, open) => say("settle", { number, text: open ? "open" : "" }),
     close,

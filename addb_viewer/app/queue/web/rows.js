@@ -44,7 +44,7 @@ export const CHIPS = {
   conflicts: ["Disagreement", (row) => row.conflicts.length > 0],
   unfitted: ["Not fitted", (row) => !row.fitted && !row.error],
   over: ["Over the bound", (row) => row.residual > 1],
-  talks: ["Comments", (row) => row.openTalks > 0],
+  comments: ["Comments", (row) => row.openComments > 0],
 };
 
 export const NOBODY = "(nobody)";
@@ -85,7 +85,7 @@ export const ORDERS = {
   causes: [(a, b) => text(a.causes.join(), b.causes.join()), true],
   assigned: [(a, b) => text(a.assigned, b.assigned), true],
   last: [number((row) => row.last?.[1]), true],
-  talks: [(a, b) => a.openTalks - b.openTalks || a.talks - b.talks, true],
+  comments: [(a, b) => a.openComments - b.openComments || a.comments - b.comments, true],
 };
 
 export function inOrder(rows, column, down, state) {

@@ -7,14 +7,14 @@ const HEIGHT = 40, SPARE = 6; // [pixel] of a row; rows beyond the sight
 const COLUMNS = [
   ["state", "state"], ["trial", "trial"], [null, ""], ["residual", "residual / bound"],
   ["leftOut", "left out", true], ["open", "open", true], ["score", "score", true], ["activity", "activity"], ["causes", "causes"],
-  ["assigned", "assigned"], ["last", "last edit"], ["talks", "comments", true],
+  ["assigned", "assigned"], ["last", "last edit"], ["comments", "comments", true],
 ];
 const TOLD = {
   residual: "The larger of residual force and moment, in units of its bound (Hicks et al. 2015)",
   leftOut: "Share of the frames whose force does not count; * chosen by detection, not by a person",
   open: "Proposals of detection that nobody has decided",
   score: "How much it needs a person: residual / bound, plus the shares left out and under open proposals, plus one where nobody has decided",
-  talks: "Comments that are not settled",
+  comments: "Comments that are not settled",
 };
 
 const make = (tag, kind = "", text = "") => {
@@ -28,7 +28,7 @@ const put = (element, text) => {
 };
 
 export class Table {
-  // `on`: select(row, event), all(), sort(column), talks(row); `look`: state(row), selected(row), me(), now()
+  // `on`: select(row, event), all(), sort(column), comments(row); `look`: state(row), selected(row), me(), now()
   constructor(on, look) {
     this.on = on;
     this.look = look;
@@ -150,15 +150,15 @@ export class Table {
     for (const name of ["leftOut", "open", "score"]) cell(name, "cell figure");
     for (const name of ["activity", "causes", "assigned"]) cell(name);
     cell("last", "cell two").append((cells.who = make("span")), (cells.when = make("span", "quiet")));
-    cells.talks = make("button", "talk");
-    cells.talks.type = "button";
-    cell("talksCell", "figure").append(cells.talks);
+    cells.comments = make("button", "comments");
+    cells.comments.type = "button";
+    cell("commentsCell", "figure").append(cells.comments);
     const line = { element, cells, row: null, place: 0, drawn: -1 };
     cells.box.addEventListener("click", (event) => {
       event.stopPropagation();
       this.on.select(line.row, event);
     });
-    cells.talks.addEventListener("click", () => this.on.talks(line.row));
+    cells.comments.addEventListener("click", () => this.on.comments(line.row));
     element.addEventListener("click", (event) => {
       if (event.target.closest("a, button, input")) return;
       this.current = line.place;
@@ -205,10 +205,10 @@ export class Table {
     }
     put(c.who, row.last ? row.last[0] : "");
     put(c.when, row.last ? ago(this.look.now() - row.last[1]) : "");
-    put(c.talks, row.talks ? String(row.openTalks || "✓") : "+");
-    c.talks.classList.toggle("open", row.openTalks > 0);
-    c.talks.hidden = Boolean(row.error);
-    c.talks.setAttribute("aria-label", `Comments on ${row.trial}: ${row.openTalks} open`);
+    put(c.comments, row.comments ? String(row.openComments || "✓") : "+");
+    c.comments.classList.toggle("open", row.openComments > 0);
+    c.comments.hidden = Boolean(row.error);
+    c.comments.setAttribute("aria-label", `Comments on ${row.trial}: ${row.openComments} open`);
   }
 
   keyed(event) {

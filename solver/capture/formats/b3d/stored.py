@@ -111,8 +111,8 @@ def _reading(mass_kg: float, frames: PassFrames, step_s: float) -> tuple[slice, 
     off: dict[tuple[int, bool], float] = {}
     for first, turned in product((3, 0), (False, True)):
         up = np.array([0.0, 0.0, 1.0]) if turned else np.array([0.0, 1.0, 0.0])
-        demanded = mass_kg * (acceleration + GRAVITY_M_S2 * up) - force
-        missed = np.linalg.norm(tau[:, first : first + 3] - demanded, axis=1)
+        required = mass_kg * (acceleration + GRAVITY_M_S2 * up) - force
+        missed = np.linalg.norm(tau[:, first : first + 3] - required, axis=1)
         off[first, turned] = float(np.median(missed[2:-2]))
     weight = mass_kg * GRAVITY_M_S2
     best = min(off, key=lambda reading: off[reading])

@@ -80,7 +80,7 @@ class BlindResidual:
         A, T = material_accelerations(begun.kinematics, poses, q, v, a)
         after = [begun.shared.moved(step) for step in shared]
         x = np.stack([parameters.x for parameters in after])
-        ground = _demanded(A, T, np.stack([parameters.pseudo_inertias for parameters in after]))
+        ground = _required(A, T, np.stack([parameters.pseudo_inertias for parameters in after]))
         ground -= self.measured_ground[at]
         ground -= np.einsum("fij,nj->nfi", columns_ground[at], x, optimize=True)
         centre = root_centre(root_joint(begun.shared.inertias.skeleton), poses)
@@ -102,12 +102,12 @@ class BlindResidual:
         return changes
 
 
-def _demanded(
+def _required(
     acceleration: Float[np.ndarray, "frames bodies 3 4"],
     T_ground_body: Float[np.ndarray, "frames bodies 4 4"],
     J: Float[np.ndarray, "steps bodies 4 4"],
 ) -> Float[np.ndarray, "steps frames 6"]:
-    """As `demanded_wrench` of all bodies together, by one product of matrices for all J."""
+    """As `required_wrench` of all bodies together, by one product of matrices for all J."""
     frames = len(acceleration)
     products = np.einsum("fbik,fbjl->fijbkl", acceleration, T_ground_body).reshape(frames * 12, -1)
     P = (products @ J.reshape(len(J), -1).T).reshape(frames, 3, 4, -1)

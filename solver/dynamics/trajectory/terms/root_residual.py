@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from solver.dynamics.inertia_parameters import demanded_wrench, wrench_by_parameters
+from solver.dynamics.inertia_parameters import required_wrench, wrench_by_parameters
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.root_wrench import root_centre
@@ -19,9 +19,9 @@ from solver.skeleton.rotations import skew
 
 
 class RootResidual:
-    """Σ_{t ∉ U} ρ(‖r_t‖²/σ_r²): external wrench demanded by the motion less what is known to act.
+    """Σ_{t ∉ U} ρ(‖r_t‖²/σ_r²): external wrench required by the motion less what is known to act.
 
-    That is wrench + columns x, with x shared by trials. Where the wrench on frames of U was foretold, they
+    That is wrench + columns x, with x shared by trials. Where the wrench on frames of U was predicted, they
     take part with a larger σ_r. ρ is Cauchy's: a frame whose force is plainly
     missing, though nobody said so, does not bend the body.
     """
@@ -37,9 +37,9 @@ class RootResidual:
         self.counts: Bool[np.ndarray, " frames"] = data.counts
         self.measured, columns = data.wrench_ground, data.extra_columns_ground
         looser = np.ones(len(data.counts))
-        if data.foretold_ground is not None:
-            self.measured = np.where(data.counts[:, None], self.measured, data.foretold_ground)
-            looser = np.where(data.counts, 1.0, settings.foretold_looser)
+        if data.predicted_ground is not None:
+            self.measured = np.where(data.counts[:, None], self.measured, data.predicted_ground)
+            looser = np.where(data.counts, 1.0, settings.predicted_looser)
             self.counts = np.ones(len(data.counts), dtype=bool)
         if data.extra_wrench_ground is not None:
             self.measured = self.measured + data.extra_wrench_ground
@@ -78,7 +78,7 @@ class RootResidual:
             return 0.0
         poses = states.poses
         A, T = material_accelerations(states.kinematics, poses, states.q, states.v, states.a)
-        wrench = demanded_wrench(A, T, shared.pseudo_inertias).sum(axis=1)
+        wrench = required_wrench(A, T, shared.pseudo_inertias).sum(axis=1)
         wrench -= self.measured[at] + self.columns[at] @ shared.x
         centre = root_centre(root_joint(shared.inertias.skeleton), poses)
         wrench[:, 3:] -= cross(centre, wrench[:, :3])

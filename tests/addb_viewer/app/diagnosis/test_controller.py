@@ -21,7 +21,7 @@ def accepted():
     def write(results):
         late = Cause("clock_offset", "all", {"offset_s": (0.012, 0.001)})
         decision = extension_log.accept(
-            results, Extension((late,), np.ones(1), np.zeros(1)), by="Zoë", made_of={}
+            results, Extension((late,), np.ones(1), np.zeros(1)), by="Zoë", made_from={}
         )
         keep_gain(GAIN | {"causes": []}, decision, results)
 
@@ -32,8 +32,8 @@ def accepted():
 def app(tmp_path, make_replay, make_app, effect, figures):
     (tmp_path / "results").mkdir()
     kept = figures(effect("clock_offset", "all", offset_s=0.0123))
-    made_of = {"provenance": {}, "settings": {}}
-    (tmp_path / "results" / "diagnosis.json").write_text(json.dumps({**kept, "made_of": made_of}))
+    made_from = {"provenance": {}, "settings": {}}
+    (tmp_path / "results" / "diagnosis.json").write_text(json.dumps({**kept, "made_from": made_from}))
     app = make_app(tmp_path, [make_replay(), make_replay("run")], login="Zoë")
     yield app
     app.close()
@@ -77,9 +77,9 @@ def test_the_picture_is_that_of_the_trial_on_the_screen(browser):
 def test_frames_of_a_cause_are_flagged_by_one_button_and_undone_by_u(app, browser, effect, figures):
     step = effect("off_plate_step", "calcn_r", ((120, 140),))
     kept = figures(step, effect("clock_offset", "all", offset_s=0.01))
-    made_of = {"provenance": {}, "settings": {}}
+    made_from = {"provenance": {}, "settings": {}}
     results = browser.session.shared.results
-    (results / "diagnosis.json").write_text(json.dumps({**kept, "made_of": made_of}))
+    (results / "diagnosis.json").write_text(json.dumps({**kept, "made_from": made_from}))
     browser.session.diagnosis.show()
 
     def cards():

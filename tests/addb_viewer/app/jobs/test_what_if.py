@@ -30,7 +30,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("what_if") / "demo"
     folder.mkdir()
     write_demo_subject(folder, np.random.default_rng(1), trials=("static", "squat", "run"))
-    (folder / "settings.toml").write_text("[trajectory]\nheldout = false\n[foretelling]\nenabled = false\n")
+    (folder / "settings.toml").write_text("[trajectory]\nheld_out = false\n[prediction]\nenabled = false\n")
     save_fit(solve(open_subject(folder), settings_for(folder)), folder / "results")
     return folder
 
@@ -51,6 +51,7 @@ def flag(folder, trial, start, end):
         record(log, files, read_trial(files), event, "Zoë")
 
 
+@pytest.mark.slow
 def test_it_says_what_a_solve_says_once_the_edit_is_made(folder, tmp_path):
     """With what people say of the other trials, flagged while the worker was at work already."""
     edited = tmp_path / "edited"
@@ -102,7 +103,7 @@ def test_what_was_answered_is_not_solved_again(folder, monkeypatch):
 def test_where_a_solve_would_begin_anew_it_says_so(folder, tmp_path):
     changed = tmp_path / "changed"
     shutil.copytree(folder, changed)
-    (changed / "settings.toml").write_text("[trajectory]\nheldout = false\nsmoothness = 20.0\n")
+    (changed / "settings.toml").write_text("[trajectory]\nheld_out = false\nsmoothness = 20.0\n")
     asked = WhatIf(changed, changed / "results")
     with pytest.raises(SolverError, match="have changed since the kept fit"):
         asked.ask("squat", ForceReview(), INSTEAD)

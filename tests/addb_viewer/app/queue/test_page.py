@@ -111,14 +111,16 @@ def test_a_comment_is_answered_and_settled_by_others(open_queue):
     page, other = open_queue(), open_queue("Ben")
     place = {"places": [["S1", "walk"]]}
     page.say("comment", **place, text="<b>A stumble?</b>", frame=57)
-    number = page.told("talks")["talks"][0]["number"]
-    other.until(lambda: other.rows["S1", "walk"]["openTalks"] == 1)
+    number = page.told("comments")["comments"][0]["number"]
+    other.until(lambda: other.rows["S1", "walk"]["openComments"] == 1)
     other.say("comment", **place, text="Yes.", number=number)
-    (talk,) = other.told("talks")["talks"]
-    assert talk["frame"] == 57
-    assert [said[::2] for said in talk["said"]] == [["Zoë", "<b>A stumble?</b>"], ["Ben", "Yes."]]
+    (thread,) = other.told("comments")["comments"]
+    assert thread["frame"] == 57
+    assert [said[::2] for said in thread["said"]] == [["Zoë", "<b>A stumble?</b>"], ["Ben", "Yes."]]
     other.say("settle", **place, number=number)
-    page.until(lambda: page.rows["S1", "walk"]["talks"] == 1 and not page.rows["S1", "walk"]["openTalks"])
+    page.until(
+        lambda: page.rows["S1", "walk"]["comments"] == 1 and not page.rows["S1", "walk"]["openComments"]
+    )
 
 
 def test_without_a_name_one_may_look_but_do_nothing(open_queue, root):
@@ -172,8 +174,8 @@ def test_while_a_browsers_queue_page_is_open_t_goes_through_what_it_shows(app, o
 def test_a_page_has_one_order_of_trials_that_there_are_however_many_it_sends(app, open_queue):
     page = open_queue()
     for number in range(12):
-        made_up = [["S1", f"{number} {k}"] for k in range(20_000)]
-        page.say("order", text=f"browser {number}", places=[*made_up, ["S2", "walk"], ["S2", "walk"]])
+        synthetic = [["S1", f"{number} {k}"] for k in range(20_000)]
+        page.say("order", text=f"browser {number}", places=[*synthetic, ["S2", "walk"], ["S2", "walk"]])
     page.say("people")
     page.told("people")
     assert app.queue.orders == {"browser 11": (("S2", "walk"),)}

@@ -52,6 +52,7 @@ def topics(file):
     return {channel.topic: counts[number] for number, channel in summary.channels.items()}
 
 
+@pytest.mark.slow
 def test_the_fit_is_written_as_a_report_and_for_both_viewers_and_their_folder_is_shown(app, enter, folder):
     browser = enter(app)
     recordings = folder / "results" / "recordings"

@@ -243,7 +243,7 @@ def test_a_plate_has_the_colour_of_the_foot_that_it_serves_and_none_where_two_sh
     assert colors == [GREEN, PURPLE]
 
 
-def test_measured_and_demanded_total_stand_at_the_centre_of_mass_and_differ_by_the_residual(
+def test_measured_and_required_total_stand_at_the_centre_of_mass_and_differ_by_the_residual(
     server, make_replay
 ):
     replay = make_replay()
@@ -255,12 +255,12 @@ def test_measured_and_demanded_total_stand_at_the_centre_of_mass_and_differ_by_t
     (start, tip), com = scene.forces.total.measured.points[0], replay.residual.com[199]
     np.testing.assert_allclose(start, com, atol=1e-6)
     np.testing.assert_allclose(tip - start, [0.0, 0.7, 0.0], atol=1e-6)
-    apex = scene.forces.total.demanded.points[-1, 1]
+    apex = scene.forces.total.required.points[-1, 1]
     np.testing.assert_allclose(apex - tip, 1e-3 * replay.residual.force[199], atol=1e-6)
     scene.options.total = False
     scene.draw(199)
     assert not scene.forces.total.measured.visible
-    assert not scene.forces.total.demanded.visible
+    assert not scene.forces.total.required.visible
 
 
 def test_bones_stand_where_the_fit_has_them_and_nowhere_else(scene, make_replay):

@@ -54,6 +54,7 @@ def stranger(app):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("broken", BROKEN.values(), ids=BROKEN)
 def test_a_broken_message_is_a_line_in_the_terminal_and_nobody_feels_it(app, enter, capfd, caplog, broken):
     browser = enter(app)

@@ -26,15 +26,15 @@ def test_the_summary_shows_figures_with_units_and_verdicts(small_fit, make_repla
         assert part in text, part
 
 
-def test_withheld_forces_stand_beside_markers_and_a_worse_fit_is_said_to_be(make_replay):
+def test_held_out_forces_stand_beside_markers_and_a_worse_fit_is_said_to_be(make_replay):
     residuals = {"linear_residual": {"rms_N": 24.4}, "angular_residual": {"rms_Nm": 11.4}}
     markers = {"kinematics_only_linear_residual": {"rms_N": 30.5}}
     markers |= {"kinematics_only_angular_residual": {"rms_Nm": 9.0}}
-    first = {"heldout": {"markers_cutoff_hz": [6.0, 8.0], **residuals, **markers}}
+    first = {"held_out": {"markers_cutoff_hz": [6.0, 8.0], **residuals, **markers}}
     assert "24.4 N (markers 30.5 at 6 Hz)" in summary_html(first, {}, make_replay())
-    older = {"heldout": {"markers_cutoff_hz": None, **residuals, **markers}}
+    older = {"held_out": {"markers_cutoff_hz": None, **residuals, **markers}}
     assert "30.5" not in summary_html(older, {}, make_replay())
-    text = summary_html(first | {"withheld": of_layouts(1.5, [1.2, 1.9])}, {}, make_replay())
+    text = summary_html(first | {"held_out_layouts": of_layouts(1.5, [1.2, 1.9])}, {}, make_replay())
     assert "30.0 N ✗ (markers 20.0 at 4 to 6 Hz)" in text
     assert "9.0 N·m ✓ (markers 10.0 at 6 Hz)" in text
     assert "90 % interval over blocks 1.20 to 1.90: beyond chance" in text

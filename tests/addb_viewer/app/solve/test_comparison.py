@@ -10,7 +10,7 @@ FIGURES = {
     "frames_with_force_used": 180,
     "marker_rms_m": 0.0075,
     "linear_residual": {"rms_N": 12.34},
-    "heldout": {"linear_residual": {"rms_N": 33.0}},
+    "held_out": {"linear_residual": {"rms_N": 33.0}},
 }
 
 
@@ -61,7 +61,7 @@ def test_figures_stand_side_by_side_with_units(pair):
     found = compared(*pair, FIGURES, FIGURES | {"linear_residual": {"rms_N": 9.0}})
     assert ("Residual force", "12.3 N", "9.0 N") in found.rows
     assert ("Marker error", "0.75 cm", "0.75 cm") in found.rows
-    assert ("Withheld force", "33.0 N", "33.0 N") in found.rows
+    assert ("Held-out force", "33.0 N", "33.0 N") in found.rows
     assert not any(label == "Residual moment" for label, _, _ in found.rows)
     text = comparison_html(found, "before")
     assert "100–109" in text

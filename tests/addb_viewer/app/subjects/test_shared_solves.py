@@ -32,10 +32,10 @@ def subject(small_fit, monkeypatch):
     """A subject whose solver gives a copy of a fit, as soon as the file `go` is beside its folder."""
     folder = small_fit.subject.folder
     folder.mkdir()
-    (folder.parent / "made_up_solver.py").write_text(SOLVER)
+    (folder.parent / "synthetic_solver.py").write_text(SOLVER)
     save_fit(replace(small_fit, mass_kg=90.0), folder.parent / "template")
     monkeypatch.setenv("PYTHONPATH", str(folder.parent))
-    monkeypatch.setattr(shared_subject, "SOLVE_WORKER", "made_up_solver")
+    monkeypatch.setattr(shared_subject, "SOLVE_WORKER", "synthetic_solver")
     return small_fit.subject
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from addb_viewer.app.scene.mp4 import Coded
 from addb_viewer.app.subjects.video_header import VideoError, read_header
-from tests.addb_viewer.app.made_up_video import RATE, packed
+from tests.addb_viewer.app.synthetic_video import RATE, packed
 
 PICTURES = [Coded(b"picture", True), Coded(b"another", False)]
 

@@ -30,12 +30,13 @@ def test_it_keeps_the_answer_and_tells_progress(subject, monkeypatch, capsys):
     assert diagnose_worker.main() == 0
     (line,) = capsys.readouterr().out.splitlines()
     assert json.loads(line) == {"stage": "screening", "fraction": 0.5}
-    figures, made_of = kept(subject / "elsewhere")
+    figures, made_from = kept(subject / "elsewhere")
     assert figures["verdict"] == "clean"
     assert "a note" in figures["notes"]
-    assert any(name.startswith("sha256") for name in made_of["provenance"])
+    assert any(name.startswith("sha256") for name in made_from["provenance"])
 
 
+@pytest.mark.slow
 def test_a_recording_without_forces_fails_with_its_cause(subject):
     """The real process on real files."""
     (subject / "trials" / "squat" / "grf.mot").unlink()

@@ -36,7 +36,7 @@ def test_repeated_names():
     assert any("more than one marker is called c7" in note for note in found.notes)
 
 
-def test_a_twin_that_was_never_seen_gives_way():
+def test_a_counterpart_that_was_never_seen_gives_way():
     found = chosen("RANK", "RANK", seen=[0, 9])
     assert found.names == ("RANK",)
     assert found.columns == (1,)

@@ -404,7 +404,7 @@ LISBON = {  # seconds of the loads of 20 N and more, by plate, read from the num
 }
 
 
-def test_a_course_of_qtm_text_is_read_with_its_forces_under_the_feet(real_data, tmp_path):
+def test_a_time_history_of_qtm_text_is_read_with_its_forces_under_the_feet(real_data, tmp_path):
     shutil.copytree(real_data / "wild/lisbon_qtm_tsv", tmp_path / "lisbon")
     subject = open_subject(tmp_path / "lisbon")
     assert {trial.name for trial in subject.trials} == set(LISBON)

@@ -11,7 +11,7 @@ from solver.capture.capture import Capture, ForcePlate, Markers, PlateWord, Tria
 from solver.capture.formats.c3d import read_c3d
 from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.plates.force_platform import plate_axes
-from solver.capture.plates.plate_levels import levelled, plate_witnesses
+from solver.capture.plates.plate_levels import evidence_on_plates, levelled
 from solver.capture.plates.plate_sign import weigh_signs
 from solver.capture.plates.plate_sign_settings import PLATE_SIGN
 from solver.capture.subject.subject import open_subject
@@ -110,12 +110,13 @@ def edits(plates, used):
             yield f"{k} tared under {load:g} N, all on the plate", every, frozenset(used)
 
 
+@pytest.mark.slow
 @pytest.mark.real
 @pytest.mark.parametrize(("place", "trial"), CASES)
 def test_no_right_plate_is_turned_and_no_wrong_one_left_without_a_word(recording, place, trial):
     capture, mass_kg = recording(place, trial)
-    judged = plate_witnesses(capture.plates, capture.markers, mass_kg)
-    used = [k for k, witness in enumerate(judged) if witness.used]
+    judged = evidence_on_plates(capture.plates, capture.markers, mass_kg)
+    used = [k for k, evidence in enumerate(judged) if evidence.used]
     assert used
     decided = total = 0
     for name, plates, on_plate in edits(capture.plates, used):
@@ -235,8 +236,8 @@ def test_quiet_standing_does_not_turn_a_plate_tared_under_load():
     tared = (tared_under(plates[0], 1000.0), plates[1])
     settled, notes = levelled(tared, markers)
     assert all(a is b for a, b in zip(settled, tared, strict=True))
-    witnesses = plate_witnesses(tared, markers)
-    assert [witness.sign for witness in witnesses] == [1, 1]
+    evidence_by_plate = evidence_on_plates(tared, markers)
+    assert [evidence.sign for evidence in evidence_by_plate] == [1, 1]
     assert [note[:4] for note in notes] == ["fp1:", "fp2:"]
     assert all("cannot be determined" in note for note in notes)
 
@@ -257,7 +258,7 @@ def test_weight_that_comes_and_goes_tells_that_a_plate_tared_under_load_counts_t
     settled, notes = levelled(tared, replace(markers, positions_ground=moved))
     assert all(a is b for a, b in zip(settled, tared, strict=True))
     assert any("fp1: its zero level is off" in note and "nothing is taken off" in note for note in notes)
-    first, second = plate_witnesses(tared, replace(markers, positions_ground=moved))
+    first, second = evidence_on_plates(tared, replace(markers, positions_ground=moved))
     assert min(first.sign_nats, second.sign_nats) > PLATE_SIGN.clear_nats
 
 
@@ -314,19 +315,19 @@ def test_quiet_standing_tells_which_plate_holds_the_force_on_the_plate():
 
 def test_the_verdict_is_told_in_a_sentence_with_its_evidence():
     plates, markers = standing()
-    first, second = plate_witnesses((plates[0], reversed_(plates[1])), markers, 65.0)
+    first, second = evidence_on_plates((plates[0], reversed_(plates[1])), markers, 65.0)
     assert first.sentence().startswith("it reads the force on the person (")
     assert second.sentence().startswith("it reads the force on the plate (")
-    unsure, _ = plate_witnesses((tared_under(plates[0], 1000.0), plates[1]), markers)
+    unsure, _ = evidence_on_plates((tared_under(plates[0], 1000.0), plates[1]), markers)
     assert "its sign is uncertain" in unsure.sentence()
 
 
 def test_a_constant_reading_of_one_plate_decides_nothing():
     readings = np.full((60, 1), -700.0)
     nothing = np.zeros(60)
-    (witness,) = weigh_signs(readings, nothing, nothing)
-    assert witness.is_undecided()
-    assert not witness.is_turned()
+    (evidence,) = weigh_signs(readings, nothing, nothing)
+    assert evidence.is_undecided()
+    assert not evidence.is_turned()
 
 
 def test_a_plate_that_nobody_used_is_not_judged():
@@ -334,7 +335,7 @@ def test_a_plate_that_nobody_used_is_not_judged():
     empty = replace(
         plates[1], force_ground=np.random.default_rng(0).normal(-12, 2, plates[1].force_ground.shape)
     )
-    assert not plate_witnesses([plates[0], empty], markers)[1].used
+    assert not evidence_on_plates([plates[0], empty], markers)[1].used
     assert levelled([plates[0], empty], markers)[1] == ()
 
 

@@ -58,6 +58,7 @@ def test_any_zero_level_of_a_plate_that_is_seen_empty_comes_off_all_six_channels
     assert abs(int(loads.carrying.sum()) - int(true.carrying.sum())) <= 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("up_N", [-120.0, 71.0, 300.0])
 def test_a_file_without_pressures_of_the_empty_plate_keeps_those_of_loads(up_N):
     """Its columns hold the pressure of force and level together, and none while the plate rests."""

@@ -1,4 +1,4 @@
-"""`trialRanges` of a made-up _subject.json: which frames they leave, and how a slip is named."""
+"""`trialRanges` of a synthetic _subject.json: which frames they leave, and how a slip is named."""
 
 import json
 
@@ -76,7 +76,7 @@ def test_without_ranges_there_is_nothing_to_say():
     assert outside_ranges((), markers()) == (None, ())
 
 
-def test_a_range_beside_the_trial_is_noted_with_the_mend():
+def test_a_range_beside_the_trial_is_noted_with_the_corrected_by():
     outside, (note,) = outside_ranges(((10.0, 12.0),), markers())
     assert outside.all()
     assert "hold no frame of the trial (0.5 to 2.49 s)" in note

@@ -12,7 +12,7 @@ from solver.capture.subject.subject import open_subject
 from solver.contact.assignment import assign
 from solver.contact.sole import soles
 from solver.diagnosis.causes.scene import MarkerScene, PlateScene, Scene
-from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
+from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.fitting.pipeline import solve
@@ -59,7 +59,7 @@ def scene(walk, walk_capture) -> Scene:
 @pytest.fixture(scope="session")
 def closed(scene) -> Scene:
     """The walk with plates that give exactly what the motion demands: no filter in between."""
-    return recording(scene, scene.demanded_ground)
+    return recording(scene, scene.required_ground)
 
 
 @pytest.fixture(scope="session")
@@ -155,7 +155,7 @@ def scene_of_trial(trial: SyntheticTrial, capture: Capture, settings: Settings |
         p_ground_body=p,
         material=material,
         com_ground=centre_of_mass(skeleton, poses),
-        demanded_ground=demanded_wrench(material, T, J).sum(axis=1),
+        required_ground=required_wrench(material, T, J).sum(axis=1),
         plates=tuple(_plate(k, plate, times, settings) for k, plate in enumerate(capture.plates)),
         markers=MarkerScene(
             skeleton.marker_names, kinematics.marker_bodies, observed, kinematics.markers(poses)

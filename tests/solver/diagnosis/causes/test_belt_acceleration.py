@@ -11,7 +11,7 @@ from solver.diagnosis.causes.belt_acceleration import (
     candidates,
     progression,
 )
-from solver.diagnosis.causes.time_course import DEGREE
+from solver.diagnosis.causes.time_history import DEGREE
 from solver.simulate.contacts import about_vertical
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, recorded_markers
@@ -30,7 +30,7 @@ def belt(scene, walk):
     return support.acceleration(scene.times), support(walk.motion, scene.times)
 
 
-def test_course_is_recovered(scene, fitted, belt):
+def test_time_history_is_recovered(scene, fitted, belt):
     acceleration, missing = belt
     (candidate,) = candidates([scene])
     x, covariance = fitted(candidate, scene, missing, (0.0,))
@@ -75,21 +75,21 @@ def treadmill_scene(straight_walk, seen_of):
     return seen_of(on_belt, Capture("belt", markers, plates))
 
 
-def test_each_trial_has_its_own_course(scene):
+def test_each_trial_has_its_own_time_history(scene):
     other = replace(scene, name="other")
     candidate, *_ = candidates([scene, other])
     first, second = (candidate.signature(s, (0.0,)).columns for s in (scene, other))
     assert first.shape == second.shape
     assert not (first.any(axis=(0, 1)) & second.any(axis=(0, 1))).any()
-    splines_and_constant = candidate.courses[0].hump_count(KNOTS_S) + 1
+    splines_and_constant = candidate.time_histories[0].hump_count(KNOTS_S) + 1
     assert first.any(axis=(0, 1)).sum() == splines_and_constant
 
 
 def test_a_belt_may_be_uneven_in_one_trial_alone(scene):
     other = replace(scene, name="other")
     both, *alone = candidates([scene, other])
-    assert {c.trial for c in both.courses} == {scene.name, "other"}
-    assert [[c.trial for c in one.courses] for one in alone] == [[scene.name], ["other"]]
+    assert {c.trial for c in both.time_histories} == {scene.name, "other"}
+    assert [[c.trial for c in one.time_histories] for one in alone] == [[scene.name], ["other"]]
     last = alone[1]
     assert last.signature(scene, (0.0,)) is None
     x = np.ones(last.signature(other, (0.0,)).columns.shape[2])
@@ -99,7 +99,7 @@ def test_a_belt_may_be_uneven_in_one_trial_alone(scene):
 
 
 def test_a_belt_does_not_go_on_speeding_up(scene):
-    """Every course but the constant one has no mean: over the trial the belt gains no speed by it."""
+    """Every time history but the constant one has no mean: over the trial the belt gains no speed by it."""
     (candidate,) = candidates([scene])
     force = candidate.signature(scene, (0.0,)).columns[:, :3]
     gained = np.linalg.norm(force.mean(axis=0), axis=0) / np.linalg.norm(force, axis=1).max(axis=0)
@@ -118,7 +118,7 @@ def test_its_size_is_that_of_the_force_over_the_mass(scene):
     assert found["rms_m_per_s2"].value == pytest.approx(rms, rel=1e-9)
 
 
-def test_over_minutes_courses_are_longer_and_come_some_at_a_time(scene):
+def test_over_minutes_time_histories_are_longer_and_come_some_at_a_time(scene):
     trial = walked_again(scene)
     (candidate,) = candidates([trial])
     pieces = list(candidate.pieces(trial, (0.0,)))

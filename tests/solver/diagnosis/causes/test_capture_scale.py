@@ -19,9 +19,9 @@ def enlarged(scene, walk):
         places = [k for k, dof in enumerate(skeleton.dofs) if dof in ("pelvis_tx", "pelvis_ty", "pelvis_tz")]
         for x in state:
             x[:, places] *= scale
-        demanded = GroundDemand(RigidBodyModel(skeleton)).wrench(*state)
+        required = GroundDemand(RigidBodyModel(skeleton)).wrench(*state)
         return replace(
-            scene, skeleton=skeleton, com_ground=scale * scene.com_ground, demanded_ground=demanded
+            scene, skeleton=skeleton, com_ground=scale * scene.com_ground, required_ground=required
         )
 
     return at
@@ -30,7 +30,7 @@ def enlarged(scene, walk):
 @pytest.mark.parametrize("scale", [1.01, 0.985])
 def test_is_what_a_larger_room_demands_too_much(scene, enlarged, explains, demand_of, scale):
     seen = enlarged(scale)
-    missing = seen.demanded_ground - demand_of(scene.skeleton)
+    missing = seen.required_ground - demand_of(scene.skeleton)
     assert explains(CaptureScale("all"), seen, (), [1 - 1 / scale], missing) < 0.012
 
 
@@ -39,7 +39,7 @@ def test_what_is_left_over_falls_with_the_square_of_the_scale(scene, enlarged, d
     for size in (0.02, 0.01):
         seen = enlarged(1 / (1 - size))
         column = CaptureScale("all").signature(seen, ()).columns[..., 0]
-        missing = seen.demanded_ground - demand_of(scene.skeleton)
+        missing = seen.required_ground - demand_of(scene.skeleton)
         left.append(np.sqrt(np.mean((missing - size * column) ** 2, axis=0)))
     np.testing.assert_allclose(left[0][:3], 0.0, atol=1e-3)
     np.testing.assert_allclose(left[0][3:] / left[1][3:], 4.0, rtol=0.1)
@@ -47,7 +47,7 @@ def test_what_is_left_over_falls_with_the_square_of_the_scale(scene, enlarged, d
 
 def test_the_scale_is_recorded_over_true(scene, enlarged, fitted, demand_of):
     seen, candidate = enlarged(1.012), CaptureScale("all")
-    x, covariance = fitted(candidate, seen, seen.demanded_ground - demand_of(scene.skeleton))
+    x, covariance = fitted(candidate, seen, seen.required_ground - demand_of(scene.skeleton))
     found = candidate.estimates([seen], (), (), x, covariance)
     assert found["scale"].value == pytest.approx(1.012, abs=3e-4)
     assert candidate.is_notable(found)

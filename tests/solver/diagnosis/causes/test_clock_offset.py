@@ -43,10 +43,10 @@ def test_one_start_lies_nearer_to_any_offset_than_no_shift(on_one_plate, seen, o
     late = seen(on_one_plate(lambda times: times - offset_s))
     true = seen(on_one_plate(lambda times: times)).measured_ground
     (candidate,) = candidates([late])
-    heard = ~np.any([candidate.unheard(late, eta) for eta in candidate.starts([late])], axis=0)
-    without = ((late.measured_ground - true)[heard] ** 2).sum()
+    with_evidence = ~np.any([candidate.unrecorded(late, eta) for eta in candidate.starts([late])], axis=0)
+    without = ((late.measured_ground - true)[with_evidence] ** 2).sum()
     left = [
-        (((late.measured_ground + candidate.signature(late, eta).fixed) - true)[heard] ** 2).sum()
+        (((late.measured_ground + candidate.signature(late, eta).fixed) - true)[with_evidence] ** 2).sum()
         for eta in candidate.starts([late])
     ]
     assert min(left) < 0.7 * without

@@ -9,9 +9,9 @@ from solver.diagnosis.causes.scene import force_at
 
 def pushed(scene, force, start, end):
     """A force at the centre of mass between two frames."""
-    course = np.zeros((scene.frames, 1))
-    course[start:end] = 1.0
-    return force_at(course * np.array(force, dtype=float), scene.com_ground)
+    time_history = np.zeros((scene.frames, 1))
+    time_history[start:end] = 1.0
+    return force_at(time_history * np.array(force, dtype=float), scene.com_ground)
 
 
 def test_nothing_is_found_where_forces_balance(closed):
@@ -20,7 +20,7 @@ def test_nothing_is_found_where_forces_balance(closed):
 
 @pytest.mark.parametrize("force", [(0, 60, 0), (-40, 0, 20), (0, -80, 0)])
 def test_finds_when_something_pushes(scene, recorded, force):
-    found = contact_windows(recorded(scene.demanded_ground - pushed(scene, force, 80, 150)))
+    found = contact_windows(recorded(scene.required_ground - pushed(scene, force, 80, 150)))
     assert len(found) == 1
     assert abs(found[0].stretch.start - 80) <= 10
     assert abs(found[0].stretch.end - 150) <= 10
@@ -28,7 +28,7 @@ def test_finds_when_something_pushes(scene, recorded, force):
 
 def test_two_pushes_are_two_windows_the_stronger_first(scene, recorded):
     missing = pushed(scene, (0, 60, 0), 30, 70) + pushed(scene, (-120, 0, 0), 160, 210)
-    found = contact_windows(recorded(scene.demanded_ground - missing))
+    found = contact_windows(recorded(scene.required_ground - missing))
     assert len(found) >= 2
     assert found[0].score > found[1].score
     first, second = (w.stretch for w in found[:2])
@@ -37,7 +37,7 @@ def test_two_pushes_are_two_windows_the_stronger_first(scene, recorded):
 
 
 def test_what_a_person_flagged_is_not_looked_at(scene, recorded):
-    faulty = recorded(scene.demanded_ground - pushed(scene, (0, 60, 0), 80, 150))
+    faulty = recorded(scene.required_ground - pushed(scene, (0, 60, 0), 80, 150))
     counts = np.ones(scene.frames, dtype=bool)
     counts[75:155] = False
     assert contact_windows(replace(faulty, counts=counts)) == []
@@ -50,7 +50,7 @@ def test_what_a_person_flagged_is_not_looked_at(scene, recorded):
 def test_beside_a_wrong_weight_a_contact_begins_and_ends(scene, recorded, weight_N, force, frames):
     """What is missing upward before, in and after it is no contact; a seat's force is no wrong weight."""
     missing = pushed(scene, (0, weight_N, 0), 0, scene.frames) + pushed(scene, force, *frames)
-    faulty = recorded(scene.demanded_ground - missing)
+    faulty = recorded(scene.required_ground - missing)
     counts = faulty.counts.copy()
     counts[200:220] = False  # as if a person had flagged them
     (found,) = contact_windows(replace(faulty, counts=counts))
@@ -65,7 +65,7 @@ def test_whom_only_the_plates_weighed_a_long_push_does_not_make_two(scene, recor
     start, end = 20, 20 + round(share * scene.frames)
     missing = pushed(scene, (0, 80.0 * sign, 0), start, end)
     missing -= force_at(np.array([0, 80.0 * sign * (end - start) / scene.frames, 0]), scene.com_ground)
-    unweighed = replace(recorded(scene.demanded_ground - missing), weighed=False)
+    unweighed = replace(recorded(scene.required_ground - missing), weighed=False)
     found = contact_windows(unweighed)
     assert len(found) == 1
     assert abs(found[0].stretch.start - start) <= 10

@@ -24,7 +24,7 @@ def touch(request, scene, walk):
 
 @pytest.fixture(scope="module")
 def touched(scene, recorded, touch):
-    return recorded(scene.demanded_ground - touch[2])
+    return recorded(scene.required_ground - touch[2])
 
 
 def test_the_touched_body_is_a_candidate_at_the_right_time(touched, touch):
@@ -38,7 +38,7 @@ def test_the_body_is_found_beside_a_wrong_weight(scene, recorded, touch):
     """Which would have the force elsewhere: it acts at the centre of mass, and all along."""
     name, _, missing = touch
     weight = force_at(np.array([0.0, 45.0, 0.0]), scene.com_ground)
-    made = candidates([recorded(scene.demanded_ground - missing - weight)])
+    made = candidates([recorded(scene.required_ground - missing - weight)])
     whole = [c for c in made if abs(c.windows[0].start - 100 * SINCE) < 12]
     assert name in [c.target for c in whole[:4]]
 
@@ -51,7 +51,7 @@ def test_another_contact_is_no_wrong_weight(scene, recorded):
         body = skeleton.body_index(name)
         place = scene.point_ground(body, skeleton.bodies[body].com_body)
         missing[start:end] += force_at(np.array([0.0, force, 0.0]), place)[start:end]
-    made = candidates([recorded(scene.demanded_ground - missing)])
+    made = candidates([recorded(scene.required_ground - missing)])
     first = [c for c in made if len(c.windows) == 1 and c.windows[0].start < 60]
     assert first[0].target == "hand_r"
     assert first[0].scales_N[0] == pytest.approx(100.0, abs=15.0)
@@ -77,7 +77,7 @@ def test_mean_force_counts_from_its_beginning_to_its_end(scene, walk, recorded, 
     place = scene.skeleton.bodies[scene.skeleton.body_index("torso")].com_body
     push = PointForce(BodyPoint(scene.skeleton, "torso", place), eased(FORCE, SINCE, UNTIL, ramp))
     missing = push(walk.motion, scene.times)
-    own = recorded(scene.demanded_ground - missing)
+    own = recorded(scene.required_ground - missing)
     candidate = next(c for c in candidates([own]) if c.target == "torso")
     x, covariance = fitted(candidate, own, missing)
     found = candidate.estimates([own], (), (), x, covariance)
@@ -144,7 +144,7 @@ def test_what_lies_between_trunk_and_hand_or_foot_is_touched_rarely(scene, recor
         missing = np.zeros((scene.frames, 6))
         place = scene.point_ground(body, segment.com_body)
         missing[60:160] = force_at(np.array([0.0, 90.0, 30.0]), place)[60:160]
-        for candidate in candidates([recorded(scene.demanded_ground - missing)]):
+        for candidate in candidates([recorded(scene.required_ground - missing)]):
             (rare if candidate.place_odds else usual).add(candidate.target)
     assert {"pelvis", "torso", "femur_r", "femur_l"} <= usual
     assert {"tibia_r", "tibia_l"} <= rare

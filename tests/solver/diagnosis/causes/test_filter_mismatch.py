@@ -45,7 +45,7 @@ def misfit(scene, cutoff_Hz):
     given = scene.measured_ground
     if cutoff_Hz is not None:
         given = given + FilterMismatch("all").signature(scene, (np.log(cutoff_Hz),)).fixed
-    left = low_pass(scene.demanded_ground, scene.rate, scene.plates[0].conditioning.cutoff_Hz) - given
+    left = low_pass(scene.required_ground, scene.rate, scene.plates[0].conditioning.cutoff_Hz) - given
     left[:, 3:] -= np.cross(scene.com_ground, left[:, :3])
     inside = left[10:-10]
     count = len(inside) // WINDOW

@@ -19,7 +19,7 @@ def child(scene, recorded):
     bodies = tuple(
         replace(b, mass=CHILD * b.mass, inertia_body=CHILD * b.inertia_body) for b in skeleton.bodies
     )
-    light = replace(recorded(CHILD * scene.demanded_ground), demanded_ground=CHILD * scene.demanded_ground)
+    light = replace(recorded(CHILD * scene.required_ground), required_ground=CHILD * scene.required_ground)
     return replace(light, skeleton=replace(skeleton, bodies=bodies))
 
 
@@ -40,5 +40,5 @@ def test_a_childs_hand_may_be_touched(child):
     push = np.zeros((child.frames, 6))
     place = child.point_ground(body, child.skeleton.bodies[body].com_body)
     push[80:170] = force_at(np.array([-20.0, 25.0, 20.0]), place)[80:170]
-    pushed = replace(child, demanded_ground=child.demanded_ground + push)
+    pushed = replace(child, required_ground=child.required_ground + push)
     assert "hand_r" in {c.target for c in external_contact.candidates([pushed])}

@@ -6,7 +6,7 @@ import pytest
 from solver.diagnosis.causes.marker_effect import pose_free
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
 
-FLESH = 1.5
+SOFT_TISSUE = 1.5
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def test_no_change_of_pose_is_left(still, tracked, scene):
     q[few] += 1e-4 * rng.standard_normal(q[few].shape)
     kinematics = ForwardKinematics(still.skeleton)
     moved = kinematics.markers(kinematics.poses(q)) + 0.0 * scene.markers.observed_ground
-    free = pose_free(replace(still, markers=replace(still.markers, observed_ground=moved)), FLESH)
+    free = pose_free(replace(still, markers=replace(still.markers, observed_ground=moved)), SOFT_TISSUE)
     error = np.nanstd((moved - still.markers.model_ground)[few])
     assert np.abs(free.score_body).max() < 0.01 * error
 

@@ -19,6 +19,7 @@ def test_a_sound_walk_has_none(sound):
     assert findings(sound) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["RTH2", "LKNE", "RASI", "LTB1", "RHEE", "C7", "LUPA"])
 def test_finds_fifteen_millimetres(sound, long_walk, tracked, name):
     observed, skeleton = long_walk

@@ -19,7 +19,7 @@ def test_a_sound_walk_has_none(long_walk, tracked):
     [
         (("RTH1", "RTH2"), 140, 230),  # on one segment
         (("LTOE", "LMT5"), 90, 401),  # to the end, near each other
-        (("RASI", "LASI"), 0, 120),  # from the start, twins
+        (("RASI", "LASI"), 0, 120),  # from the start, counterparts
         (("RKNE", "RTB1"), 200, 260),  # on neighbours
         (("RANK", "LANK"), 150, 163),  # where feet pass
     ],

@@ -123,7 +123,7 @@ def test_its_size_is_the_mean_of_the_vertical_force_while_it_stands(walk, seen_o
     standing = np.zeros(scene.frames, dtype=bool)
     for stance in both.stances:
         standing[stance.stretch.start : stance.stretch.end] = True
-    course = columns[standing, 1].mean(axis=0)
+    time_history = columns[standing, 1].mean(axis=0)
     found = both.estimates([scene], (), (), x, covariance)["force_y_N"]
-    assert found.value == pytest.approx(course @ x, rel=1e-9)
-    assert found.std == pytest.approx(np.sqrt(course @ covariance @ course), rel=1e-9)
+    assert found.value == pytest.approx(time_history @ x, rel=1e-9)
+    assert found.std == pytest.approx(np.sqrt(time_history @ covariance @ time_history), rel=1e-9)

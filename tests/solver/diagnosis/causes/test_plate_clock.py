@@ -38,12 +38,12 @@ def test_the_true_wrench_comes_back(walk_capture, seen, samples):
 def test_a_shift_says_nothing_of_other_plates_nor_beyond_the_recording(walk_capture, seen):
     scene = seen(walk_capture)
     candidate = PlateClock("plate_2")
-    unheard = candidate.unheard(scene, (0.1,))
-    np.testing.assert_array_equal(np.flatnonzero(unheard), np.arange(scene.frames - 10, scene.frames))
-    np.testing.assert_array_equal(candidate.signature(scene, (0.1,)).fixed[unheard], 0.0)
+    unrecorded = candidate.unrecorded(scene, (0.1,))
+    np.testing.assert_array_equal(np.flatnonzero(unrecorded), np.arange(scene.frames - 10, scene.frames))
+    np.testing.assert_array_equal(candidate.signature(scene, (0.1,)).fixed[unrecorded], 0.0)
     alone = replace(scene, plates=tuple(p for p in scene.plates if p.target != "plate_2"))
     assert candidate.signature(alone, (0.1,)) is None
-    assert not candidate.unheard(alone, (0.1,)).any()
+    assert not candidate.unrecorded(alone, (0.1,)).any()
 
 
 def test_estimates_bounds_and_the_practical_minimum(walk_capture, seen):

@@ -45,8 +45,8 @@ def test_middles_that_lie_farther_apart_are_a_shift(crisp, seen):
 
 
 def test_other_causes_are_told_of_the_other_plate():
-    assert PlateExchange("plate_1+plate_2").target_put_right("plate_1") == "plate_2"
-    assert PlateExchange("plate_1+plate_2").target_put_right("plate_3") == "plate_3"
+    assert PlateExchange("plate_1+plate_2").target_corrected("plate_1") == "plate_2"
+    assert PlateExchange("plate_1+plate_2").target_corrected("plate_3") == "plate_3"
 
 
 def test_every_pair_is_a_candidate_where_the_files_hold_pressures(crisp, seen):

@@ -1,4 +1,4 @@
-"""A plate with a wrong gain, put right at any size."""
+"""A plate with a wrong gain, corrected at any size."""
 
 from dataclasses import replace
 
@@ -23,8 +23,8 @@ def recorded(capture, gain_error, k=1):
 def test_the_true_wrench_comes_back_at_any_size_while_the_plate_stands_alone(crisp, seen, gain_error):
     """Within what unloaded plates read; but for a share of the error while another carries some weight."""
     exact = seen(crisp)
-    exact = replace(exact, demanded_ground=exact.measured_ground)
-    scene = replace(seen(recorded(crisp, gain_error)), demanded_ground=exact.measured_ground)
+    exact = replace(exact, required_ground=exact.measured_ground)
+    scene = replace(seen(recorded(crisp, gain_error)), required_ground=exact.measured_ground)
     candidate, x = PlateGain("plate_2"), np.array([gain_error])
     told = candidate.signature(scene, ()).columns @ x
     error = exact.measured_ground - scene.measured_ground
@@ -48,9 +48,9 @@ def test_noise_of_the_plates_alone_makes_no_gain(crisp, seen):
         noise = 60.0 * rng.standard_normal((exact.frames, 6)) * exact.plates[1].loaded[:, None]
         plates = list(exact.plates)
         plates[1] = replace(plates[1], wrench_ground=plates[1].wrench_ground + noise)
-        scene = replace(exact, plates=tuple(plates), demanded_ground=exact.measured_ground)
+        scene = replace(exact, plates=tuple(plates), required_ground=exact.measured_ground)
         column = PlateGain("plate_2").signature(scene, ()).columns[:, :3, 0].ravel()
-        left = (scene.demanded_ground - scene.measured_ground)[:, :3].ravel()
+        left = (scene.required_ground - scene.measured_ground)[:, :3].ravel()
         factors.append(-column @ left / (column @ column))
     spread = np.std(factors) / np.sqrt(len(factors))
     assert abs(np.mean(factors)) < 3 * spread
@@ -59,7 +59,7 @@ def test_noise_of_the_plates_alone_makes_no_gain(crisp, seen):
 def test_a_force_that_something_else_took_is_not_counted_as_the_plates(crisp, seen):
     """Where hardly anything of the demand was recorded, the record is as good."""
     exact = seen(crisp)
-    lost = replace(exact, demanded_ground=2.5 * exact.measured_ground)
+    lost = replace(exact, required_ground=2.5 * exact.measured_ground)
     own = PlateGain("plate_2").signature(lost, ()).columns[:, :, 0]
     np.testing.assert_allclose(own, -lost.plates[1].wrench_ground)
 

@@ -1,4 +1,4 @@
-"""A plate that the files turn, mirror or scale is put right exactly; each cause is there by itself."""
+"""A plate that the files turn, mirror or scale is corrected exactly; each cause is there by itself."""
 
 from dataclasses import replace
 
@@ -78,13 +78,13 @@ def test_units_scale_force_and_moment(scene):
 
 
 def test_larger_units_pay_for_the_smaller_rests_that_they_leave():
-    """Density of recorded = 2 (demanded + error), against that of what would be true, by SciPy."""
+    """Density of recorded = 2 (required + error), against that of what would be true, by SciPy."""
     rng = np.random.default_rng(0)
-    demanded = rng.normal(700, 100, 50)
-    recorded = demanded + rng.normal(0, 60, 50)
+    required = rng.normal(700, 100, 50)
+    recorded = required + rng.normal(0, 60, 50)
     candidate = PlateUnits("plate_1", 2.0, rows=50)
-    of_recorded = norm.logpdf(recorded, 2 * demanded, 2 * 60).sum()
-    of_true = norm.logpdf(recorded / 2, demanded, 60).sum()
+    of_recorded = norm.logpdf(recorded, 2 * required, 2 * 60).sum()
+    of_true = norm.logpdf(recorded / 2, required, 60).sum()
     assert of_true + candidate.seen_elsewhere == pytest.approx(of_recorded)
     assert PlateUnits("plate_1", 0.5, rows=50).seen_elsewhere == 0
 

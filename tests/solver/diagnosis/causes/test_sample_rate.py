@@ -21,10 +21,10 @@ def test_the_true_wrench_comes_back(on_one_plate, seen, stretch):
 def test_where_nothing_was_recorded_a_stretch_explains_nothing(on_one_plate, seen):
     scene = seen(on_one_plate(lambda times: times / 1.04))
     fixed = SampleRate("all").signature(scene, (0.04,)).fixed
-    unheard = 1.04 * scene.times > scene.times[-1] + 0.001
-    assert unheard.sum() > 5
-    np.testing.assert_array_equal(fixed[unheard], 0)
-    assert np.abs(fixed[~unheard]).max() > 1
+    unrecorded = 1.04 * scene.times > scene.times[-1] + 0.001
+    assert unrecorded.sum() > 5
+    np.testing.assert_array_equal(fixed[unrecorded], 0)
+    assert np.abs(fixed[~unrecorded]).max() > 1
 
 
 def test_starts_lie_as_close_as_the_longest_trial_needs(on_one_plate, seen):

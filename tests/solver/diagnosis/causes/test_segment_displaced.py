@@ -26,6 +26,7 @@ def slip(scene, marker, frame=100, size_m=0.02, trial=None):
         frames=Range(trial or scene.name, frame, scene.frames),
         gain=40.0,
         marker=marker,
+        body=int(scene.markers.body[marker]),
         shift_body=SHIFT_M,
         R_ground_body=scene.R_ground_body[:, scene.markers.body[marker]],
     )
@@ -71,9 +72,9 @@ def test_a_slip_between_two_joins_them_whatever_the_order(scene):
 
 
 def test_other_findings_are_left_alone(scene):
-    flesh = SoftTissue("femur_r", {}, Range(scene.name, 0, scene.frames), 30.0, (0,), np.zeros((1, 3)))
+    soft_tissue = SoftTissue("femur_r", {}, Range(scene.name, 0, scene.frames), 30.0, (0,), np.zeros((1, 3)))
     one = slip(scene, marker_of(scene, "pelvis"))
-    assert together(scene, flesh, one) == [flesh, one]
+    assert together(scene, soft_tissue, one) == [soft_tissue, one]
 
 
 def test_repair_puts_every_marker_back(scene):

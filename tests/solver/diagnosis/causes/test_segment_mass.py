@@ -20,7 +20,7 @@ def test_a_wrong_division_of_a_right_total(scene, fitted, demand_of):
     handed_out = with_segment_masses(true, dict.fromkeys(LEGS, 1 / 1.15))
     scale = true.mass / handed_out.mass
     model = with_segment_masses(handed_out, dict.fromkeys(true.body_names, scale))
-    in_model = type(scene)(**{**vars_of(scene), "skeleton": model, "demanded_ground": demand_of(model)})
+    in_model = type(scene)(**{**vars_of(scene), "skeleton": model, "required_ground": demand_of(model)})
     candidate = SegmentMass("+".join(LEGS))
     missing = demand_of(model) - demand_of(true)
     x, covariance = fitted(candidate, in_model, missing, (1.0,))

@@ -29,6 +29,7 @@ def test_a_sound_walk_has_none(sound):
     assert findings(sound) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("body", "neighbour"), [("tibia_l", "femur_l"), ("femur_r", "tibia_r")])
 def test_finds_a_centimetre_on_one_segment(sound, long_walk, tracked, body, neighbour):
     observed, skeleton = long_walk
@@ -81,15 +82,16 @@ def test_what_one_segment_does_is_not_told_of_others(sound, long_walk, tracked):
     assert max(grown.values()) < 0.003
 
 
-def test_of_twins_only_the_worse_is_told(sound, long_walk, tracked):
+def test_of_counterparts_only_the_worse_is_told(sound, long_walk, tracked):
     observed, skeleton = long_walk
     altered = carried(sound, observed, ("femur_r", "tibia_r"), 0.025)
     altered = carried(sound, altered, ("femur_l", "tibia_l"), 0.009, seed=1)
     assert [f.target for f in findings(tracked(altered, skeleton))] == ["femur_r"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rms_m", "told"), [(0.015, []), (0.025, ["femur_l"])])
-def test_flesh_slides_farther_where_joints_turn_farther(long_squat, tracked, rms_m, told):
+def test_soft_tissue_slides_farther_where_joints_turn_farther(long_squat, tracked, rms_m, told):
     """What is remarkable in a walk is not in a squat, whose joints turn twice as far."""
     observed, skeleton = long_squat
     altered = carried(tracked(observed, skeleton), observed, ("femur_l", "pelvis"), rms_m)

@@ -30,13 +30,13 @@ def test_the_true_wrench_comes_back_in_each_trial(late_trials, on_one_plate, see
         assert np.sqrt((left**2).mean()) < 1e-4 * np.sqrt((was**2).mean())
 
 
-def test_other_trials_are_left_alone_and_ends_unheard(late_trials):
+def test_other_trials_are_left_alone_and_ends_unrecorded(late_trials):
     candidate = TrialClocks(TARGET, ("walk", "again"))
     strange = replace(late_trials["walk"], name="third")
     assert candidate.signature(strange, (0.1, 0.0)) is None
-    assert not candidate.unheard(strange, (0.1, 0.0)).any()
-    assert candidate.unheard(late_trials["walk"], (0.1, 0.0))[-9:].all()
-    assert not candidate.unheard(late_trials["again"], (0.1, 0.0)).any()
+    assert not candidate.unrecorded(strange, (0.1, 0.0)).any()
+    assert candidate.unrecorded(late_trials["walk"], (0.1, 0.0))[-9:].all()
+    assert not candidate.unrecorded(late_trials["again"], (0.1, 0.0)).any()
 
 
 def test_each_trials_offset_is_told(late_trials):

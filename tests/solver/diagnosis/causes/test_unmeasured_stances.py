@@ -30,7 +30,7 @@ def a_whole_stance(scene):
 
 def test_missing_force_is_the_deficit(scene, recorded):
     push = force_at(np.tile([0.0, 50.0, 0.0], (scene.frames, 1)), scene.com_ground)
-    assert np.allclose(missing_force(recorded(scene.demanded_ground - push)), 50.0, atol=0.1)
+    assert np.allclose(missing_force(recorded(scene.required_ground - push)), 50.0, atol=0.1)
 
 
 def test_where_nothing_was_recorded_no_force_is_missing(scene):

@@ -20,14 +20,14 @@ ETA = (4.0, 0.2)
 
 
 @pytest.fixture(scope="module", params=["torso", "femur_r"])
-def flesh(request, scene, walk):
+def soft_tissue(request, scene, walk):
     com = scene.skeleton.bodies[scene.skeleton.body_index(request.param)].com_body
     point = BodyPoint(scene.skeleton, request.param, com)
     return request.param, TrueMass(point, 4.0, *ETA)(walk.motion, scene.times)
 
 
-def test_mass_is_recovered_and_little_is_left_below_the_band(scene, fitted, flesh):
-    body, missing = flesh
+def test_mass_is_recovered_and_little_is_left_below_the_band(scene, fitted, soft_tissue):
+    body, missing = soft_tissue
     candidate = WobblingMass(body)
     x, covariance = fitted(candidate, scene, missing, ETA)
     left = missing - candidate.signature(scene, ETA).columns @ x
@@ -111,7 +111,7 @@ def test_bounds():
     ("frequency", "damping", "possible"),
     [(4.0, 0.2, True), (4.0, 0.015, True), (4.0, -0.04, False), (1.3, 0.6, False), (1.45, 0.6, True)],
 )
-def test_flesh_neither_swings_on_by_itself_nor_outside_its_range(frequency, damping, possible):
+def test_soft_tissue_neither_swings_on_by_itself_nor_outside_its_range(frequency, damping, possible):
     """Within a standard deviation of the bounds."""
     estimates = {
         "mass_kg": Estimate(5.0, 0.3),
@@ -123,5 +123,5 @@ def test_flesh_neither_swings_on_by_itself_nor_outside_its_range(frequency, damp
     assert candidate.is_notable(estimates) == possible
 
 
-def test_bodies_with_flesh(scene):
+def test_bodies_with_soft_tissue(scene):
     assert {c.target for c in candidates([scene])} >= {"pelvis", "torso", "femur_r", "femur_l"}

@@ -1,4 +1,4 @@
-"""Witnesses on made-up recordings of exact truth: somebody bounces on two plates and shifts the load."""
+"""Direct checks on recordings of exact truth: somebody bounces on two plates and shifts the load."""
 
 from dataclasses import replace
 
@@ -10,11 +10,11 @@ from solver.capture.reading_settings import READING
 from solver.common.gravity import GRAVITY
 from solver.diagnosis.causes.plate_mirror import MIRRORS, PlateMirror
 from solver.diagnosis.causes.plate_turn import TURNS_DEG, PlateTurn
-from solver.diagnosis.direct_checks.asking import asked
 from solver.diagnosis.direct_checks.lag import lag_of
 from solver.diagnosis.direct_checks.measured import measured
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
-from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.run_checks import asked
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
 from solver.diagnosis.direct_checks.statement import About, nats_of
 from solver.diagnosis.direct_checks.weighings import weighings
 from solver.diagnosis.direct_checks.weight import carried_kg, carried_mass
@@ -71,18 +71,18 @@ def changed(capture, k, **values):
     return replace(capture, plates=tuple(plates))
 
 
-def heard(*captures, entered_kg=MASS_KG):
+def with_evidence(*captures, entered_kg=MASS_KG):
     return asked(measured(captures, READING), entered_kg)
 
 
 def spoken(said):
-    return {about for one in said for about in one.spoken_for(WITNESSES.told_nats)}
+    return {about for one in said for about in one.spoken_for(DIRECT_CHECKES.told_nats)}
 
 
-def test_a_sound_recording_leaves_all_witnesses_quiet():
-    said = heard(standing_person())
+def test_a_sound_recording_leaves_all_direct_checks_quiet():
+    said = with_evidence(standing_person())
     assert {"weight", "lag", "exchange between plates", "point of the changes", "path of the pressure"} <= {
-        one.witness for one in said
+        one.direct_check for one in said
     }
     assert spoken(said) == set()
 
@@ -91,18 +91,20 @@ def test_a_sound_recording_leaves_all_witnesses_quiet():
 def test_the_mass_that_is_carried_is_the_persons(true_kg):
     found = carried_mass(measured([standing_person(mass_kg=true_kg)], READING)[0])
     assert found.mass_kg == pytest.approx(true_kg, rel=0.005)
-    assert (About.ENTERED_MASS in spoken(heard(standing_person(mass_kg=true_kg)))) == (true_kg != MASS_KG)
+    assert (About.ENTERED_MASS in spoken(with_evidence(standing_person(mass_kg=true_kg)))) == (
+        true_kg != MASS_KG
+    )
 
 
 @pytest.mark.parametrize("late_s", [-0.06, 0.0, 0.025, 0.12])
 def test_the_lag_is_the_one_put_in(late_s):
     """To a millisecond, but for what is taken off as the method's own on people."""
     found = lag_of(measured([standing_person(late_s)], READING)[0])
-    assert found.lag_s + WITNESSES.lag_bias_s == pytest.approx(late_s, abs=0.001)
+    assert found.lag_s + DIRECT_CHECKES.lag_bias_s == pytest.approx(late_s, abs=0.001)
 
 
 def test_two_trials_with_clocks_of_their_own_are_heard():
-    said = heard(standing_person(0.01, "a"), standing_person(0.035, "b"))
+    said = with_evidence(standing_person(0.01, "a"), standing_person(0.035, "b"))
     between = [one for one in said if "lag_beyond_others_s" in one.figures]
     assert abs(between[0].figures["lag_beyond_others_s"]) == pytest.approx(0.025, abs=0.001)
     assert About.CLOCK in spoken(between)
@@ -113,7 +115,7 @@ def test_an_exchange_tells_a_plates_gain(gain):
     whole = standing_person()
     one = whole.plates[1]
     capture = changed(whole, 1, force_ground=gain * one.force_ground, moment_ground=gain * one.moment_ground)
-    said = [s for s in heard(capture) if s.witness == "exchange between plates"]
+    said = [s for s in with_evidence(capture) if s.direct_check == "exchange between plates"]
     assert said[0].figures["share"] == pytest.approx(gain, rel=0.02)
     assert About.PLATE_SCALE in spoken(said)
 
@@ -122,11 +124,11 @@ def test_an_exchange_tells_a_plates_sign_and_never_its_zero():
     whole = standing_person()
     one = whole.plates[1]
     turned = changed(whole, 1, force_ground=-one.force_ground, moment_ground=-one.moment_ground)
-    said = [s for s in heard(turned) if s.witness == "exchange between plates"]
+    said = [s for s in with_evidence(turned) if s.direct_check == "exchange between plates"]
     assert said[0].figures["share"] == pytest.approx(-1.0, rel=0.05)
     assert spoken(said) == {About.PLATE_SIGN}
     tared = changed(whole, 1, force_ground=one.force_ground - [0.0, 150.0, 0.0])
-    said = [s for s in heard(tared) if s.witness == "exchange between plates"]
+    said = [s for s in with_evidence(tared) if s.direct_check == "exchange between plates"]
     assert said[0].figures["share"] == pytest.approx(1.0, rel=0.02)
     assert spoken(said) == set()
 
@@ -141,7 +143,11 @@ def test_the_point_of_the_changes_is_free_of_a_constant_and_tells_it():
         force_ground=one.force_ground + level,
         moment_ground=one.moment_ground + np.cross([0.6, 0.0, 0.05], level),
     )
-    said = [s for s in heard(capture) if s.witness == "point of the changes" and s.target == "plate_1"]
+    said = [
+        s
+        for s in with_evidence(capture)
+        if s.direct_check == "point of the changes" and s.target == "plate_1"
+    ]
     assert said[0].figures["off_m"] < 0.01
     load = one.force_ground[:, 1].mean()
     assert said[0].figures["constant_off_m"] == pytest.approx(0.5 * 150.0 / (load - 150.0), rel=0.05)
@@ -152,7 +158,11 @@ def test_an_empty_plate_tells_its_zero():
     whole = standing_person()
     empty = np.random.default_rng(0).normal([3.0, 25.0, -4.0], 1, (round(SECONDS * FORCE_RATE), 3))
     third = ForcePlate("plate 3", empty, 0 * empty, np.full_like(empty, np.nan), FORCE_RATE)
-    said = [s for s in heard(replace(whole, plates=(*whole.plates, third))) if s.witness == "empty plate"]
+    said = [
+        s
+        for s in with_evidence(replace(whole, plates=(*whole.plates, third)))
+        if s.direct_check == "empty plate"
+    ]
     assert said[0].figures["y_N"] == pytest.approx(25.0, abs=0.3)
     assert About.PLATE_ZERO in spoken(said)
 
@@ -167,8 +177,8 @@ def test_samples_that_a_plate_lost_here_and_there_change_no_statement():
         force = plate.force_ground.copy()
         force[200::150, 1] = np.nan
         lost.append(replace(plate, force_ground=force))
-    before, after = heard(whole), heard(replace(whole, plates=tuple(lost)))
-    assert [(s.witness, s.target) for s in after] == [(s.witness, s.target) for s in before]
+    before, after = with_evidence(whole), with_evidence(replace(whole, plates=tuple(lost)))
+    assert [(s.direct_check, s.target) for s in after] == [(s.direct_check, s.target) for s in before]
     assert spoken(after) == spoken(before)
     assert all(np.isfinite([*s.nats.values(), *s.figures.values()]).all() for s in after)
 
@@ -178,12 +188,12 @@ def test_a_marker_that_slips_is_told_from_markers_that_move_together():
     places = whole.markers.positions_ground.copy()
     places[200:, 6] += [0.04, 0.0, 0.03]
     slipped = replace(whole, markers=replace(whole.markers, positions_ground=places))
-    said = [s for s in heard(slipped) if s.witness == "rigid distances"]
+    said = [s for s in with_evidence(slipped) if s.direct_check == "rigid distances"]
     assert [(s.target, s.figures["time_s"]) for s in said] == [("trunk2", pytest.approx(2.0, abs=0.011))]
     assert spoken(said) == {About.SLIP}
     places[200:, 7] += [0.04, 0.0, 0.03]
     both = replace(whole, markers=replace(whole.markers, positions_ground=places))
-    said = [s for s in heard(both) if s.witness == "rigid distances"]
+    said = [s for s in with_evidence(both) if s.direct_check == "rigid distances"]
     assert [s.target for s in said] == ["trunk2+trunk3"]
     assert spoken(said) == {About.SEGMENT}
 
@@ -200,7 +210,7 @@ def test_a_plate_in_other_units_is_told_by_what_the_person_weighs_elsewhere(fact
     scaled = changed(
         whole, 0, force_ground=factor * one.force_ground, moment_ground=factor * one.moment_ground
     )
-    least = WITNESSES.refuting_nats
+    least = DIRECT_CHECKES.refuting_nats
     right = weighed(scaled, entered_kg).for_factors({"plate_1": factor}, {})
     assert right > least
     assert weighed(scaled, entered_kg).for_factors({"plate_2": factor}, {}) < right - least
@@ -216,7 +226,7 @@ def test_a_harness_takes_its_force_off_every_weighing(lifted_N):
     """Of 70 kg the plates carry what is left, whatever is entered."""
     rest = standing_person(mass_kg=MASS_KG - lifted_N / GRAVITY)
     none, lift = {"made up": 0.0}, {"made up": lifted_N}
-    least = WITNESSES.refuting_nats
+    least = DIRECT_CHECKES.refuting_nats
     assert weighed(rest, None).for_lifts(lift, none, MASS_KG) > 0.4 * least
     assert weighed(standing_person(), None).for_lifts({"made up": 300.0}, none, MASS_KG) < -least
     assert weighed(standing_person()).for_lifts({"another": 300.0}, none, MASS_KG) == 0.0
@@ -227,7 +237,7 @@ def test_where_nobody_entered_a_mass_units_of_all_plates_are_not_told_from_it():
     assert not weighed(standing_person(), None).tell(both, {})
     assert weighed(standing_person(), None).tell({"plate_1": 2.0}, {})
     assert weighed(standing_person()).tell(both, {})
-    assert weighed(standing_person()).for_factors(both, {}) < -WITNESSES.refuting_nats
+    assert weighed(standing_person()).for_factors(both, {}) < -DIRECT_CHECKES.refuting_nats
 
 
 def test_a_weighing_is_the_mean_force_over_that_of_gravity_and_acceleration():
@@ -255,7 +265,7 @@ def hopping_person(*late_s):
 
 @pytest.mark.parametrize("late_s", [(0.25, 0.25), (0.0, 0.25), (0.25, 0.0)])
 def test_forces_that_bear_while_the_motion_falls_are_no_weighing(late_s):
-    said = heard(hopping_person(*late_s))
+    said = with_evidence(hopping_person(*late_s))
     assert said
     assert np.isfinite([n for one in said for n in one.nats.values()]).all()
     assert np.isfinite([f for one in said for f in one.figures.values()]).all()
@@ -263,12 +273,12 @@ def test_forces_that_bear_while_the_motion_falls_are_no_weighing(late_s):
 
 @pytest.mark.parametrize(("force_N", "asked_m_per_s2"), [(700.0, -2.0), (700.0, 0.0), (-700.0, GRAVITY)])
 def test_no_mass_is_carried_by_a_fall_or_a_pull(force_N, asked_m_per_s2):
-    assert carried_kg(np.full(9, force_N), np.full(9, asked_m_per_s2), WITNESSES) is None
+    assert carried_kg(np.full(9, force_N), np.full(9, asked_m_per_s2), DIRECT_CHECKES) is None
 
 
 def test_nothing_is_asked_of_a_recording_without_plates():
     whole = standing_person()
-    assert heard(replace(whole, plates=())) == ()
+    assert with_evidence(replace(whole, plates=())) == ()
 
 
 def test_evidence_grows_with_the_figure_and_falls_with_its_doubt():
@@ -298,7 +308,7 @@ def gliding_person(recorded=lambda x, z: (x, z)):
 
 def path_says(causes, recorded):
     told = turns_by_path(measured([gliding_person(recorded)], READING))
-    return [cause.heard(told).seen_elsewhere for cause in causes]
+    return [cause.with_evidence(told).seen_elsewhere for cause in causes]
 
 
 REARRANGED = [*(PlateTurn("plate_1", d) for d in TURNS_DEG), *(PlateMirror("plate_1", a) for a in MIRRORS)]
@@ -309,7 +319,7 @@ def test_the_path_tells_which_turn_is_right(turn_deg):
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))  # about y, which points up
     nats = path_says(REARRANGED, lambda x, z: (c * x + s * z, c * z - s * x))
     right = nats.pop(TURNS_DEG.index(turn_deg))
-    assert right == pytest.approx(WITNESSES.refuting_nats)
+    assert right == pytest.approx(DIRECT_CHECKES.refuting_nats)
     assert max(nats) < right - 5
 
 

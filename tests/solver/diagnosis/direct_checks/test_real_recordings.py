@@ -1,4 +1,4 @@
-"""Witnesses on real people: quiet on sound stretches, and heard once a fault was edited in."""
+"""Direct checks on real people: quiet on sound stretches, and heard once a fault was edited in."""
 
 import numpy as np
 import pytest
@@ -9,9 +9,9 @@ from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.reading_settings import READING
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
-from solver.diagnosis.direct_checks.asking import asked
 from solver.diagnosis.direct_checks.measured import measured
-from solver.diagnosis.direct_checks.settings import WITNESSES
+from solver.diagnosis.direct_checks.run_checks import asked
+from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
 from solver.diagnosis.direct_checks.statement import About
 
 pytestmark = pytest.mark.real
@@ -20,8 +20,8 @@ JUDGING = [source for source in SOURCES if source.person not in SET_ON]
 BY_NAME = {source.name: source for source in JUDGING}
 
 
-def heard(folder, recording):
-    """What the witnesses say of a recording, through the files as anybody's."""
+def with_evidence(folder, recording):
+    """What the direct checks say of a recording, through the files as anybody's."""
     write_folder(folder, recording)
     subject = open_subject(folder)
     captures = [read_trial(files, READING, subject.mass_kg) for files in subject.trials]
@@ -29,14 +29,14 @@ def heard(folder, recording):
 
 
 def spoken(said):
-    return {about for one in said for about in one.spoken_for(WITNESSES.told_nats)}
+    return {about for one in said for about in one.spoken_for(DIRECT_CHECKES.told_nats)}
 
 
 @pytest.mark.parametrize("source", JUDGING, ids=lambda source: source.name)
-def test_sound_stretches_leave_all_witnesses_quiet(real_data, tmp_path, source):
-    said = heard(tmp_path / "as it is", source.read(real_data))
+def test_sound_stretches_leave_all_direct_checks_quiet(real_data, tmp_path, source):
+    said = with_evidence(tmp_path / "as it is", source.read(real_data))
     assert len(said) > 3
-    assert {one.sentence for one in said if one.spoken_for(WITNESSES.told_nats)} == set()
+    assert {one.sentence for one in said if one.spoken_for(DIRECT_CHECKES.told_nats)} == set()
 
 
 @pytest.mark.parametrize(
@@ -61,9 +61,9 @@ def test_sound_stretches_leave_all_witnesses_quiet(real_data, tmp_path, source):
     ],
 )
 def test_a_fault_edited_in_is_heard(real_data, tmp_path, name, edit, heard_of):
-    about, witness = heard_of
+    about, direct_check = heard_of
     recording, fault = edit(BY_NAME[name].read(real_data), np.random.default_rng(4))
-    said = [one for one in heard(tmp_path / "edited", recording) if one.witness == witness]
+    said = [one for one in with_evidence(tmp_path / "edited", recording) if one.direct_check == direct_check]
     assert about in spoken(said), fault.what
 
 
@@ -73,7 +73,7 @@ def test_a_fault_edited_in_is_heard(real_data, tmp_path, name, edit, heard_of):
 def test_beside_a_lag_nothing_is_said_that_it_explains(real_data, tmp_path, name, late_s):
     """Plates seemed to be elsewhere, turned, or to read multiples."""
     recording, _ = clocks.late([late_s])(BY_NAME[name].read(real_data), np.random.default_rng(4))
-    assert spoken(heard(tmp_path / "late", recording)) == {About.CLOCK}
+    assert spoken(with_evidence(tmp_path / "late", recording)) == {About.CLOCK}
 
 
 WHOLE = {  # recordings as they are, and what their files are known to hold
@@ -104,7 +104,9 @@ def test_a_marker_that_slips_is_named(real_data, tmp_path):
     source = BY_NAME["treadmill walk A"]
     edit = markers.slipped(0.04)
     recording, fault = edit(source.read(real_data), np.random.default_rng(1))
-    said = [one for one in heard(tmp_path / "slipped", recording) if one.witness == "rigid distances"]
+    said = [
+        one for one in with_evidence(tmp_path / "slipped", recording) if one.direct_check == "rigid distances"
+    ]
     loud = max(said, key=lambda one: one.loudest)
     assert fault.markers[0] in loud.target.split("+")
     assert loud.figures["time_s"] == pytest.approx(fault.times_s[0], abs=0.05)
@@ -112,6 +114,10 @@ def test_a_marker_that_slips_is_named(real_data, tmp_path):
 
 def test_a_run_that_was_low_passed_at_5_Hz_has_lost_its_edges(real_data, tmp_path):
     recording, _ = clocks.smoothed(5.0)(BY_NAME["treadmill run C"].read(real_data), np.random.default_rng(0))
-    said = [one for one in heard(tmp_path / "smooth", recording) if one.witness == "edges of contacts"]
+    said = [
+        one
+        for one in with_evidence(tmp_path / "smooth", recording)
+        if one.direct_check == "edges of contacts"
+    ]
     assert said[0].figures["quick_share"] < 0.3 * said[0].figures["usual_share"]
     assert said[0].nats[About.FILTER] > 0

@@ -10,9 +10,9 @@ import solver.diagnosis.search.balance
 from solver.diagnosis.causes.carried_mass import CarriedMass
 from solver.diagnosis.causes.clock_offset import ClockOffset
 from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.heldout import block_scores, blocks
+from solver.diagnosis.held_out import block_scores, blocks
 from solver.diagnosis.noise.covariances import Covariances
-from solver.diagnosis.noise.rungs import Basis, TrialsBasis
+from solver.diagnosis.noise.noise_scales import Basis, TrialsBasis
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import Beside, Screen
 from solver.diagnosis.unmodelled.remainder import unknown_forces
@@ -50,33 +50,35 @@ def dense(of: Covariances, scale: float, slack: float) -> np.ndarray:
 
 @pytest.mark.parametrize("basis", [Basis, TrialsBasis])
 @pytest.mark.parametrize(("scale", "slack"), SCALES)
-def test_a_rung_is_the_dense_matrix(of, basis, scale, slack):
-    rung = basis(of).rung(scale, slack, -1.5)
+def test_a_noise_scale_is_the_dense_matrix(of, basis, scale, slack):
+    noise_scale = basis(of).noise_scale(scale, slack, -1.5)
     K = dense(of, scale, slack)
     Q = np.linalg.inv(K)
     columns = np.random.default_rng(4).normal(size=(len(K), 3))
-    turned = rung.basis.turned(columns)
-    whitened = rung.whitened(turned)
+    turned = noise_scale.basis.turned(columns)
+    whitened = noise_scale.whitened(turned)
     np.testing.assert_allclose(whitened.T @ whitened, columns.T @ Q @ columns, rtol=1e-8, atol=1e-10)
-    on_residual = rung.seen(turned, slice(0, len(K))).times(rung.seen_residual)[:, 0]
+    on_residual = noise_scale.seen(turned, slice(0, len(K))).times(noise_scale.seen_residual)[:, 0]
     np.testing.assert_allclose(on_residual, columns.T @ Q @ of.residual, rtol=1e-8, atol=1e-10)
-    assert rung.square == pytest.approx(of.residual @ Q @ of.residual, rel=1e-9)
-    assert rung.constant == pytest.approx(-1.5 - 0.5 * np.linalg.slogdet(K)[1], abs=1e-8)
-    np.testing.assert_allclose(rung.covariance, K, rtol=1e-12, atol=1e-12)
+    assert noise_scale.square == pytest.approx(of.residual @ Q @ of.residual, rel=1e-9)
+    assert noise_scale.constant == pytest.approx(-1.5 - 0.5 * np.linalg.slogdet(K)[1], abs=1e-8)
+    np.testing.assert_allclose(noise_scale.covariance, K, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(of.variance(scale, slack), np.diag(K), rtol=1e-12)
-    np.testing.assert_allclose(rung.basis.rows(rung.weighted(turned)), Q @ columns, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(
+        noise_scale.basis.rows(noise_scale.weighted(turned)), Q @ columns, rtol=1e-7, atol=1e-9
+    )
     some = slice(12, 20)
-    np.testing.assert_allclose(rung.precision_at(some), Q[some, some], rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(noise_scale.precision_at(some), Q[some, some], rtol=1e-7, atol=1e-9)
 
 
 @pytest.mark.parametrize("basis", [Basis, TrialsBasis])
 @pytest.mark.parametrize("span", [SECOND, slice(0, 23), slice(9, 28)])
 def test_columns_of_some_trials_are_weighted_there(of, basis, span):
-    rung = basis(of).rung(0.7, 1.0, 0.0)
+    noise_scale = basis(of).noise_scale(0.7, 1.0, 0.0)
     Q = np.linalg.inv(dense(of, 0.7, 1.0))
     columns = np.random.default_rng(5).normal(size=(span.stop - span.start, 2))
-    turned = rung.basis.turned(columns, span)
-    product = turned.T @ rung.weighted(turned, span)
+    turned = noise_scale.basis.turned(columns, span)
+    product = turned.T @ noise_scale.weighted(turned, span)
     np.testing.assert_allclose(product, columns.T @ Q[span, span] @ columns, rtol=1e-8)
 
 
@@ -86,11 +88,14 @@ def test_columns_of_some_trials_are_weighted_there(of, basis, span):
     [(SECOND, SECOND), (SECOND, slice(0, 9)), (slice(0, 23), slice(9, 28)), (slice(23, 28), slice(0, 28))],
 )
 def test_columns_of_some_trials_meet_those_of_others(of, basis, spans):
-    rung = basis(of).rung(0.7, 0.5, 0.0)
+    noise_scale = basis(of).noise_scale(0.7, 0.5, 0.0)
     Q = np.linalg.inv(dense(of, 0.7, 0.5))
     rng = np.random.default_rng(6)
     columns = [rng.normal(size=(span.stop - span.start, n)) for n, span in zip((2, 3), spans, strict=True)]
-    one, other = (rung.seen(rung.basis.turned(c, span), span) for c, span in zip(columns, spans, strict=True))
+    one, other = (
+        noise_scale.seen(noise_scale.basis.turned(c, span), span)
+        for c, span in zip(columns, spans, strict=True)
+    )
     expected = columns[0].T @ Q[spans[0], spans[1]] @ columns[1]
     np.testing.assert_allclose(one.times(other), expected, rtol=1e-8, atol=1e-9)
 
@@ -110,16 +115,16 @@ def both(short_scene, drawn, rows_of):
 
 
 def test_a_balance_says_the_same_in_either_basis(both):
-    """Fits, screening, withheld blocks, unknown forces."""
+    """Fits, screening, held-out blocks, unknown forces."""
     told = []
     for balance in both:
-        rung = balance.rungs[20]
+        noise_scale = balance.noise_scales[20]
         terms = [balance.term(PlateGain("plate_1"), ()), balance.term(ClockOffset("all"), (0.004,))]
-        solved = balance.solve_at(terms, rung)
+        solved = balance.solve_at(terms, noise_scale)
         load = CarriedMass("torso")
-        (screened,) = Screen(balance, [load]).best(rung, terms)
-        scores = block_scores(balance, terms, rung, blocks(balance))
-        forces = UnknownScreen(balance).at(unknown_forces(balance.scenes), Beside(terms, rung))
+        (screened,) = Screen(balance, [load]).best(noise_scale, terms)
+        scores = block_scores(balance, terms, noise_scale, blocks(balance))
+        forces = UnknownScreen(balance).at(unknown_forces(balance.scenes), Beside(terms, noise_scale))
         told.append(
             np.concatenate(
                 [
@@ -127,7 +132,7 @@ def test_a_balance_says_the_same_in_either_basis(both):
                         solved.log_evidence,
                         screened.gain,
                         balance.mass_strain(solved),
-                        balance.solve(terms).rung.scale,
+                        balance.solve(terms).noise_scale.scale,
                     ],
                     solved.x,
                     *(np.diag(solved.of(k)[1]) for k in range(len(terms))),

@@ -126,8 +126,8 @@ def test_a_spin_is_the_moment_about_the_centre_of_mass_and_no_force(
     short_scene, short_rows, demands, columns
 ):
     """Of Pinocchio's demand, moved to the centre of mass by hand."""
-    demanded = demands(short_scene.skeleton)
-    about_com = demanded[:, 3:] - np.cross(short_scene.com_ground, demanded[:, :3])
+    required = demands(short_scene.skeleton)
+    about_com = required[:, 3:] - np.cross(short_scene.com_ground, required[:, :3])
     for axis in range(3):
         rows = columns.bounce[:, 3 + axis].reshape(-1, 6)
         moment = np.zeros_like(about_com)
@@ -209,7 +209,7 @@ def test_trials_have_the_same_nuisances_in_the_same_order(short_scene, short_row
         p_ground_body=short_scene.p_ground_body[ends],
         material=short_scene.material[ends],
         com_ground=short_scene.com_ground[ends],
-        demanded_ground=short_scene.demanded_ground[ends],
+        required_ground=short_scene.required_ground[ends],
     )
     for columns, whole in ((nuisances, short_rows.nuisance), (soft_tissue, short_rows.tissue)):
         own = columns(part, lambda w: w.reshape(-1, *w.shape[2:]), SETTINGS)
@@ -225,7 +225,7 @@ def test_model_errors_fade_with_time_and_grow_with_the_acceleration(short_scene)
     assert K[4, 1, 5, 1] / K[4, 1, 4, 1] == pytest.approx(np.exp(-0.5 * (0.06 / SETTINGS.model_time_s) ** 2))
     assert np.abs(K[:, 0, :, 1]).max() == 0
     still = replace(
-        short_scene, demanded_ground=np.tile([0, weight, 0, 0, 0, 0], (short_scene.frames, 1)).astype(float)
+        short_scene, required_ground=np.tile([0, weight, 0, 0, 0, 0], (short_scene.frames, 1)).astype(float)
     )
     quiet = model_error(still, windows, SETTINGS).reshape(windows.count, 6, windows.count, 6)
     assert np.sqrt(quiet[0, 1, 0, 1]) == pytest.approx(SETTINGS.model_force_share * weight, rel=1e-3)

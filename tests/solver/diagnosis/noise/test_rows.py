@@ -60,7 +60,7 @@ def scene(short_scene, posterior):
         p_ground_body=poses.p_ground_body,
         material=short_scene.material[first],
         com_ground=centre_of_mass(short_scene.skeleton, poses),
-        demanded_ground=demand.wrench(posterior.motion.q, posterior.velocity, posterior.acceleration),
+        required_ground=demand.wrench(posterior.motion.q, posterior.velocity, posterior.acceleration),
         plates=plates,
         counts=counts,
     )
@@ -72,7 +72,7 @@ def rows(scene, posterior):
 
 
 def test_rows_and_the_covariances_rows_are_of_one_residual(scene, posterior, rows):
-    """Demanded less measured about the centre of mass, force before moment, window by window."""
+    """Required less measured about the centre of mass, force before moment, window by window."""
     by_posterior = rows.windows.means(posterior.momentum(scene.measured_ground).residual).ravel()
     np.testing.assert_allclose(rows.residual, by_posterior, atol=1e-6)
 
@@ -109,7 +109,7 @@ def test_white_noise_of_raw_plates_comes_on_top(scene, posterior, rows):
 
 def test_what_markers_errors_do_to_the_residual_lies_within_its_covariance(short_scene, rows):
     """A walk is no draw from the prior: mean squares near one, not above it by more than chance."""
-    exact = short_scene.demanded_ground[:FRAMES] - short_scene.measured_ground[:FRAMES]
+    exact = short_scene.required_ground[:FRAMES] - short_scene.measured_ground[:FRAMES]
     exact[:, 3:] -= np.cross(short_scene.com_ground[:FRAMES], exact[:, :3])
     wrong = rows.residual - rows.windows.means(exact).ravel()
     share = wrong @ np.linalg.solve(rows.covariance, wrong) / len(wrong)

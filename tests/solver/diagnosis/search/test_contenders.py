@@ -39,13 +39,13 @@ def test_confidence_is_a_share_among_rivals_and_none(drawn, balance_of_scenes, s
     assert confidence(one, (one, *found.rivals), SETTINGS) == pytest.approx(1 / weights.sum())
     alone = confidence(one, (), SETTINGS)
     assert alone >= confidence(one, found.rivals, SETTINGS)
-    twin = replace(
+    counterpart = replace(
         found.rivals[0],
         gain=one.gain
         - handicap(one.term.candidate, SETTINGS)
         + handicap(found.rivals[0].term.candidate, SETTINGS),
     )
-    assert confidence(one, (twin,), SETTINGS) == pytest.approx(0.5, abs=0.01)
+    assert confidence(one, (counterpart,), SETTINGS) == pytest.approx(0.5, abs=0.01)
 
 
 def test_whole_limbs_are_likelier_than_single_segments():

@@ -19,12 +19,12 @@ from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of
 from tests.solver.diagnosis.named_causes import (
     Bounded,
-    Course,
     Limb,
     RareSwing,
     SeenElsewhere,
     SmallSwing,
     Swing,
+    TimeHistory,
     named,
     swung,
 )
@@ -52,7 +52,7 @@ def test_a_later_cause_makes_room_for_a_better_first_one(short_scene, drawn, bal
         for candidate in catalogue:
             if candidate.key in {t.candidate.key for t in terms} or candidate.starts(balance.scenes) != ((),):
                 continue
-            other = balance.solve([*rest, balance.term(candidate, ())], near=selection.solved.rung)
+            other = balance.solve([*rest, balance.term(candidate, ())], near=selection.solved.noise_scale)
             least = SETTINGS.exchange_margin + handicap(candidate, SETTINGS)
             own = handicap(terms[k].candidate, SETTINGS)
             assert other.log_evidence - least < selection.solved.log_evidence - own + 1e-6
@@ -63,7 +63,7 @@ def test_a_search_that_had_its_evaluations_ends_with_what_held_up_so_far(short_s
     one, other = 0.15 * short_scene.plates[1].wrench_ground, np.zeros((short_scene.frames, 6))
     other[:, 0] = 60.0
     other[:, 3:] = np.cross(short_scene.com_ground, other[:, :3])
-    causes = [Course("one", one), Course("other", other)]
+    causes = [TimeHistory("one", one), TimeHistory("other", other)]
     rows = trial_rows_of(drawn(4, one + other, scale=0.3))
 
     def found(most_evaluations):
@@ -92,7 +92,7 @@ def test_two_that_stand_out_only_together_are_named(short_scene, drawn):
     apart = np.zeros_like(common)
     apart[:, :3] = [9.0, 0.0, 0.0]
     apart[:, 3:] = np.cross(short_scene.com_ground, apart[:, :3])
-    one, other = Course("one", apart + common), Course("other", apart - common)
+    one, other = TimeHistory("one", apart + common), TimeHistory("other", apart - common)
     scene = drawn(4, 2 * apart, scale=0.3)
     settings = replace(SETTINGS, least_of_two=-10.0)
     balance = Balance([trial_rows_of(scene)], settings)
@@ -115,7 +115,7 @@ def test_what_is_known_from_elsewhere_does_not_end_the_search(short_scene, drawn
     small[:, 0] = 3.0
     small[:, 3:] = np.cross(short_scene.com_ground, small[:, :3])
     large = 0.15 * short_scene.plates[1].wrench_ground
-    known, other = SeenElsewhere("known", small), Course("other", large)
+    known, other = SeenElsewhere("known", small), TimeHistory("other", large)
     balance = Balance([trial_rows_of(drawn(4, small + large, scale=0.3))], SETTINGS)
     nothing = balance.solve([]).log_evidence
     assert balance.solve([balance.term(known, ())]).log_evidence < nothing + SETTINGS.least_gain
@@ -128,7 +128,7 @@ def test_nothing_is_lost_by_a_cause_that_is_taken_back_with_the_one_it_made_need
     apart = np.zeros_like(common)
     apart[:, :3] = [8.0, 0.0, 0.0]
     apart[:, 3:] = np.cross(short_scene.com_ground, apart[:, :3])
-    whole, limb = Course("whole", common), Limb("limb", common + apart)
+    whole, limb = TimeHistory("whole", common), Limb("limb", common + apart)
     balance = Balance([trial_rows_of(drawn(4, common + apart, scale=0.3))], SETTINGS)
     alone, both = ([balance.term(c, ()) for c in some] for some in ([limb], [whole, limb]))
     sizes = [
@@ -189,7 +189,9 @@ def test_what_is_seen_without_forces_is_tried_before_its_equals(short_scene, dra
         about = About("seen_gain", seen_standing=True)
 
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
-    settings = replace(SETTINGS, handicaps=(("seen_gain", 5.0),), witness_lead=lead, least_confidence=0.0)
+    settings = replace(
+        SETTINGS, handicaps=(("seen_gain", 5.0),), direct_check_margin=lead, least_confidence=0.0
+    )
     found = select(Balance([rows], settings), [PlateGain("plate_2"), SeenGain("plate_2")]).found
     assert [f.contender.term.candidate.id for f in found] == [first]
 

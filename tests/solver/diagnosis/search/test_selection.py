@@ -48,7 +48,7 @@ def test_two_causes_are_found_one_after_another_and_refitted_together(
     k = [t.candidate.id for t in selection.solved.terms].index("plate_gain")
     gain = selection.solved.estimates(k, balance.scenes)["gain_error"]
     assert abs(gain.value - (1 / 1.15 - 1)) < 3 * gain.std
-    assert all(f.heldout_gain > 0 and f.contender.gain > SETTINGS.least_gain for f in selection.found)
+    assert all(f.held_out_gain > 0 and f.contender.gain > SETTINGS.least_gain for f in selection.found)
     assert all(c.term.candidate is not f.contender.term.candidate for f in selection.found for c in f.rivals)
 
 
@@ -57,7 +57,7 @@ def with_gain_of_the_second_then_exchanged(sound):
     loads = second.loads
     strong = with_samples(second, 1.1 * loads.wrench_ground, loads.carrying)
     wrong = replace(sound, plates=(first, strong, *others))
-    return replace(wrong, plates=PlateSwap("plate_1+plate_2").put_right(wrong.plates))
+    return replace(wrong, plates=PlateSwap("plate_1+plate_2").correct_plates(wrong.plates))
 
 
 def test_beyond_an_exchange_causes_have_the_plates_own_names(drawn, balance_of_scenes):
@@ -67,17 +67,17 @@ def test_beyond_an_exchange_causes_have_the_plates_own_names(drawn, balance_of_s
     assert set(named(selection)) == {("plate_swap", "plate_1+plate_2"), ("plate_gain", "plate_2")}
 
 
-def test_beyond_an_exchange_the_catalogue_is_that_of_the_recording_put_right(drawn, balance_of_scenes):
+def test_beyond_an_exchange_the_catalogue_is_that_of_the_corrected_recording(drawn, balance_of_scenes):
     scene = with_gain_of_the_second_then_exchanged(drawn(1))
     swap = PlateSwap("plate_1+plate_2")
     balance = balance_of_scenes(scene)
 
-    def put_right_only(scenes):
-        same = np.allclose(scenes[0].measured_ground, swap.righted(scene).measured_ground)
+    def of_corrected(scenes):
+        same = np.allclose(scenes[0].measured_ground, swap.corrected(scene).measured_ground)
         return [PlateGain("plate_2")] if same else []
 
     assert named(select(balance, [swap])) == [swap.key]
-    selection = select(balance, [swap], candidates_of=put_right_only)
+    selection = select(balance, [swap], candidates_of=of_corrected)
     assert set(named(selection)) == {swap.key, ("plate_gain", "plate_2")}
 
 

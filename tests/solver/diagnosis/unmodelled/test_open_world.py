@@ -10,14 +10,14 @@ from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.plate_gain import PlateGain
 from solver.diagnosis.causes.plate_position import candidates as positions
 from solver.diagnosis.conclusion import conclude
-from solver.diagnosis.decisions import is_a_lead
+from solver.diagnosis.decisions import is_only_tentative
 from solver.diagnosis.report import as_json
 from solver.diagnosis.search.contenders import Contender, Found
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.unmodelled.open_world import OpenWorld, held
 from solver.diagnosis.unmodelled.unexplained import Kept
-from tests.solver.diagnosis.named_causes import Course
+from tests.solver.diagnosis.named_causes import TimeHistory
 
 NAMES = 60
 
@@ -93,8 +93,8 @@ def test_the_evidence_of_an_unknown_is_that_over_its_sizes(drawn, balance_of_sce
     world = OpenWorld(balance)
     found = min(world.beside([], null), key=lambda u: u.likeliest.terms[-1].columns.shape[1])
     columns = found.likeliest.terms[-1].columns
-    rung = found.likeliest.rung
-    K = rung.covariance
+    noise_scale = found.likeliest.noise_scale
+    K = noise_scale.covariance
     log = []
     base = found.likeliest.terms[-1].prior_std / found.likeliest.terms[-1].eta[0]
     for size in (0.01, 0.05, 0.2, 0.8):
@@ -104,19 +104,19 @@ def test_the_evidence_of_an_unknown_is_that_over_its_sizes(drawn, balance_of_sce
         log.append(-0.5 * balance.residual @ np.linalg.solve(whole, balance.residual) - 0.5 * half)
     mixed = np.log(np.exp(np.array(log) - max(log)) @ (0.4, 0.3, 0.2, 0.1)) + max(log)
     without = -0.5 * balance.residual @ np.linalg.solve(K, balance.residual) - 0.5 * np.linalg.slogdet(K)[1]
-    at_rung = balance.solve_at([], rung).log_evidence
-    assert found.log_evidence - at_rung == pytest.approx(mixed - without, abs=1e-6)
+    at_noise_scale = balance.solve_at([], noise_scale).log_evidence
+    assert found.log_evidence - at_noise_scale == pytest.approx(mixed - without, abs=1e-6)
 
 
 @dataclass(frozen=True, eq=False)
-class Standing(Course):
+class Standing(TimeHistory):
     """A foot that is seen to stand where nothing measures."""
 
     about = About("standing", seen_standing=True)
     id = "standing"
 
 
-@pytest.mark.parametrize(("cause", "kept"), [(Course, False), (Standing, True)])
+@pytest.mark.parametrize(("cause", "kept"), [(TimeHistory, False), (Standing, True)])
 def test_no_force_elsewhere_takes_the_place_of_a_foot_that_is_seen_to_stand(
     short_scene, drawn, balance_of_scenes, cause, kept
 ):
@@ -150,7 +150,7 @@ def test_of_much_evidence_a_few_nats_more_make_no_name_certain(short_scene, draw
 
 
 @pytest.mark.parametrize("alike", [True, False])
-def test_what_is_likelier_wrong_than_right_is_a_lead_unless_it_is_one_class(
+def test_what_is_likelier_wrong_than_right_is_only_tentative_unless_it_is_one_class(
     short_scene, drawn, balance_of_scenes, alike
 ):
     """Three explain as much. Where all leave one trace their class is likely; else each is a guess."""
@@ -158,21 +158,23 @@ def test_what_is_likelier_wrong_than_right_is_a_lead_unless_it_is_one_class(
     there = np.concatenate([up, np.cross(short_scene.com_ground, up)], axis=1)
     swinging = there * np.sin(12 * short_scene.times)[:, None]
     balance = balance_of_scenes(drawn(4, there, scale=0.3))
-    null, solved = balance.solve([]), balance.solve([balance.term(Course("pelvis", there), ())])
+    null, solved = balance.solve([]), balance.solve([balance.term(TimeHistory("pelvis", there), ())])
     one = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
-    others = [balance.solve([balance.term(Course(b, there if alike else swinging), ())]) for b in ("a", "b")]
+    others = [
+        balance.solve([balance.term(TimeHistory(b, there if alike else swinging), ())]) for b in ("a", "b")
+    ]
     rivals = tuple(Contender(other.terms[0], other, one.gain) for other in others)
     (standing,) = held(balance, Kept(solved, (Found(one, 1.0, rivals),), None), NAMES, Trail()).standings
     assert standing.confidence == pytest.approx((1 - standing.outside) / 3, abs=0.01)
     assert [share for _, share in standing.rivals] == pytest.approx([standing.confidence] * 2)
     assert standing.in_its_class == pytest.approx((3 if alike else 1) * standing.confidence)
     candidate = one.term.candidate
-    assert is_a_lead(candidate, standing.in_its_class, balance.settings) == (not alike)
-    assert not is_a_lead(Standing("calcn_r", there), standing.in_its_class, balance.settings)
+    assert is_only_tentative(candidate, standing.in_its_class, balance.settings) == (not alike)
+    assert not is_only_tentative(Standing("calcn_r", there), standing.in_its_class, balance.settings)
 
 
 @dataclass(frozen=True, eq=False)
-class Rare(Course):
+class Rare(TimeHistory):
     """Rare, and changes next to nothing; something else than the balance may show it."""
 
     id = "rare"

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.plate_gain import demanded_of
+from solver.diagnosis.causes.plate_gain import required_of
 from solver.diagnosis.causes.trial_clocks import MOST_TRIALS
 from solver.diagnosis.unmodelled.outside_list import (
-    COURSE_KNOTS_S,
+    TIME_HISTORY_KNOTS_S,
     AnyClock,
     AnyPlateFault,
     AnyWrench,
@@ -32,7 +32,7 @@ def about(wrench, point):
 def test_a_plate_fault_may_be_any_map_of_its_load_and_any_zero(short_scene):
     """A plate turned by a quarter about its middle, of half gain, tared with a load on it."""
     plate = short_scene.plates[0]
-    load = about(demanded_of(plate, short_scene), plate.centre_ground)
+    load = about(required_of(plate, short_scene), plate.centre_ground)
     R = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     wrong = 0.5 * np.concatenate([load[:, :3] @ R.T, load[:, 3:] @ R.T], axis=1)
     wrong[plate.loaded] -= (10.0, 300.0, -5.0, 4.0, 0.0, 8.0)
@@ -52,7 +52,7 @@ def test_any_wrench_may_be_any_steady_or_slow_one(short_scene):
     np.testing.assert_allclose(best(own, ground), ground, atol=1e-6)
     swing = ground * np.sin(2 * np.pi * 0.5 * short_scene.times)[:, None]
     swing[:, 3:] = np.cross(short_scene.com_ground, swing[:, :3])
-    slow = AnyWrench("", "walk", COURSE_KNOTS_S).signature(short_scene, (0.2,)).columns
+    slow = AnyWrench("", "walk", TIME_HISTORY_KNOTS_S).signature(short_scene, (0.2,)).columns
     assert np.abs(best(slow, swing) - swing).max() < 2.0
     assert np.abs(best(own, swing) - swing).max() > 20.0
 

@@ -10,7 +10,7 @@ from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.diagnosis import UNEXPLAINED
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.unmodelled.remainder import UnknownForce, UnknownMoment, unknown_forces
-from solver.diagnosis.unmodelled.unknown_course import KNOTS_S, dependence, strongest_frequency_Hz
+from solver.diagnosis.unmodelled.unknown_time_history import KNOTS_S, dependence, strongest_frequency_Hz
 
 POINT = np.array([0.02, -0.03, 0.01])  # from the body's centre of mass [m]
 
@@ -45,7 +45,7 @@ def test_a_force_is_found_on_the_body_where_it_acts(drawn, balance_of_scenes, pu
 
 
 def test_what_swings_evenly_is_found_and_said_to(drawn, short_scene, balance_of_scenes):
-    """Five swings a second: splines wide enough for half a trial's course would hardly follow."""
+    """Five swings a second: splines wide enough for half a trial's time history would hardly follow."""
     b = short_scene.skeleton.body_index("torso")
     place = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
     swing = 40.0 * np.sin(2 * np.pi * 5.0 * short_scene.times + 0.7)
@@ -61,8 +61,8 @@ def test_what_swings_evenly_is_found_and_said_to(drawn, short_scene, balance_of_
 
 def test_what_swings_with_the_steps_and_is_small_beside_them_is_no_swing(short_scene, drawn):
     """A tenth of all that the motion demands is lacking: errors of a model, not a motor."""
-    assert strongest_frequency_Hz(drawn(1, 0.1 * short_scene.demanded_ground)) is None
-    lacking = np.zeros_like(short_scene.demanded_ground)
+    assert strongest_frequency_Hz(drawn(1, 0.1 * short_scene.required_ground)) is None
+    lacking = np.zeros_like(short_scene.required_ground)
     lacking[:, 2] = 150.0 * np.cos(2 * np.pi * 6.0 * short_scene.times)
     assert strongest_frequency_Hz(drawn(1, lacking)) == pytest.approx(6.0, abs=0.2)
     lasting_s = short_scene.times[-1]
@@ -90,7 +90,7 @@ def test_a_force_in_the_second_trial_of_another_length_is_found(
         material=other.material[first],
         com_ground=other.com_ground[first],
         counts=other.counts[first],
-        demanded_ground=other.demanded_ground[first],
+        required_ground=other.required_ground[first],
         plates=plates,
         contacts=replace(
             other.contacts,
@@ -128,8 +128,8 @@ def test_a_forces_point_is_where_its_moments_say(short_scene, pulled):
     left = flat @ x - missing.ravel()
     assert np.abs(left).max() < 0.1  # [N], [N·m]
     width = len(x) // 6
-    courses = signature.columns[:, 0, :width]
-    at_centre = courses @ x[: 3 * width].reshape(3, -1).T
+    time_histories = signature.columns[:, 0, :width]
+    at_centre = time_histories @ x[: 3 * width].reshape(3, -1).T
     np.testing.assert_allclose(at_centre, missing[:, :3], atol=0.1)
     np.testing.assert_allclose(candidate.force_ground(short_scene, x), at_centre, atol=1e-9)
     point = candidate.at_its_point(short_scene, x).point_body

@@ -1,4 +1,4 @@
-"""Named causes beside a force of unknown course that may take their place."""
+"""Named causes beside a force of unknown time history that may take their place."""
 
 from dataclasses import dataclass, replace
 
@@ -47,8 +47,8 @@ def at_the_hand(scene, force):
 @pytest.fixture(scope="module")
 def swinging(short_scene):
     """A force at a hand that comes and goes."""
-    course = 25.0 + 60.0 * np.sin(2 * np.pi * 1.7 * short_scene.times)
-    return at_the_hand(short_scene, course[:, None] * np.array([1.0, 0.0, 0.0]))
+    time_history = 25.0 + 60.0 * np.sin(2 * np.pi * 1.7 * short_scene.times)
+    return at_the_hand(short_scene, time_history[:, None] * np.array([1.0, 0.0, 0.0]))
 
 
 def kept_of(balance, *candidates):
@@ -95,7 +95,7 @@ def test_a_cause_that_pays_beside_the_unknown_is_named_with_it(
 
 
 def test_beside_a_strong_unknown_a_cause_has_to_pay_more(short_scene, swinging, drawn, balance_of_scenes):
-    """No course of a free force is described whole, and what it leaves suits many a cause."""
+    """No time history of a free force is described whole, and what it leaves suits many a cause."""
     missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
     plain = balance_of_scenes(drawn(4, missing, scale=0.5))
 
@@ -214,14 +214,14 @@ def test_the_force_left_is_worth_its_evidence_and_of_a_size(swinging, drawn, bal
 
 
 @dataclass(frozen=True, eq=False)
-class Witnessed(Steady):
+class Checked(Steady):
     """The same, but somebody saw it."""
 
     about = About("steady", seen_standing=True)
 
 
 @dataclass(frozen=True, eq=False)
-class WitnessedNever(Witnessed):
+class CheckedNever(Checked):
     """Likewise, but nobody would act on what the unknown leaves of it."""
 
     def is_notable(self, estimates):
@@ -230,7 +230,7 @@ class WitnessedNever(Witnessed):
 
 def test_what_was_seen_otherwise_stays_however_small_the_unknown_makes_it(swinging, drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
-    kept = kept_of(balance, WitnessedNever("hand_l"))
+    kept = kept_of(balance, CheckedNever("hand_l"))
     assert kept.left is not None
     assert [f.contender.term.candidate.key for f in kept.found] == [("steady", "hand_l")]
     assert kept_of(balance, Never("hand_l")).found == ()
@@ -238,5 +238,5 @@ def test_what_was_seen_otherwise_stays_however_small_the_unknown_makes_it(swingi
 
 def test_what_was_seen_otherwise_stays(swinging, drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
-    kept = kept_beside_the_unknown(balance, select(balance, [Witnessed("hand_l")]))
+    kept = kept_beside_the_unknown(balance, select(balance, [Checked("hand_l")]))
     assert [f.contender.term.candidate.key for f in kept.found] == [("steady", "hand_l")]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.cross_validation.blind_steps import Blind, BlindSteps
-from solver.dynamics.force_prediction.demand_gains import demanded_ground
+from solver.dynamics.force_prediction.demand_gains import required_ground
 from solver.dynamics.root_wrench import about_point, root_centre
 from solver.dynamics.trajectory.fit_steps import stepped
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
@@ -27,7 +27,7 @@ def case(crane, crane_q):
     motion = Motion(crane.dofs, crane_q[:FRAMES], RATE)
     observed = marker_positions(crane, motion.q)
     columns = np.cumsum(rng.normal(size=(FRAMES, 6, 2)), axis=0) / 5
-    recorded = demanded_ground(crane, motion) - columns @ [15.0, -4.0] + rng.normal(0, 2, (FRAMES, 6))
+    recorded = required_ground(crane, motion) - columns @ [15.0, -4.0] + rng.normal(0, 2, (FRAMES, 6))
     hidden, counts = np.zeros(FRAMES, dtype=bool), np.ones(FRAMES, dtype=bool)
     hidden[22:33], counts[45:50] = True, False
     trial = TrialData(observed + rng.normal(0, 0.002, observed.shape), recorded, counts, motion)
@@ -40,7 +40,7 @@ def missed_by_the_fit(skeleton, trial, hidden, columns, prior):
     blind = replace(trial, counts=trial.counts & ~hidden, extra_columns_ground=columns)
     there = stepped(skeleton, [blind], SETTINGS, 1, extra=prior)
     frames, motion = np.flatnonzero(hidden), there.motions[0]
-    wrench = demanded_ground(there.skeleton, motion)[frames] - trial.wrench_ground[frames]
+    wrench = required_ground(there.skeleton, motion)[frames] - trial.wrench_ground[frames]
     wrench -= columns[frames] @ there.extra
     poses = ForwardKinematics(there.skeleton).poses(motion.q[frames])
     return about_point(wrench, root_centre(root_joint(there.skeleton), poses))

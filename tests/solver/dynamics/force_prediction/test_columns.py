@@ -8,14 +8,14 @@ from scipy.spatial.transform import Rotation
 
 from solver.dynamics.force_prediction.constants import constant_columns
 from solver.dynamics.force_prediction.demand_gains import (
-    demanded_ground,
     gain_columns,
     gain_notes,
+    required_ground,
     smooth_demand,
 )
 from solver.dynamics.force_prediction.footfalls import Footfalls, footfalls
 from solver.dynamics.force_prediction.heading_frame import heading_frame
-from solver.dynamics.force_prediction.settings import ForetellingSettings
+from solver.dynamics.force_prediction.settings import PredictionSettings
 from solver.dynamics.force_prediction.step_curves import (
     periodic_splines,
     step_columns,
@@ -25,7 +25,7 @@ from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import ForwardKinematics
 from tests.solver.dynamics.force_prediction.conftest import FEET, HEADING_DEG, RATE
 
-SETTINGS = ForetellingSettings()
+SETTINGS = PredictionSettings()
 
 
 def turned(skeleton, motion, degrees):
@@ -139,8 +139,8 @@ def test_gains_are_a_heavier_and_a_later_body(hidden_wrench_walk):
 def test_demand_is_what_the_ground_gives(hidden_wrench_walk):
     walk = hidden_wrench_walk
     inside = np.arange(20, walk.motion.frames - 20)
-    demanded = demanded_ground(walk.skeleton, walk.motion)[inside]
-    assert np.abs(demanded - walk.wrench_ground[inside])[:, :3].max() < 3
+    required = required_ground(walk.skeleton, walk.motion)[inside]
+    assert np.abs(required - walk.wrench_ground[inside])[:, :3].max() < 3
 
 
 def test_notes_name_a_gain_and_a_lag_beyond_their_uncertainty():

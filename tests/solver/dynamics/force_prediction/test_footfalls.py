@@ -4,7 +4,7 @@ import numpy as np
 
 from solver.dynamics.force_prediction.footfalls import footfalls
 from solver.dynamics.force_prediction.heading_frame import heading_frame
-from solver.dynamics.force_prediction.settings import ForetellingSettings
+from solver.dynamics.force_prediction.settings import PredictionSettings
 from tests.solver.dynamics.force_prediction.conftest import FEET
 
 
@@ -13,7 +13,7 @@ def falls(walk, known, in_contact=None):
         walk.skeleton,
         walk.motion,
         heading_frame(walk.skeleton, walk.motion),
-        ForetellingSettings(),
+        PredictionSettings(),
         feet=FEET,
         in_contact=walk.in_contact if in_contact is None else in_contact,
         known=known,

@@ -59,7 +59,7 @@ class Case:
         return self.kinematics.markers(self.kinematics.poses(self.design[0] @ c))
 
     def wrench(self, c):
-        """Demanded less measured, about the centre of mass."""
+        """Required less measured, about the centre of mass."""
         states = [D @ c for D in self.design]
         model = RigidBodyModel(self.skeleton)
         return momentum_terms(model, *states, np.tile(MEASURED, (FRAMES, 1))).residual
@@ -221,13 +221,13 @@ def test_markers_choose_how_smooth_their_motion_is(case, smoothness):
 
 
 def far_out(case: Case, windows, c: np.ndarray, posterior: MarkerPosterior) -> float:
-    """Mean square of the demanded wrench's errors in stated standard deviations."""
+    """Mean square of the required wrench's errors in stated standard deviations."""
     terms = posterior.momentum(np.tile(MEASURED, (FRAMES, 1)))
     wrong = windows.means(terms.residual - case.wrench(c)).ravel()
     return float(wrong @ np.linalg.solve(posterior.covariance(terms, windows), wrong) / len(wrong))
 
 
-def test_errors_of_the_demanded_wrench_lie_within_their_covariance(case, windows):
+def test_errors_of_the_required_wrench_lie_within_their_covariance(case, windows):
     """Motions from the prior, errors from the exact process."""
     squares = []
     for _, (c, observed) in zip(range(25), drawn(case, SMOOTHNESS, np.random.default_rng(7)), strict=False):
@@ -247,6 +247,7 @@ def far_out_by(case: Case, windows, white_m: float, noise: MarkerNoise) -> float
     return float(np.mean(squares))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("white_m", [0.004, 0.008])
 def test_white_noise_of_the_cameras_is_seen_and_allowed_for(case, windows, white_m):
     """Nobody says how large it is. Stated rightly at one frequency, it is within a factor over all."""

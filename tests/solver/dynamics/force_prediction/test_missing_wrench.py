@@ -1,4 +1,4 @@
-"""Inferred wrenches against F = ma itself: put in as measured ones, they leave nothing to explain."""
+"""Predicted wrenches against F = ma itself: put in as measured ones, they leave nothing to explain."""
 
 from dataclasses import replace
 
@@ -7,9 +7,9 @@ import pytest
 
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.force_prediction.missing_wrench import (
-    inferred_torques,
-    inferred_wrenches,
-    with_inferred_torques,
+    predicted_torques,
+    with_predicted_torques,
+    wrenches_by_motion,
 )
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
@@ -56,7 +56,7 @@ def measured(body, motion):
     """Plates that tell the truth: the demand, all of it divided in a way that the rule does not know."""
     nothing = contacts_of(np.zeros((FRAMES, 2, 6)))
     none = FrameMask(~WHOLE)
-    demand = inferred_wrenches(
+    demand = wrenches_by_motion(
         body, inverse_dynamics(body, motion, nothing, none, SETTINGS), nothing, none
     ).sum(axis=1)
     right = (0.5 + 0.2 * np.sin(np.arange(FRAMES) / 15.0))[:, None]
@@ -68,12 +68,12 @@ def root_forces(body, motion, wrenches):
 
 
 @pytest.mark.parametrize("feet", [[0], [1], [0, 1]], ids=["right", "left", "both"])
-def test_with_inferred_wrenches_nothing_is_left_to_explain(body, motion, measured, feet):
+def test_with_predicted_wrenches_nothing_is_left_to_explain(body, motion, measured, feet):
     counts = WHOLE.copy()
     counts[GAP, feet] = False
     mask = FrameMask(counts)
     dynamics = inverse_dynamics(body, motion, measured, mask, SETTINGS)
-    wrenches = inferred_wrenches(body, dynamics, measured, mask)
+    wrenches = wrenches_by_motion(body, dynamics, measured, mask)
     assert np.abs(dynamics.residual_root[GAP]).max() > 100
     np.testing.assert_allclose(root_forces(body, motion, wrenches), 0, atol=1e-6)
     np.testing.assert_array_equal(wrenches[counts], measured.wrench_ground[counts])
@@ -85,7 +85,7 @@ def test_one_missing_foot_gets_just_what_its_plate_would_have_read(body, motion,
     mask = FrameMask(counts)
     dynamics = inverse_dynamics(body, motion, measured, mask, SETTINGS)
     np.testing.assert_allclose(
-        inferred_wrenches(body, dynamics, measured, mask), measured.wrench_ground, atol=1e-6
+        wrenches_by_motion(body, dynamics, measured, mask), measured.wrench_ground, atol=1e-6
     )
 
 
@@ -94,8 +94,8 @@ def test_at_the_border_the_division_goes_on_as_the_plates_had_it(body, motion, m
     counts[GAP] = False
     mask = FrameMask(counts)
     dynamics = inverse_dynamics(body, motion, measured, mask, SETTINGS)
-    wrenches = inferred_wrenches(body, dynamics, measured, mask)
-    rule = inferred_wrenches(body, replace(dynamics, used=np.zeros(FRAMES, dtype=bool)), measured, mask)
+    wrenches = wrenches_by_motion(body, dynamics, measured, mask)
+    rule = wrenches_by_motion(body, replace(dynamics, used=np.zeros(FRAMES, dtype=bool)), measured, mask)
     for border, inside in ((GAP.start - 1, GAP.start), (GAP.stop, GAP.stop - 1)):
         difference = np.abs(measured.wrench_ground[border, :, 1] - rule[inside, :, 1]).max()
         step = np.abs(wrenches[border, :, 1] - wrenches[inside, :, 1]).max()
@@ -108,9 +108,9 @@ def test_far_from_any_measured_frame_the_rule_alone_holds(body, motion, measured
     counts[20:100] = False
     mask = FrameMask(counts)
     dynamics = inverse_dynamics(body, motion, measured, mask, SETTINGS)
-    alone = inferred_wrenches(body, replace(dynamics, used=np.zeros(FRAMES, dtype=bool)), measured, mask)
+    alone = wrenches_by_motion(body, replace(dynamics, used=np.zeros(FRAMES, dtype=bool)), measured, mask)
     np.testing.assert_allclose(
-        inferred_wrenches(body, dynamics, measured, mask)[50:70], alone[50:70], atol=1e-6
+        wrenches_by_motion(body, dynamics, measured, mask)[50:70], alone[50:70], atol=1e-6
     )
 
 
@@ -119,17 +119,17 @@ def test_torques_are_those_of_inverse_dynamics_under_these_wrenches(body, motion
     counts[GAP, 0] = False
     mask = FrameMask(counts)
     dynamics = inverse_dynamics(body, motion, measured, mask, SETTINGS)
-    wrenches = inferred_wrenches(body, dynamics, measured, mask)
+    wrenches = wrenches_by_motion(body, dynamics, measured, mask)
     expected = inverse_dynamics(body, motion, contacts_of(wrenches), FrameMask(WHOLE), SETTINGS)
-    ours = with_inferred_torques(body, dynamics, measured, mask)
+    ours = with_predicted_torques(body, dynamics, measured, mask)
     np.testing.assert_allclose(ours.joint_torques, expected.joint_torques, atol=1e-9)
-    np.testing.assert_array_equal(ours.joint_torques, inferred_torques(body, dynamics, measured, mask))
-    np.testing.assert_array_equal(ours.wrench_inferred, ~counts)
+    np.testing.assert_array_equal(ours.joint_torques, predicted_torques(body, dynamics, measured, mask))
+    np.testing.assert_array_equal(ours.wrench_is_predicted, ~counts)
     np.testing.assert_array_equal(ours.residual_root, dynamics.residual_root)
     np.testing.assert_allclose(ours.joint_torques[GAP][:, root_joint(body).dofs], 0, atol=1e-6)
 
 
-def test_where_all_forces_count_nothing_is_inferred(body, motion, measured):
+def test_where_all_forces_count_nothing_is_predicted(body, motion, measured):
     mask = FrameMask(WHOLE)
     dynamics = inverse_dynamics(body, motion, measured, mask, SETTINGS)
-    assert with_inferred_torques(body, dynamics, measured, mask) is dynamics
+    assert with_predicted_torques(body, dynamics, measured, mask) is dynamics

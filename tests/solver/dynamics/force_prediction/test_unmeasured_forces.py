@@ -1,4 +1,4 @@
-"""Forces that nobody measured, foretold from a motion whose true forces are known."""
+"""Forces that nobody measured, predicted from a motion whose true forces are known."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def test_forces_come_nearer_to_the_truth_than_through_a_filter(truth):
         assert force_error(found.wrench_ground, demand) < 0.9 * force_error(plain, demand)
 
 
-def test_a_steady_weight_is_foretold_to_the_newton():
+def test_a_steady_weight_is_predicted_to_the_newton():
     demand = np.zeros((200, 6))
     demand[:, 1] = 700.0
     com = np.tile([0.4, 1.0, -0.2], (200, 1))

@@ -4,7 +4,7 @@ import pytest
 from solver.dynamics.trajectory.band_cholesky import BandCholesky
 
 
-def made_up(rows, seed=0, size=3, width=4):
+def synthetic(rows, seed=0, size=3, width=4):
     """A band's panels, and the whole matrix."""
     rng = np.random.default_rng(seed)
     panels = rng.normal(size=(rows, size, width, size))
@@ -22,7 +22,7 @@ def made_up(rows, seed=0, size=3, width=4):
 
 @pytest.mark.parametrize("rows", [1, 2, 3, 8, 9])
 def test_solve_equals_the_dense_one(rows):
-    panels, dense = made_up(rows)
+    panels, dense = synthetic(rows)
     right = np.random.default_rng(1).normal(size=(rows, 3, 2))
     expected = np.linalg.solve(dense, right.reshape(-1, 2))
     factor = BandCholesky.in_place(panels)
@@ -31,7 +31,7 @@ def test_solve_equals_the_dense_one(rows):
 
 
 def test_the_factor_times_its_transpose_is_the_matrix():
-    panels, dense = made_up(7, seed=2)
+    panels, dense = synthetic(7, seed=2)
     U = np.zeros((7, 3, 7, 3))
     factor = BandCholesky.in_place(panels)
     for a in range(7):
@@ -43,7 +43,7 @@ def test_the_factor_times_its_transpose_is_the_matrix():
 
 
 def test_inner_products_of_half_solves_are_those_of_the_inverse():
-    panels, dense = made_up(6, seed=3)
+    panels, dense = synthetic(6, seed=3)
     border = np.random.default_rng(4).normal(size=(6, 3, 2))
     flat = border.reshape(-1, 2)
     expected = flat.T @ np.linalg.solve(dense, flat)
@@ -52,7 +52,7 @@ def test_inner_products_of_half_solves_are_those_of_the_inverse():
 
 
 def test_a_matrix_that_is_not_positive_definite_is_refused():
-    panels, _ = made_up(5)
+    panels, _ = synthetic(5)
     panels[3, 1, 0, 1] = -5.0
     with pytest.raises(np.linalg.LinAlgError, match="rows 2 to 4"):
         BandCholesky.in_place(panels)

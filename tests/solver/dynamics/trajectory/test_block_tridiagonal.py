@@ -16,7 +16,7 @@ def dense(matrix):
     return A
 
 
-def made_up(blocks=5, size=4, seed=0):
+def synthetic(blocks=5, size=4, seed=0):
     rng = np.random.default_rng(seed)
     diagonal = rng.normal(size=(blocks, size, size))
     diagonal = diagonal @ diagonal.transpose(0, 2, 1) + 10 * np.eye(size)
@@ -24,7 +24,7 @@ def made_up(blocks=5, size=4, seed=0):
 
 
 def test_solve_equals_the_dense_one():
-    matrix, right = made_up(), np.random.default_rng(1).normal(size=(5, 4, 3))
+    matrix, right = synthetic(), np.random.default_rng(1).normal(size=(5, 4, 3))
     expected = np.linalg.solve(dense(matrix), right.reshape(20, 3))
     factor = matrix.factorized_in_place()
     x = factor.back_solve(factor.half_solve(right))
@@ -32,7 +32,7 @@ def test_solve_equals_the_dense_one():
 
 
 def test_inner_products_of_half_solves_are_those_of_the_inverse():
-    matrix, border = made_up(seed=2), np.random.default_rng(3).normal(size=(5, 4, 2))
+    matrix, border = synthetic(seed=2), np.random.default_rng(3).normal(size=(5, 4, 2))
     flat = border.reshape(20, 2)
     expected = flat.T @ np.linalg.solve(dense(matrix), flat)
     half = matrix.factorized_in_place().half_solve(border).reshape(20, 2)
@@ -40,5 +40,5 @@ def test_inner_products_of_half_solves_are_those_of_the_inverse():
 
 
 def test_product():
-    matrix, x = made_up(seed=4), np.random.default_rng(5).normal(size=(5, 4, 2))
+    matrix, x = synthetic(seed=4), np.random.default_rng(5).normal(size=(5, 4, 2))
     np.testing.assert_allclose(matrix.times(x).reshape(20, 2), dense(matrix) @ x.reshape(20, 2), atol=1e-10)

@@ -7,7 +7,7 @@ import pytest
 
 from solver.common.progress import silent
 from solver.common.runs import runs
-from solver.dynamics.force_prediction.demand_gains import demanded_ground
+from solver.dynamics.force_prediction.demand_gains import required_ground
 from solver.dynamics.trajectory.near_edits import InertiasBefore, fitted_near, spans_near
 from solver.dynamics.trajectory.spline_basis import DEGREE
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
@@ -31,7 +31,7 @@ def trials(crane, crane_q):
     for _ in range(2):
         motion = Motion(crane.dofs, crane_q[:FRAMES], RATE)
         exact = marker_positions(crane, motion.q)
-        recorded = demanded_ground(crane, motion) + rng.normal(0, 30, (FRAMES, 6))
+        recorded = required_ground(crane, motion) + rng.normal(0, 30, (FRAMES, 6))
         made.append(
             TrialData(
                 exact + rng.normal(0, 0.003, exact.shape), recorded, np.ones(FRAMES, dtype=bool), motion
@@ -92,6 +92,7 @@ def test_the_farther_it_reaches_the_nearer_it_is_to_a_fit_of_all_frames(crane, t
     assert missed[2] < 0.05 * effect
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stretch", "push_N"), [(EDITED, 300.0), (EDITED, 8000.0), (slice(10, 80), 2000.0)], ids=str
 )
@@ -115,10 +116,10 @@ def test_the_edits_own_gain_decides_where_the_search_ends(crane, trials, stretch
     near = fitted_near(crane, begun, frames, usual, silent, before=before)
     anew = fit_trajectories(crane, begun, usual, phi=first.phi, edited=True)
     cold = fit_trajectories(crane, counted, replace(SETTINGS, tolerance=1e-9, iterations=1000))
-    asked = demanded_ground(crane, cold.motions[1])
+    asked = required_ground(crane, cold.motions[1])
     for after in (near, anew):
         assert after.converged
-        missed = np.abs(demanded_ground(crane, after.motions[1]) - asked)
+        missed = np.abs(required_ground(crane, after.motions[1]) - asked)
         assert missed[:, :3].max() < 1.0
         assert missed[:, 3:].max() < 0.1
 

@@ -20,7 +20,7 @@ RATE = 50.0
 SETTINGS = TrajectorySettings(knot_spacing_s=0.04)
 
 
-def demanded(skeleton, motion):
+def required(skeleton, motion):
     """Force and moment about the ground origin, frame by frame."""
     model = RigidBodyModel(skeleton)
 
@@ -50,7 +50,7 @@ def trial(light_capped, crane_q):
     counts = np.ones(60, dtype=bool)
     counts[25:35] = False
     noisy = Motion(light_capped.dofs, motion.q + rng.normal(0, 0.01, motion.q.shape), RATE)
-    return TrialData(observed, demanded(light_capped, motion), counts, noisy)
+    return TrialData(observed, required(light_capped, motion), counts, noisy)
 
 
 def test_band_equals_the_dense_sum_over_frames():
@@ -128,10 +128,10 @@ def test_gradient_of_the_whole_cost_matches_finite_differences(light_capped, tri
 def test_the_fit_obeys_the_forces_and_stays_at_the_markers(light_capped, trial):
     fit = fit_trajectories(light_capped, [trial], SETTINGS)
     motion = fit.motions[0]
-    residual = demanded(fit.skeleton, motion) - trial.wrench_ground
+    residual = required(fit.skeleton, motion) - trial.wrench_ground
     inner = trial.counts.copy()
     inner[:5] = inner[-5:] = False
-    before = demanded(light_capped, trial.start) - trial.wrench_ground
+    before = required(light_capped, trial.start) - trial.wrench_ground
     assert np.sqrt((residual[inner, :3] ** 2).mean()) < 0.05 * np.sqrt((before[inner, :3] ** 2).mean())
     error = np.linalg.norm(marker_positions(fit.skeleton, motion.q) - trial.observed_ground, axis=2)
     assert np.sqrt(np.nanmean(error**2)) < 0.006
@@ -176,7 +176,7 @@ def test_a_search_that_begins_where_one_ended_ends_with_its_first_step(light_cap
     np.testing.assert_allclose(again.phi, first.phi, atol=1e-3)
 
 
-def test_the_foretold_decrease_is_the_quadratic_models(light_capped, trial):
+def test_the_predicted_decrease_is_the_quadratic_models(light_capped, trial):
     """2 gᵀs + sᵀHs with H s = −g is gᵀs; the gradient here by central differences of the whole cost."""
     solver = TrajectorySolver(light_capped, [trial], SETTINGS)
     fit = fit_trajectories(light_capped, [trial], replace(SETTINGS, iterations=1))
@@ -189,7 +189,7 @@ def test_the_foretold_decrease_is_the_quadratic_models(light_capped, trial):
         return solver.cost(state_at(solver, moved, fit.phi + h * step.shared))
 
     slope = (cost(1e-4) - cost(-1e-4)) / 2e-4
-    np.testing.assert_allclose(step.foretold, -slope / 2, rtol=1e-4)
+    np.testing.assert_allclose(step.predicted, -slope / 2, rtol=1e-4)
 
 
 def test_the_gradient_alone_is_that_of_the_whole_system(light_capped, trial):

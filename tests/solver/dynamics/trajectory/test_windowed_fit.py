@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.force_prediction.demand_gains import demanded_ground
+from solver.dynamics.force_prediction.demand_gains import required_ground
 from solver.dynamics.trajectory.frame_spans import teaching_spans
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
@@ -35,7 +35,7 @@ def trials(crane, crane_q):
         columns[10:30, 2, 1] = k
         counts = np.ones(FRAMES, dtype=bool)
         counts[: 5 * k] = False  # the first one teaches
-        recorded = demanded_ground(true, motion) - columns @ TRUE_X
+        recorded = required_ground(true, motion) - columns @ TRUE_X
         made.append(TrialData(observed, recorded, counts, motion, extra_columns_ground=columns))
     return made
 

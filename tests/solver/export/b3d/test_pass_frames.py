@@ -81,8 +81,8 @@ def test_the_centre_of_mass_moves_as_its_derivatives_say(moved, frames):
 def test_forces_and_residual_accelerate_the_mass(fit, frames):
     """Newton's law, in the ground frame and in the root's: m (a − g) = Σ f + what is missing."""
     mass = fit.skeleton.mass
-    demanded = mass * frames.com_acc - frames.ground_contact_force
-    np.testing.assert_allclose(demanded, fit.trials[0].dynamics.residual_root[:, :3], atol=1e-8)
+    required = mass * frames.com_acc - frames.ground_contact_force
+    np.testing.assert_allclose(required, fit.trials[0].dynamics.residual_root[:, :3], atol=1e-8)
     in_root_frame = mass * frames.root_frame_com_acc - frames.root_frame_ground_contact_force
     np.testing.assert_allclose(in_root_frame, frames.root_frame_residual[:, 3:], atol=1e-8)
 

@@ -121,6 +121,7 @@ def test_its_torques_are_ours(sample, model):
         assert np.abs(theirs).max() > 1000
 
 
+@pytest.mark.slow
 def test_our_walk_obeys_newton_and_the_review(real_data, tmp_path):
     fit = solve(open_subject(real_data / "walk_rajagopal2015"), Settings())
     write_b3d(fit_to_b3d(fit), tmp_path / "walk.b3d")

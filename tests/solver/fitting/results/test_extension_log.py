@@ -17,7 +17,7 @@ from solver.fitting.results.extension_log import (
 )
 
 CAUSES = (Cause("clock_offset", "all", {"offset_s": (0.01, 0.001)}), Cause("carried_mass", "torso", {}))
-MADE_OF = {"sha256 trials/walk/markers.trc": "abc", "mass_kg": "70.0"}
+MADE_FROM = {"sha256 trials/walk/markers.trc": "abc", "mass_kg": "70.0"}
 
 
 @pytest.fixture
@@ -37,9 +37,11 @@ def test_nothing_is_accepted_before_anybody_decides(tmp_path):
 
 
 def test_an_extension_comes_back_as_it_was(tmp_path, extension):
-    made = accept(tmp_path / "results", extension, by="Zoë", made_of=MADE_OF, left_out=("marker_slip LTOE",))
+    made = accept(
+        tmp_path / "results", extension, by="Zoë", made_from=MADE_FROM, left_out=("marker_slip LTOE",)
+    )
     decision, back = accepted(tmp_path / "results")
-    assert (decision.by, decision.left_out, decision.made_of) == ("Zoë", ("marker_slip LTOE",), MADE_OF)
+    assert (decision.by, decision.left_out, decision.made_from) == ("Zoë", ("marker_slip LTOE",), MADE_FROM)
     assert abs(decision.when - datetime.now(UTC)) < timedelta(minutes=1)
     assert decision.causes == CAUSES == back.causes
     assert made.wrenches == decision.wrenches
@@ -51,11 +53,11 @@ def test_an_extension_comes_back_as_it_was(tmp_path, extension):
 
 
 def test_the_last_decision_holds_and_none_is_lost(tmp_path, extension):
-    accept(tmp_path, extension, by="Anna", made_of=MADE_OF)
-    reject(tmp_path, CAUSES, by="Bo", made_of=MADE_OF)
+    accept(tmp_path, extension, by="Anna", made_from=MADE_FROM)
+    reject(tmp_path, CAUSES, by="Bo", made_from=MADE_FROM)
     assert accepted(tmp_path) is None
     other = Extension(CAUSES[:1], np.ones(1), np.ones(1))
-    accept(tmp_path, other, by="Anna", made_of=MADE_OF)
+    accept(tmp_path, other, by="Anna", made_from=MADE_FROM)
     assert accepted(tmp_path)[1].fingerprint == other.fingerprint
     assert [(d.kind, d.by) for d in decisions(tmp_path)] == [
         ("accept", "Anna"),
@@ -65,12 +67,12 @@ def test_the_last_decision_holds_and_none_is_lost(tmp_path, extension):
 
 
 def test_a_line_that_a_killed_run_left_unfinished_was_never_decided(tmp_path, extension):
-    accept(tmp_path, extension, by="Anna", made_of=MADE_OF)
-    reject(tmp_path, CAUSES, by="Bo", made_of=MADE_OF)
+    accept(tmp_path, extension, by="Anna", made_from=MADE_FROM)
+    reject(tmp_path, CAUSES, by="Bo", made_from=MADE_FROM)
     whole = (tmp_path / FILE).read_bytes()
     (tmp_path / FILE).write_bytes(whole[:-7])
     assert accepted(tmp_path)[0].by == "Anna"
-    reject(tmp_path, CAUSES, by="Cy", made_of=MADE_OF)
+    reject(tmp_path, CAUSES, by="Cy", made_from=MADE_FROM)
     assert [d.by for d in decisions(tmp_path)] == ["Anna", "Cy"]
 
 
@@ -82,7 +84,7 @@ def test_a_spoilt_log_says_where(tmp_path, line):
 
 
 def test_missing_wrenches_are_named(tmp_path, extension):
-    made = accept(tmp_path, extension, by="Anna", made_of=MADE_OF)
+    made = accept(tmp_path, extension, by="Anna", made_from=MADE_FROM)
     (tmp_path / made.wrenches).unlink()
     with pytest.raises(ResultsError, match=made.wrenches):
         accepted(tmp_path)
@@ -96,23 +98,23 @@ def test_fingerprints_tell_extensions_apart(extension):
 def test_a_rejection_beside_what_is_accepted_changes_no_later_solve(tmp_path, extension):
     clock, load = ((cause.id, cause.target) for cause in CAUSES)
     first = Extension(CAUSES[:1], np.ones(1), np.ones(1))
-    accept(tmp_path, first, by="Anna", made_of=MADE_OF)
+    accept(tmp_path, first, by="Anna", made_from=MADE_FROM)
     reject_beside(tmp_path, CAUSES[1:], by="Bo")
     decision, held = accepted(tmp_path)
     assert held.fingerprint == first.fingerprint
-    assert (decision.causes, decision.rejected, decision.made_of) == (CAUSES[:1], CAUSES[1:], MADE_OF)
+    assert (decision.causes, decision.rejected, decision.made_from) == (CAUSES[:1], CAUSES[1:], MADE_FROM)
     told = standings(decisions(tmp_path))
     assert {key: (s.kind, s.by) for key, s in told.items()} == {
         clock: ("accept", "Anna"),
         load: ("reject", "Bo"),
     }
-    reject(tmp_path, CAUSES, by="Cy", made_of=MADE_OF)
+    reject(tmp_path, CAUSES, by="Cy", made_from=MADE_FROM)
     told = standings(decisions(tmp_path))
     assert {key: s.by for key, s in told.items()} == {clock: "Cy", load: "Bo"}  # Bo's word was so before
 
 
 def test_a_log_of_before_single_causes_were_decided_is_read(tmp_path, extension):
-    accept(tmp_path, extension, by="Anna", made_of=MADE_OF)
+    accept(tmp_path, extension, by="Anna", made_from=MADE_FROM)
     line = json.loads((tmp_path / FILE).read_text())
     del line["rejected"]
     (tmp_path / FILE).write_text(json.dumps(line) + "\n")

@@ -11,7 +11,7 @@ from solver.capture.subject.subject import open_subject
 from solver.common.errors import CaptureError
 from solver.common.progress import silent
 from solver.fitting.pipeline import solve
-from solver.fitting.results.room import fit_size
+from solver.fitting.results.disk_space import fit_size
 from solver.fitting.results.store import save_fit
 from solver.fitting.settings import settings_for
 

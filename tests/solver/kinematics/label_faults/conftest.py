@@ -1,4 +1,4 @@
-"""A made-up body that swings its joints, with the markers of the crane."""
+"""A synthetic body that swings its joints, with the markers of the crane."""
 
 import numpy as np
 import pytest

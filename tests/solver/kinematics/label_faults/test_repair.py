@@ -1,4 +1,4 @@
-"""A trial whose labels are put right before the fit: what changes, what stays, and what is told."""
+"""A trial whose labels are corrected before the fit: what changes, what stays, and what is told."""
 
 from dataclasses import replace
 
@@ -50,13 +50,13 @@ def spoilt(swinging):
 
 
 def test_a_sound_trial_is_the_same_object(repaired, swinging):
-    capture, mended, faults = repaired(swinging.positions_ground, swinging.rate)
-    assert mended is capture
+    capture, exchanged, faults = repaired(swinging.positions_ground, swinging.rate)
+    assert exchanged is capture
     assert faults == ()
 
 
 def test_both_kinds_are_repaired_noted_and_nothing_else_moves(repaired, spoilt, swinging):
-    capture, mended, (ghost, swap) = repaired(spoilt, swinging.rate)
+    capture, exchanged, (ghost, swap) = repaired(spoilt, swinging.rate)
     assert (swap.labels, swap.start, swap.end, swap.done, swap.frames) == (
         ("M0", "M2"),
         100,
@@ -65,17 +65,17 @@ def test_both_kinds_are_repaired_noted_and_nothing_else_moves(repaired, spoilt, 
         60,
     )
     assert (ghost.labels, ghost.start, ghost.end, ghost.done, ghost.frames) == (("M8",), 30, 60, MASKED, 30)
-    assert mended.notes == ("read", ghost.note, swap.note)
+    assert exchanged.notes == ("read", ghost.note, swap.note)
     expected = swinging.positions_ground.copy()
     expected[GHOST] = np.nan
-    np.testing.assert_array_equal(mended.markers.positions_ground[:, :0:-1], expected)
-    np.testing.assert_array_equal(mended.markers.positions_ground[:, 0], 5.0)
+    np.testing.assert_array_equal(exchanged.markers.positions_ground[:, :0:-1], expected)
+    np.testing.assert_array_equal(exchanged.markers.positions_ground[:, 0], 5.0)
     assert np.isfinite(capture.markers.positions_ground).all()  # as recorded
 
 
 def test_what_is_repaired_needs_no_repair(repaired, spoilt, swinging):
-    _, mended, _ = repaired(spoilt, swinging.rate)
-    _, again, faults = repaired(mended.markers.positions_ground[:, :0:-1], swinging.rate)
+    _, exchanged, _ = repaired(spoilt, swinging.rate)
+    _, again, faults = repaired(exchanged.markers.positions_ground[:, :0:-1], swinging.rate)
     assert faults == ()
     assert again.notes == ("read",)
 
@@ -83,12 +83,12 @@ def test_what_is_repaired_needs_no_repair(repaired, spoilt, swinging):
 def test_switched_off_only_a_persons_word_counts(repaired, spoilt, swinging):
     assert repaired(spoilt, swinging.rate, settings=OFF)[2] == ()
     word = Exchange("walk", ("M0", "M2"), 100, 160)
-    _, mended, (swap,) = repaired(
+    _, exchanged, (swap,) = repaired(
         spoilt, swinging.rate, settings=OFF, accepted=[word, Exchange("run", ("M0", "M3"), 0, 9)]
     )
     assert swap.accepted
-    assert "accepted" in mended.notes[-1]
-    np.testing.assert_array_equal(mended.markers.positions_ground[:, -1], swinging.positions_ground[:, 0])
+    assert "accepted" in exchanged.notes[-1]
+    np.testing.assert_array_equal(exchanged.markers.positions_ground[:, -1], swinging.positions_ground[:, 0])
 
 
 def test_what_a_person_exchanged_is_not_found_once_more(repaired, spoilt, swinging):

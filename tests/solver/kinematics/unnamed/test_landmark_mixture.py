@@ -37,7 +37,7 @@ def test_a_place_that_another_marker_has_is_believed_less(mixture):
     assert context[2, order.index("heel_r")] < context[0, order.index("heel_r")] / 7
 
 
-def test_a_place_whose_twin_is_marked_is_believed_more(mixture):
+def test_a_place_whose_counterpart_is_marked_is_believed_more(mixture):
     both, order = share_of(mixture, "knee_lateral_r", "knee_lateral_l", "asis_r")
     one, _ = share_of(mixture, "knee_lateral_r", "asis_l", "asis_r")
     knee = order.index("knee_lateral_r")

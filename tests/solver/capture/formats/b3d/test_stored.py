@@ -8,7 +8,7 @@ from solver.capture.formats.b3d.stored import stored_passes
 
 
 @pytest.mark.real
-def test_the_file_of_2023_is_put_right(real_data):
+def test_the_file_of_2023_is_corrected_causes(real_data):
     """Newton, from the file's own acceleration, forces and mass: the same residual force as is read."""
     path = real_data / "b3d" / "results.b3d"
     if not path.is_file():
@@ -23,8 +23,8 @@ def test_the_file_of_2023_is_put_right(real_data):
         mass, wrench = b3d.header.mass_kg, np.array(frames.ground_contact_wrench)
         force = wrench.reshape(len(wrench), -1, 6)[..., 3:].sum(axis=1)[1:-1]
         acceleration = np.diff(np.array(frames.com_pos), 2, axis=0) / step**2
-        demanded = mass * (acceleration + np.array([0.0, 9.81, 0.0])) - force
-        off = np.abs(found.force_N[1:-1] - np.linalg.norm(demanded, axis=1))[2:-2]
+        required = mass * (acceleration + np.array([0.0, 9.81, 0.0])) - force
+        off = np.abs(found.force_N[1:-1] - np.linalg.norm(required, axis=1))[2:-2]
         assert np.median(off) < 0.1 * mass * 9.81
         assert np.median(found.force_N[3:-3]) < 0.5 * mass * 9.81
 

@@ -14,6 +14,7 @@ from solver.skeleton.forward import ForwardKinematics, marker_positions
 TRUSTING = TrajectorySettings(marker_robust_scale_m=1e3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shared", [0.0, 1.5])
 def test_gauss_newton_is_that_of_dense_rows(case, shared):
     observed, rate = case.data.observed_ground, case.data.start.rate

@@ -56,7 +56,7 @@ def test_inertias_that_are_kept_have_no_place_in_the_vector(case):
     assert inertias.cost(shared) > 0
 
 
-def test_twins_both_weigh(crane):
+def test_counterparts_both_weigh(crane):
     """A step of φ that two arms share moves the body's mass by both."""
     arm, shoulder = crane.bodies[5], crane.joints[5]
     axes = tuple(replace(axis, coordinate="arm_angle_l") for axis in shoulder.axes)

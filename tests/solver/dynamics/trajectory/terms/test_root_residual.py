@@ -23,9 +23,9 @@ def test_gauss_newton_is_that_of_dense_rows(case):
         q, v, a = (at.basis.evaluate(at.coefficients, order) for order in range(3))
         acting = data.wrench_ground + data.extra_wrench_ground + data.extra_columns_ground @ at.shared.x
         skeleton = case.inertias.skeleton_at(at.shared.phi)
-        demanded = momentum_terms(RigidBodyModel(skeleton), q, v, a, np.zeros_like(acting))
-        wrench = demanded.residual
-        wrench[:, 3:] += np.cross(demanded.com_ground, wrench[:, :3])
+        required = momentum_terms(RigidBodyModel(skeleton), q, v, a, np.zeros_like(acting))
+        wrench = required.residual
+        wrench[:, 3:] += np.cross(required.com_ground, wrench[:, :3])
         wrench = wrench - acting
         centre = root_centre(root_joint(skeleton), at.kinematics.poses(q))
         wrench[:, 3:] -= np.cross(centre, wrench[:, :3])

@@ -1,0 +1,75 @@
+"""Which frames' forces are held out together: blocks in six layouts, whole steps in three."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool
+
+from solver.common.runs import runs
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
+
+BLOCKS, STEPS = "blocks", "steps"
+LAYOUTS = (*((BLOCKS, number) for number in range(6)), *((STEPS, number) for number in range(3)))
+_STEPS_EVERY = 3  # likewise one in three: left and right ones in turn
+_STANCE_S = (0.08, 1.5)  # shorter ones are no steps but noise on a plate, longer ones are standing
+
+
+def hold_out_blocks(
+    counts: Bool[np.ndarray, " frames"], rate: float, settings: TrajectorySettings, number: int = 0
+) -> Bool[np.ndarray, " frames"]:
+    """Every k-th block of frames with known forces, never the first nor the last one.
+
+    Whole blocks, because a frame's neighbours know its force; a block is as long as a step's half. From
+    layout to layout the blocks move by a sixth of their distance. So all layouts together hold out every
+    frame between the first and the last block; twice, where one block in three is held out.
+
+    Args:
+        counts: frames whose forces are known.
+        rate: [Hz].
+        settings: length and distance of the blocks.
+        number: of the layout, from 0 to 5.
+    """
+    held_out = np.zeros(len(counts), dtype=bool)
+    known = np.flatnonzero(counts)
+    length, period = max(1, round(settings.held_out_block_s * rate)), settings.held_out_every
+    first = length + round(number * length * period / _count(BLOCKS))
+    end = len(known) - length
+    for start in range(first, end - (length + 1) // 2 + 1, period * length):
+        held_out[known[start : min(start + length, end)]] = True
+    return held_out
+
+
+def hold_out_steps(
+    counts: Bool[np.ndarray, " frames"], in_contact: Bool[np.ndarray, "frames feet"], rate: float, number: int
+) -> Bool[np.ndarray, " frames"]:
+    """Every third stance of either foot, from touch-down to take-off, in the order of touch-down.
+
+    Only stances whose forces are all known and which begin and end within the recording.
+
+    Args:
+        counts: frames whose forces are known.
+        in_contact: by the plates.
+        rate: [Hz].
+        number: of the layout, from 0 to 2.
+    """
+    held_out = np.zeros(len(counts), dtype=bool)
+    for start, end in _stances(counts, in_contact, rate)[number::_STEPS_EVERY]:
+        held_out[start:end] = True
+    return held_out
+
+
+def _stances(
+    counts: Bool[np.ndarray, " frames"], in_contact: Bool[np.ndarray, "frames feet"], rate: float
+) -> Sequence[tuple[int, int]]:
+    shortest, longest = (limit * rate for limit in _STANCE_S)
+    found = []
+    for foot in in_contact.T:
+        for start, end in runs(foot):
+            inside = start > 0 and end < len(counts)
+            if inside and shortest <= end - start <= longest and counts[start - 1 : end + 1].all():
+                found.append((start, end))
+    return sorted(found)
+
+
+def _count(kind: str) -> int:
+    return sum(other == kind for other, _ in LAYOUTS)

@@ -1,0 +1,158 @@
+"""What forces are predicted where nobody knows them: the prediction fit, made of fitted trials."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.ndimage import uniform_filter1d
+
+from solver.dynamics.cross_validation.held_out import HeldOut
+from solver.dynamics.cross_validation.hidden_steps import frames_of
+from solver.dynamics.force_prediction.learnt_terms import LearntTerms
+from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
+from solver.dynamics.force_prediction.prediction_fit import Predicted, predicted
+from solver.dynamics.root_wrench import about_point
+from solver.dynamics.trajectory.extension import Extension
+from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
+from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
+from solver.fitting.fit import Groundwork, TrialFit
+from solver.fitting.settings import Settings
+from solver.kinematics.motion import Motion
+from solver.skeleton.skeleton import Skeleton
+
+PASSAGE_S = 0.1  # to either side of a border, from the fit's motion to the prediction fit's
+
+
+def learnt_before(fits: Sequence[TrialFit], groundwork: Groundwork, settings: Settings) -> LearntTerms | None:
+    """What a re-solve need not learn anew; None where it has to.
+
+    A few frames more or fewer change little of what repeats in every step. Where many have changed since
+    hidden blocks chose the kinds of terms, or other trials take part, blocks are asked again.
+
+    Args:
+        fits: that take part, with contacts and mask.
+        groundwork: of the former solve.
+        settings: of both.
+    """
+    begun = all(fit.spline is not None and fit.prediction_spline is not None for fit in fits)
+    known = {fit.capture.name: fit.forces_known for fit in fits}
+    if groundwork.learnt is None or not begun or known.keys() != groundwork.learnt_on.keys():
+        return None
+    then = {name: frames_of(list(groundwork.learnt_on[name]), len(now)) for name, now in known.items()}
+    changed = sum(int((then[name] != now).sum()) for name, now in known.items())
+    before = sum(int(frames.sum()) for frames in then.values())
+    return groundwork.learnt if changed <= settings.prediction.kinds_last * before else None
+
+
+def prediction_fit_of(
+    fits: Sequence[TrialFit],
+    data: Sequence[TrialData],
+    result: TrajectoryFit | None,
+    skeleton: Skeleton,
+    settings: Settings,
+    *,
+    extension: Extension | None,
+    learnt: LearntTerms | None = None,
+    chosen: Sequence[str] | None = None,
+) -> Predicted | None:
+    """The prediction fit of a trajectory fit; None where settings do without.
+
+    Args:
+        fits: with contacts.
+        data: that the fit was given.
+        result: of that fit; None: the prediction fit begins where an earlier one ended.
+        skeleton: that it began with.
+        settings: of every stage.
+        extension: what acts beside the recorded forces.
+        learnt: by that earlier prediction fit.
+        chosen: kinds of terms that are known to predict better; None: hidden blocks choose.
+    """
+    if not settings.prediction.enabled:
+        return None
+    trials = []
+    for i, (fit, own) in enumerate(zip(fits, data, strict=True)):
+        assert fit.contacts is not None
+        begun = (
+            replace(own, spline=fit.prediction_spline)
+            if result is None
+            else replace(own, spline=None, initial=result.motions[i])
+        )
+        trials.append(PredictionTrial(begun, fit.contacts.foot_bodies, fit.contacts.in_contact))
+    extra = None
+    if extension is not None and extension.parameters is not None:
+        extra = extension.parameters if result is None else ExtraParameters(extension.prior_std, result.extra)
+    return predicted(
+        skeleton,
+        trials,
+        settings.trajectory,
+        settings.prediction,
+        phi=None if result is None else result.phi,
+        extra=extra,
+        learnt=learnt,
+        chosen=chosen,
+    )
+
+
+def with_predicted(
+    data: Sequence[TrialData], result: TrajectoryFit | None, prediction_fit: Predicted
+) -> list[TrialData]:
+    """The same trials for a fit that is held, where forces are missing, by the predicted ones.
+
+    Without them the motion would change its mind at the borders of what is known, and be noisier beyond.
+    Where the two motions are far apart, the fit's own may lie in a valley of the cost without a way to the
+    predicted forces; so where forces are missing, the search may begin at the prediction fit's.
+
+    Args:
+        data: of the fit so far.
+        result: of it; the search goes on there, or at the prediction's motion if that costs less. None: where
+            the data say.
+        prediction_fit: of that fit.
+    """
+    if result is None:
+        return [
+            replace(own, predicted_ground=wrench)
+            for own, wrench in zip(data, prediction_fit.wrenches_ground, strict=True)
+        ]
+    held = []
+    for i, (own, wrench) in enumerate(zip(data, prediction_fit.wrenches_ground, strict=True)):
+        between = _predicted_where_missing(result.motions[i], prediction_fit.motions[i], own.counts)
+        held.append(replace(own, predicted_ground=wrench, spline=result.splines[i], other_start=between))
+    return held
+
+
+def _predicted_where_missing(
+    fit: Motion, prediction_fit: Motion, known: Bool[np.ndarray, " frames"]
+) -> Motion:
+    """The prediction's motion where forces are missing, the fit's elsewhere, and a passage between them."""
+    frames = 1 + 2 * max(1, round(PASSAGE_S * fit.rate))
+    share = np.clip(2 * uniform_filter1d((~known).astype(float), frames), 0.0, 1.0)[:, None]
+    return replace(fit, q=fit.q + share * (prediction_fit.q - fit.q))
+
+
+def misses_a_force(fit: TrialFit) -> bool:
+    """Whether torques of the trial rest on a wrench that nobody measured."""
+    return fit.mask is not None and not fit.mask.counts.all()
+
+
+def predicted_held_out(
+    held_out: HeldOut,
+    fit: TrialFit,
+    prediction_fit: Predicted,
+    wrench_ground: Float[np.ndarray, "frames 6"],
+    root_ground: Float[np.ndarray, "frames 3"],
+) -> HeldOut:
+    """The held-out blocks judged by what the prediction fit predicts; the fit's own motion beside it.
+
+    Args:
+        held_out: judged by the fit's own motion.
+        fit: with contacts.
+        prediction_fit: blind to the blocks.
+        wrench_ground: that it predicts for this trial.
+        root_ground: the root joint's centre [m], that residuals are about.
+    """
+    assert fit.contacts is not None
+    missed = about_point(wrench_ground - fit.contacts.wrench_ground.sum(axis=1), root_ground)
+    return replace(
+        held_out, residual_root=missed, motion_only_root=held_out.residual_root, learnt=prediction_fit.kinds
+    )
