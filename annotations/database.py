@@ -164,8 +164,8 @@ class Database:
 
 def _damaged(cause: str) -> str:
     return (
-        f"the review log is damaged ({' '.join(cause.split())}). Put a whole copy of the file back, or move "
-        "it away and bring its edits back from the log of a session (addb-viewer restore). "
+        f"the review log is damaged ({' '.join(cause.split())}). Move the file away, "
+        "and put a whole copy back from a backup; without one, the review begins anew. "
         "`fit --ignore-review` goes on without what was flagged"
     )
 

@@ -1,4 +1,4 @@
-"""What recordings and reports cost: CPU time and size of each, and what live logging adds to a solve."""
+"""What recordings and reports cost: CPU time and size of each."""
 
 import argparse
 import tempfile
@@ -11,21 +11,16 @@ import numpy as np
 
 from addb_viewer.recordings.mcap_recording import write_mcap
 from addb_viewer.recordings.rrd_recording import write_rrd
-from addb_viewer.recordings.session_log import SessionLog
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.subject_page import write_report
 from addb_viewer.trial_view.recording import Recording, recording_of
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
-from solver.capture.subject.subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
-from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
-from solver.simulate.demo import write_demo_subject
-from solver.skeleton.bones import body_meshes
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.skeleton import Skeleton
@@ -36,29 +31,22 @@ BUDGET, REPORT_BUDGET = "1 s of CPU, 8 MB", "5 MB"
 
 
 def recordings_speed_table() -> str:
-    """One trial of 2000 frames, 60 markers and the default body's 22 segments; and a live log of the demo."""
+    """One trial of 2000 frames, 60 markers and the default body's 22 segments."""
     fit = synthetic_fit()
     with tempfile.TemporaryDirectory(dir=".") as scratch:  # where recordings would lie, not in memory
         folder = Path(scratch)
         recording = recording_of(fit)
-        live = _live(fit, folder)
         rows = [
             ("collecting what is to be written", _cpu(lambda: recording_of(fit)), None),
             _row(".rrd", recording, folder / "trial.rrd", write_rrd),
             _row(".mcap", recording, folder / "trial.mcap", write_mcap),
             _report(recording, folder / "report.html"),
-            ("session log: a fit, beside the trial as measured", *live),
         ]
-        solved, reports, written = live_share(folder / "demo")
     head = "| | CPU [s] | size [MB] |\n|---|---|---|\n"
     body = "\n".join(
         f"| {what} | {cpu:.2f} | {'' if size is None else f'{size / 1e6:.1f}'} |" for what, cpu, size in rows
     )
-    logged = (
-        f"Live, the demo's walk solved in {solved:.1f} s of CPU: the solver's reports add "
-        f"{100 * reports / solved:.2f} % while it works, the fit's writing {written:.2f} s afterwards."
-    )
-    return f"{head}{body}\n\n{logged}"
+    return f"{head}{body}"
 
 
 def synthetic_fit() -> Fit:
@@ -111,29 +99,6 @@ def synthetic_fit() -> Fit:
     return Fit(subject, skeleton, (trial,), skeleton.mass, 1.72, settings=as_dict(Settings()))
 
 
-def live_share(folder: Path) -> tuple[float, float, float]:
-    """What a session log adds to the demo's solve: CPU time [s] of solve, its reports, and the fit's writing.
-
-    The time inside the log's calls is taken, because two solves differ by more than they take.
-    """
-    write_demo_subject(folder, np.random.default_rng(1), trials=("walk",))
-    subject = open_subject(folder)
-    reports = 0.0
-    with SessionLog.begin(folder / "results", subject.name) as log:
-
-        def report(stage: str, fraction: float) -> None:
-            nonlocal reports
-            reports += _cpu(lambda: log.progress(stage, fraction), 1)
-
-        began = time.process_time()
-        fit = solve(subject, Settings(), progress=report)
-        spent = time.process_time() - began - reports
-        for trial in fit.trials:
-            log.capture(trial.capture)  # in the app, when the trial is opened
-        meshes = body_meshes(fit.skeleton).meshes  # in the app, loaded for the screen
-        return spent, reports, _cpu(lambda: log.fit(fit, meshes=meshes), 1)
-
-
 def _with_markers(skeleton: Skeleton, count: int) -> Skeleton:
     """The default markers, and copies beside them until there are so many."""
     own = list(skeleton.markers)
@@ -162,14 +127,6 @@ def _row(
 def _report(recording: Recording, file: Path) -> tuple[str, float, int]:
     seconds = _cpu(lambda: write_report(SubjectReport(recording), file), 3)
     return f"report ({REPORT_BUDGET} aimed at)", seconds, file.stat().st_size
-
-
-def _live(fit: Fit, folder: Path) -> tuple[float, int]:
-    meshes = body_meshes(fit.skeleton).meshes
-    with SessionLog.begin(folder, "trial") as log:
-        log.capture(fit.trials[0].capture)
-        seconds = _cpu(lambda: log.fit(fit, meshes=meshes), 1)
-    return seconds, log.file.stat().st_size
 
 
 def _cpu(work: Callable[[], object], repeats: int = REPEATS) -> float:

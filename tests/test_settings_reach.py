@@ -52,10 +52,6 @@ FALLS_BACK = {
     ): "files by themselves, which no subject is about",
     ("solver/export/conversion/convert.py", "read_marker_file"): "likewise",
     ("addb_viewer/api/recording.py", "vertical_axis"): "arrays are checked before they are a subject",
-    (
-        "addb_viewer/recordings/session_log.py",
-        "unfitted_replay",
-    ): "it draws what was measured; what was fitted, with its settings, comes after it",
 }
 
 READS_THEM = {"job_for": "where none are handed over, it reads the subject's own"}

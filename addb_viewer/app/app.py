@@ -158,7 +158,6 @@ def start(
     host: str = "127.0.0.1",
     port: int = 8080,
     results: Path | None = None,
-    log: Path | None = None,
 ) -> ReviewApp:
     """Open a subject, or a folder of several, in the app and return at once.
 
@@ -167,16 +166,14 @@ def start(
         host: address to listen on; others than the loopback ask browsers for a token.
         port: wished for; the next free one is taken when it's not.
         results: folder of the fit; inside the subject's folder by default.
-        log: file that the session is written down in.
 
     Raises:
         KeyFileError: the user's file of keys cannot be used.
-        CaptureError, ResultsError: the folder, or the fit of the first subject, cannot be read; or the log
-            cannot be made.
+        CaptureError, ResultsError: the folder, or the fit of the first subject, cannot be read.
         AddressError: the host is no address of this machine.
     """
     commands = chosen_commands()
-    trials = TrialQueue(OpenSubjects(open_root(folder), results, log))
+    trials = TrialQueue(OpenSubjects(open_root(folder), results))
     first = _first_of(trials)
     access = Access.of(host)
     server = open_server(host, port, access)
@@ -204,17 +201,13 @@ def serve(
     host: str = "127.0.0.1",
     port: int = 8080,
     results: Path | None = None,
-    log: Path | None = None,
 ) -> None:
     """Show subjects in the browser until Ctrl+C; prints the address. Arguments as for `start`."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ended kindly, as by Ctrl+C: all is closed
-    app = start(folder, host, port, results, log)
+    app = start(folder, host, port, results)
     where = address(app.server, app.access)
     taken = f"Port {port} is taken. " if port and app.server.get_port() != port else ""
     print(f"{taken}The app is at {where} (Ctrl+C ends it).", flush=True)
-    for shared in app.subjects.loaded:
-        if shared.log is not None:
-            print(f"The session is logged in {shared.log.file}.", flush=True)
     if _has_display():
         webbrowser.open(where)
     try:

@@ -134,16 +134,6 @@ COMMANDS = (
         "Write a page that says how good a fit is, on which frames, and why not on others.",
     ),
     ListedCommand(
-        "recover",
-        "recover:recover",
-        "Write a whole MCAP file with everything that can be read of one whose writer was killed.",
-    ),
-    ListedCommand(
-        "restore",
-        "recover:restore",
-        "Put the edits that a session log holds into the subject's review, those that it lacks.",
-    ),
-    ListedCommand(
         "flag",
         "flag:flag",
         "Flag frames of a trial whose force is missing or wrong; the next fit leaves it out.",

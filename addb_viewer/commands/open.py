@@ -16,21 +16,9 @@ Root = Annotated[
 ]
 
 
-Log = Annotated[
-    Path | None,
-    typer.Option(
-        "--log",
-        metavar="FILE",
-        help="Write down what happens, as MCAP; a new file, one a subject where there are several.",
-        dir_okay=False,
-    ),
-]
-
-
 def open_subject(
     root: Root,
     out: Out = None,
-    log: Log = None,
     host: Host = DEFAULT_HOST,
     port: Port = DEFAULT_PORT,
     debug: Debug = False,
@@ -42,11 +30,11 @@ def open_subject(
     with errors_as_lines(debug):
         root = subject_folder_of(root)
         check_folder(root)
-        serve_app(root, host, port, out, log)
+        serve_app(root, host, port, out)
 
 
-def serve_app(root: Path, host: str, port: int, results: Path | None = None, log: Path | None = None) -> None:
+def serve_app(root: Path, host: str, port: int, results: Path | None = None) -> None:
     """Serve the app until it is stopped; the address is printed."""
     from addb_viewer.app.app import serve  # noqa: PLC0415 (a second of imports that no other command needs)
 
-    serve(root, host, port, results, log)
+    serve(root, host, port, results)

@@ -1,7 +1,6 @@
 """An MCAP file being written: channels by topic, small chunks, attachments."""
 
 import json
-import threading
 from collections.abc import Mapping
 from typing import IO, Any
 
@@ -12,12 +11,12 @@ from mcap_protobuf.schema import build_file_descriptor_set
 
 from addb_viewer.recordings.mcap_schemas import schema_text
 
-CHUNK_BYTES = 64 * 1024  # before compression: what a kill may cost at most
+CHUNK_BYTES = 64 * 1024  # before compression
 PROFILE, LIBRARY = "", "addb-viewer"
 
 
 class McapFile:
-    """Takes messages from any thread, in any order of their times."""
+    """Takes messages in any order of their times."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         """Begin a file.
@@ -25,7 +24,7 @@ class McapFile:
         Args:
             stream: open for writing; stays open when the file is finished.
         """
-        self._stream, self._lock = stream, threading.Lock()
+        self._stream = stream
         self._writer = Writer(stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
         self._writer.start(profile=PROFILE, library=LIBRARY)
         self._schemas: dict[str, int] = {}
@@ -60,45 +59,34 @@ class McapFile:
             content: of it.
             time_ns: when it was made [ns].
         """
-        with self._lock:
-            self._writer.add_attachment(time_ns, time_ns, name, kind, content.encode())
+        self._writer.add_attachment(time_ns, time_ns, name, kind, content.encode())
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write names and values that belong to the whole file."""
-        with self._lock:
-            self._writer.add_metadata(name, dict(values))
-
-    def flush(self) -> None:
-        """Close the chunk in progress: what was written so far survives a kill of the program."""
-        with self._lock:
-            self._writer.flush()
+        self._writer.add_metadata(name, dict(values))
 
     def finish(self) -> None:
         """Write the index; nothing can be added any more."""
-        with self._lock:
-            self._writer.finish()
-            self._stream.flush()
+        self._writer.finish()
+        self._stream.flush()
 
     def _write(self, topic: str, time_ns: int, data: bytes) -> None:
-        with self._lock:
-            count = self._counts[topic] = self._counts.get(topic, -1) + 1
-            self._writer.add_message(self._channels[topic], time_ns, data, time_ns, count)
+        count = self._counts[topic] = self._counts.get(topic, -1) + 1
+        self._writer.add_message(self._channels[topic], time_ns, data, time_ns, count)
 
     def _open_binary(self, topic: str, kind: type[Message]) -> None:
         name = kind.DESCRIPTOR.full_name
-        with self._lock:
-            if name not in self._schemas:
-                described = build_file_descriptor_set(kind).SerializeToString()
-                self._schemas[name] = self._writer.register_schema(name, SchemaEncoding.Protobuf, described)
-            self._channels[topic] = self._writer.register_channel(
-                topic, MessageEncoding.Protobuf, self._schemas[name]
-            )
+        if name not in self._schemas:
+            described = build_file_descriptor_set(kind).SerializeToString()
+            self._schemas[name] = self._writer.register_schema(name, SchemaEncoding.Protobuf, described)
+        self._channels[topic] = self._writer.register_channel(
+            topic, MessageEncoding.Protobuf, self._schemas[name]
+        )
 
     def _open_json(self, topic: str, title: str) -> None:
-        with self._lock:
-            if title not in self._schemas:
-                text = schema_text(title)
-                self._schemas[title] = self._writer.register_schema(title, SchemaEncoding.JSONSchema, text)
-            self._channels[topic] = self._writer.register_channel(
-                topic, MessageEncoding.JSON, self._schemas[title]
-            )
+        if title not in self._schemas:
+            text = schema_text(title)
+            self._schemas[title] = self._writer.register_schema(title, SchemaEncoding.JSONSchema, text)
+        self._channels[topic] = self._writer.register_channel(
+            topic, MessageEncoding.JSON, self._schemas[title]
+        )

@@ -1,4 +1,4 @@
-"""MCAP files of a fit, made after the fact: every trial on its own clock, below its own name."""
+"""MCAP files of a fit: every trial on its own clock, below its own name."""
 
 import json
 from collections.abc import Mapping
@@ -45,7 +45,7 @@ def write_mcap(recording: Recording, file: Path) -> Path:
         mcap = McapFile(stream)
         first = min(float(record.replay.times[0]) for record in recording.trials)
         origin_ns = max(0, -int(nanoseconds(np.array(first))))  # times of a file cannot be negative
-        write_about(mcap, recording.subject, recording.fit.provenance.get(PROGRAM, ""), origin_ns)
+        _write_about(mcap, recording.subject, recording.fit.provenance.get(PROGRAM, ""), origin_ns)
         for record in recording.trials:
             topics = TrialTopics(mcap, record.replay, origin_ns)
             write_capture(topics, record.replay)
@@ -53,13 +53,13 @@ def write_mcap(recording: Recording, file: Path) -> Path:
             if recording.diagnosis is not None:
                 write_causes(topics, record.replay.name, recording.diagnosis)
         for edit in recording.edits:
-            write_edit(mcap, edit, origin_ns)
+            _write_edit(mcap, edit, origin_ns)
         first_trial = recording.trials[0]
-        for step in recording.steps or stages_of(first_trial.figures, first_trial.costs):
-            write_step(mcap, step, origin_ns + int(step.seconds * 1e9))
-        attach_fit(mcap, recording.fit, origin_ns)
+        for step in stages_of(first_trial.figures, first_trial.costs):
+            _write_step(mcap, step, origin_ns + int(step.seconds * 1e9))
+        _attach_fit(mcap, recording.fit, origin_ns)
         for record in recording.trials:
-            attach_review(mcap, record, origin_ns)
+            _attach_review(mcap, record, origin_ns)
         if recording.diagnosis is not None:
             text = json.dumps(recording.diagnosis, indent=2, ensure_ascii=False)
             mcap.attach("diagnosis.json", "application/json", text, origin_ns)
@@ -67,19 +67,19 @@ def write_mcap(recording: Recording, file: Path) -> Path:
     return file
 
 
-def write_about(mcap: McapFile, subject: str, version: str, origin_ns: int) -> None:
-    """Say whose file it is, and when it begins: in a recording, when its trials' clocks read zero.
+def _write_about(mcap: McapFile, subject: str, version: str, origin_ns: int) -> None:
+    """Say whose file it is, and when its trials' clocks read zero.
 
     Args:
         mcap: open.
         subject: the subject's name.
-        version: of the program that made the fit; empty in a session, whose fits may differ.
+        version: of the program that made the fit; empty where it is not known.
         origin_ns: in the file's time [ns].
     """
     mcap.metadata(ABOUT, {"subject": subject, PROGRAM: version, "clock_zero_ns": str(origin_ns)})
 
 
-def write_edit(mcap: McapFile, edit: Edit, time_ns: int) -> None:
+def _write_edit(mcap: McapFile, edit: Edit, time_ns: int) -> None:
     """Write a line of the review log."""
     kind, content = encoded(edit.event)
     told = {"number": edit.number, "trial": edit.trial, "author": edit.author}
@@ -87,14 +87,14 @@ def write_edit(mcap: McapFile, edit: Edit, time_ns: int) -> None:
     mcap.record(EDITS_TOPIC, time_ns, EDIT, told | when)
 
 
-def write_step(mcap: McapFile, step: SolverStep, time_ns: int) -> None:
+def _write_step(mcap: McapFile, step: SolverStep, time_ns: int) -> None:
     """Write a report of the solver."""
     values: Mapping[str, float] = step.values
     told = {"stage": step.stage, "fraction": step.fraction, "seconds": step.seconds, "values": dict(values)}
     mcap.record(PROGRESS_TOPIC, time_ns, PROGRESS, told)
 
 
-def attach_fit(mcap: McapFile, fit: Fit, time_ns: int) -> None:
+def _attach_fit(mcap: McapFile, fit: Fit, time_ns: int) -> None:
     """Put a fit's settings, model, figures and provenance into the file."""
     mcap.attach("settings.toml", "application/toml", as_toml(from_dict(fit.settings)), time_ns)
     try:
@@ -107,7 +107,7 @@ def attach_fit(mcap: McapFile, fit: Fit, time_ns: int) -> None:
     mcap.attach("provenance.json", "application/json", made_from, time_ns)
 
 
-def attach_review(mcap: McapFile, record: TrialRecord, time_ns: int) -> None:
+def _attach_review(mcap: McapFile, record: TrialRecord, time_ns: int) -> None:
     """Put a trial's `review.json` into the file: true where a foot's force does not count."""
     text = json.dumps({KEY: list(record.missing)})
     mcap.attach(f"{file_of(record.replay.name)}/review.json", "application/json", text, time_ns)

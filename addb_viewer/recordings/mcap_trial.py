@@ -47,17 +47,15 @@ DECIMALS = 6  # of JSON numbers in SI units: micrometres, micronewtons
 class TrialTopics:
     """Where a trial's messages go, and when its frames are."""
 
-    def __init__(self, file: McapFile, replay: Replay, origin_ns: int = 0, below: str = "") -> None:
+    def __init__(self, file: McapFile, replay: Replay, origin_ns: int) -> None:
         """Place a trial's frames in a file's time.
 
         Args:
             file: open.
             replay: the trial.
             origin_ns: time in the file at which the recording's clock reads zero [ns].
-            below: what tells several fits of the trial apart, in topics and frames; empty for the only one.
         """
-        self.file, self.origin_ns = file, origin_ns
-        self.name = "/".join(filter(None, (file_of(replay.name), below)))
+        self.file, self.name = file, file_of(replay.name)
         self.seconds = replay.times
         self.times_ns = [origin_ns + int(t) for t in nanoseconds(replay.times)]
 
@@ -128,7 +126,7 @@ def write_fit(
         flag = {"trial": replay.name, "range": [start, end], "foot": foot, "reason": reason}
         file.record(topics.topic("flags"), times[start], FLAG, flag | {"source": replay.forces.source_of(k)})
     for line in lines:
-        write_line(topics, line)
+        _write_line(topics, line)
     figures = {"trial": replay.name, "figures": dict(record.figures)}
     file.record(topics.topic("metrics"), times[0], METRICS, figures)
 
@@ -148,7 +146,7 @@ def write_causes(topics: TrialTopics, trial: str, diagnosis: Mapping[str, Any]) 
                 topics.file.record(topics.topic("causes"), topics.times_ns[start], CAUSE, cause)
 
 
-def write_line(topics: TrialTopics, line: Line) -> None:
+def _write_line(topics: TrialTopics, line: Line) -> None:
     """Write a line of the log at its frame."""
     time_ns = topics.times_ns[line.frame]
     level = Log.WARNING if line.is_warning else Log.INFO

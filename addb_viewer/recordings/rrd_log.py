@@ -43,7 +43,7 @@ def write_log(stream: RrdStream, record: TrialRecord, recording: Recording) -> N
         stream.columns((LOG,), columns, frames=np.array([line.frame for line in lines]))
     page = rr.TextDocument(summary_page(record, recording), media_type=rr.MediaType.MARKDOWN)
     stream.static((SUMMARY,), page)
-    _steps(stream, recording.steps or stages_of(record.figures, record.costs))
+    _steps(stream, stages_of(record.figures, record.costs))
 
 
 def _lane(stream: RrdStream, lane: Lane) -> None:

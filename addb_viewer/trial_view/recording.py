@@ -10,7 +10,6 @@ from jaxtyping import Float
 
 from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay
-from addb_viewer.trial_view.solver_steps import SolverStep
 from annotations.events import Edit
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.fitting.dynamics_stage import before_forces
@@ -18,7 +17,7 @@ from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import from_dict
 from solver.fitting.summary import all_notes, summary
 from solver.fitting.torques_stage import filtered
-from solver.skeleton.bones import Bones, body_meshes
+from solver.skeleton.bones import body_meshes
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
@@ -49,7 +48,6 @@ class Recording:
     meshes: Mapping[str, trimesh.Trimesh]  # by body
     diagnosis: Mapping[str, Any] | None = None  # in the shape of `diagnose --json`
     edits: tuple[Edit, ...] = ()  # of the subject's review
-    steps: tuple[SolverStep, ...] = ()  # of the solve, where somebody watched it
     notes: tuple[str, ...] = field(default=())
 
     @property
@@ -65,8 +63,6 @@ def recording_of(
     previous: Fit | None = None,
     diagnosis: Mapping[str, Any] | None = None,
     edits: Sequence[Edit] = (),
-    steps: Sequence[SolverStep] = (),
-    meshes: Mapping[str, trimesh.Trimesh] | None = None,
 ) -> Recording:
     """Collect what a recording of a fit needs.
 
@@ -76,10 +72,8 @@ def recording_of(
         previous: what to compare it with; None: with what the markers alone said.
         diagnosis: the one that is kept with the fit, if any.
         edits: of the subject's review.
-        steps: of the solve that made the fit.
-        meshes: of its bodies; None: they are loaded.
     """
-    bones = Bones(dict(meshes)) if meshes is not None else _bones(fit)
+    bones = body_meshes(fit.skeleton, fit.subject.folder / "Geometry")
     figures: Any = summary(fit)["trials"]
     by_name = {} if previous is None else {trial.capture.name: trial for trial in previous.trials}
     records = []
@@ -98,13 +92,8 @@ def recording_of(
         meshes=bones.meshes,
         diagnosis=diagnosis,
         edits=tuple(edits),
-        steps=tuple(steps),
         notes=(*all_notes(fit), *bones.notes),
     )
-
-
-def _bones(fit: Fit) -> Bones:
-    return body_meshes(fit.skeleton, fit.subject.folder / "Geometry")
 
 
 def _person(fit: Fit) -> BodySize:

@@ -1,39 +1,18 @@
-"""What a solver tells while it works, kept for a recording."""
+"""What a kept fit still knows of its solve, step by step."""
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from solver.common.progress import Progress, silent
-
 
 @dataclass(frozen=True)
 class SolverStep:
-    """One report: where the solver was, and when."""
+    """Where the solver was, and when."""
 
     stage: str
     fraction: float  # of the whole work, 0 to 1
     seconds: float  # since the solve began
     values: Mapping[str, float] = field(default_factory=dict)  # figures of the stage, each with its unit
-
-
-class StepLog:
-    """Progress that remembers every report, and passes it on."""
-
-    def __init__(self, progress: Progress = silent) -> None:
-        self._progress, self._began = progress, time.monotonic()
-        self._steps: list[SolverStep] = []
-
-    def __call__(self, stage: str, fraction: float) -> None:
-        """Take a report."""
-        self._steps.append(SolverStep(stage, fraction, time.monotonic() - self._began))
-        self._progress(stage, fraction)
-
-    @property
-    def steps(self) -> tuple[SolverStep, ...]:
-        """What was reported so far."""
-        return tuple(self._steps)
 
 
 def stages_of(figures: Mapping[str, Any], costs: Sequence[float] = ()) -> tuple[SolverStep, ...]:

@@ -88,11 +88,11 @@ def _answer(case: str, raw: Any, truth: Mapping[str, Any]) -> Answer:
 
 def _held_out(case: str, raw: Any, wanted: Mapping[str, Any]) -> dict[str, np.ndarray]:
     if not isinstance(raw, dict):
-        raise SubmissionError(f"{case}: held-out holds an object for each trial.")
+        raise SubmissionError(f"{case}: held_out holds an object for each trial.")
     found = {}
     for trial, series in raw.items():
         if trial not in wanted:
-            raise SubmissionError(f"{case}: held out.{trial}: no such trial; {', '.join(wanted)} is known.")
+            raise SubmissionError(f"{case}: held_out.{trial}: no such trial; {', '.join(wanted)} is known.")
         found[trial] = np.concatenate(
             [_rows(case, f"held_out.{trial}", key, series, wanted[trial]["frames"]) for key in SERIES], axis=1
         )

@@ -128,7 +128,7 @@ lively; then our error in the band and that of the marker fit at the cut-off tha
 
 Errors of whole trials; ours / unfiltered marker fit / marker fit at its best cut-off.
 
-{matched synthetics}
+{matched_synthetics}
 
 ### Lengths against models scaled by hand
 

@@ -11,8 +11,8 @@ from addb_viewer.jobs.stored_solves import stored_solves
 from tests.addb_viewer.conftest import MARKERS_ALONE
 from tests.addb_viewer.typed import COMMANDS, TYPED, run
 
-# what these need is not there: another reviewer, a table, a cause, a broken recording, a shared database
-NEED_MORE = {"accept", "agreement", "label", "recover", "redo", "reject", "restore", "share"}
+# what these need is not there: another reviewer, a table, a cause, a shared database
+NEED_MORE = {"accept", "agreement", "label", "redo", "reject", "share"}
 OF_THE_KEPT_FIT = {"export", "record", "report"}
 
 METHODS = {

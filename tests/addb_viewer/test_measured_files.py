@@ -59,12 +59,12 @@ FOR_ITSELF = {
     "addb_viewer/recordings/rerun_program.py",
     "addb_viewer/recordings/rrd_recording.py",
     "addb_viewer/recordings/rrd_server.py",
-    "addb_viewer/recordings/session_log.py",
     "annotations/private_copy.py",
     "annotations/review_json.py",
     "solver/capture/atomic.py",
     "solver/export/conversion/formats.py",
     "solver/fitting/results/store.py",
+    "solver/simulate/faults/files.py",
 }
 OPENS_TO_WRITE = re.compile(
     r"""write_(text|bytes)\(|open\([^)\n]*["'][wax]b?\+?["']|savefig\((?!draft|file)"""

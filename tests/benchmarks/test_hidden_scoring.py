@@ -151,17 +151,17 @@ def walk(**series):
         ({"probabilities": [1.0]}, "case_0000: probabilities is an object"),
         (RIGHT | {"certainty": 1}, "case_0000: key certainty is unknown"),
         (RIGHT | {"parameters": {"offset_s": None}}, "case_0000: parameters.offset_s is None"),
-        (RIGHT | {"held_out": {"run": {}}}, "case_0000: held out.run: no such trial"),
+        (RIGHT | {"held_out": {"run": {}}}, "case_0000: held_out.run: no such trial"),
         (
             RIGHT | {"held_out": {"walk": {"force_N": []}}},
-            r"case_0000: held out.walk.force_N is of shape \(0,\)",
+            r"case_0000: held_out.walk.force_N is of shape \(0,\)",
         ),
-        (walk(moment_Nm=[[0, 1]] * FRAMES), r"case_0000: held out.walk.moment_Nm is of shape \(4, 2\)"),
+        (walk(moment_Nm=[[0, 1]] * FRAMES), r"case_0000: held_out.walk.moment_Nm is of shape \(4, 2\)"),
         (
             walk(force_N=[[0, 1, 2]] * 3 + [[0, 1, float("nan")]]),
-            "held out.walk.force_N is not finite in row 3",
+            "held_out.walk.force_N is not finite in row 3",
         ),
-        (walk(force_N=[["a", 1, 2]] * FRAMES), "case_0000: held out.walk.force_N holds something"),
+        (walk(force_N=[["a", 1, 2]] * FRAMES), "case_0000: held_out.walk.force_N holds something"),
     ],
 )
 def test_a_malformed_answer_is_refused_by_case_and_key(tmp_path, answer, message):

@@ -11,7 +11,7 @@ from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.fitting.dynamics_stage import all_data, started
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings
-from solver.fitting.weighing_stage import weighed
+from solver.fitting.weighing_stage import estimate_mass_and_gains
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
 from tests.flagged import flagged
@@ -76,7 +76,7 @@ def given(fit):
     """Body and data of its trajectory fit."""
     (trial,) = fit.trials
     before = replace(trial, motion=trial.kinematics_only.motion)
-    told = weighed([before], fit.skeleton, WHOLE)
+    told = estimate_mass_and_gains([before], fit.skeleton, WHOLE)
     data = all_data([before], fit.groundwork.match, told, None)
     body = with_mass(fit.skeleton, told.mass_kg)
     return body, [started(data[0], before, body, WHOLE)]

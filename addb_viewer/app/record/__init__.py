@@ -1,1 +1,1 @@
-"""The Record tab: the fit as a file, and the log of the session."""
+"""The Record tab: the fit as a file."""

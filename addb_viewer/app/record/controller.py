@@ -1,4 +1,4 @@
-"""Recordings from one browser: files of the fit on the screen, and the log of the session."""
+"""Recordings from one browser: files of the fit on the screen."""
 
 from functools import partial
 from pathlib import Path
@@ -11,14 +11,14 @@ from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.record.panel import OPENED_WITH, SHOWN, build_record, log_html, written_html
+from addb_viewer.app.record.panel import OPENED_WITH, SHOWN, build_record, written_html
 from addb_viewer.app.solve.controller import stop
 from addb_viewer.app.subjects.shared_subject import RECORDING
 from addb_viewer.jobs.root_folder import leads_out
 from addb_viewer.trial_view.recording import ON_ONE_PAGE, file_of
 from solver.common.errors import SolverError
 
-FOLDER, SESSIONS = "recordings", "sessions"  # in the results folder
+FOLDER = "recordings"  # in the results folder
 KINDS = (".html", ON_ONE_PAGE, ".rrd", ".mcap")  # of files that the buttons write, in their order
 
 
@@ -33,7 +33,6 @@ class RecordController:
             button.on_click(notices.in_order("Recording", partial(self.write, kind)))
         self.panel.cancel.on_click(notices.in_order("Cancelling", self._cancel))
         self.panel.download.on_click(notices.in_order("Downloading", self.download))
-        self.panel.log.on_update(notices.in_order("Logging", lambda: self.log(self.panel.log.value)))
 
     def write(self, kind: str) -> None:
         """Write the fit on the screen into a file, in place of the one before.
@@ -53,20 +52,6 @@ class RecordController:
             raise SolverError("the file is not there any more")
         self.notices.client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
 
-    def log(self, on: bool) -> None:
-        """Begin or end the log of the session, for everybody who looks at this subject."""
-        try:
-            if on:
-                self.screen.shared.begin_log()
-            else:
-                self.screen.shared.end_log()
-        finally:
-            self.show()
-
-    def toggle_log(self) -> None:
-        """Begin the log, or end it."""
-        self.log(self.screen.shared.log is None)
-
     def show(self) -> None:
         """Put what lies on the disk, and what is being written, on the screen."""
         panel, shared = self.panel, self.screen.shared
@@ -79,9 +64,6 @@ class RecordController:
         if panel.which.options != names:
             panel.which.options = names
             put(panel.which, names[0])
-        put(panel.log, shared.log is not None)
-        ended = next(iter(_newest_first(shared.results / SESSIONS)), None)
-        panel.log_status.content = log_html(None if shared.log is None else shared.log.file, ended)
         self._progress(shared.jobs.progress)
 
     def progressed(self, progress: TaskProgress) -> None:

@@ -1,4 +1,4 @@
-"""The Record panel: the fit on the screen as a report or for other viewers, and the log of the session."""
+"""The Record panel: the fit on the screen as a report or for other viewers."""
 
 import html
 from collections.abc import Sequence
@@ -29,8 +29,6 @@ class RecordPanel:
     written: viser.GuiHtmlHandle
     which: viser.GuiDropdownHandle[str]
     download: viser.GuiButtonHandle
-    log: viser.GuiCheckboxHandle
-    log_status: viser.GuiHtmlHandle
 
     @property
     def writing(self) -> tuple[viser.GuiButtonHandle, ...]:
@@ -40,47 +38,41 @@ class RecordPanel:
 
 def build_record(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> RecordPanel:
     """Lay out the panel; nothing is bound to anything yet."""
-    with tab:
-        with gui.add_folder("The fit on the screen as a file"):
-            trials = gui.add_dropdown("Trials", (ALL, SHOWN))
-            report = gui.add_button(
-                "Write a report (.html)",
-                icon=viser.Icon.REPORT,
-                hint="One page to hand over: usable frames, bounds, diagnosis, and the motion to play",
-            )
-            one_page = gui.add_button(
-                "Write the form on one page (.html)",
-                icon=viser.Icon.FILE_CHECK,
-                hint="One A4 page for a folder: what is usable, bounds, causes, who reviewed, a line to sign",
-            )
-            rrd = gui.add_button(
-                "Write for rerun (.rrd)",
-                icon=viser.Icon.TIMELINE,
-                hint="Scene, residuals, flags, causes, before and after",
-            )
-            mcap = gui.add_button(
-                "Write for Foxglove (.mcap)",
-                icon=viser.Icon.FILE_EXPORT,
-                hint="The same, with settings, model and review attached",
-            )
-            bar = gui.add_progress_bar(0.0, visible=False, animated=True)
-            status = gui.add_html("", visible=False)
-            cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
-            written = gui.add_html("")
-            which = gui.add_dropdown("File", ("–",), visible=False)
-            download = gui.add_button(
-                "Download",
-                icon=viser.Icon.DOWNLOAD,
-                visible=False,
-                color="gray",
-                hint="To the machine of this browser",
-            )
-        with gui.add_folder("Log of the session"):
-            log = gui.add_checkbox("Write it", False, hint="For all who look at this subject")
-            log_status = gui.add_html("")
-    return RecordPanel(
-        trials, report, one_page, rrd, mcap, cancel, bar, status, written, which, download, log, log_status
-    )
+    with tab, gui.add_folder("The fit on the screen as a file"):
+        trials = gui.add_dropdown("Trials", (ALL, SHOWN))
+        report = gui.add_button(
+            "Write a report (.html)",
+            icon=viser.Icon.REPORT,
+            hint="One page to hand over: usable frames, bounds, diagnosis, and the motion to play",
+        )
+        one_page = gui.add_button(
+            "Write the form on one page (.html)",
+            icon=viser.Icon.FILE_CHECK,
+            hint="One A4 page for a folder: what is usable, bounds, causes, who reviewed, a line to sign",
+        )
+        rrd = gui.add_button(
+            "Write for rerun (.rrd)",
+            icon=viser.Icon.TIMELINE,
+            hint="Scene, residuals, flags, causes, before and after",
+        )
+        mcap = gui.add_button(
+            "Write for Foxglove (.mcap)",
+            icon=viser.Icon.FILE_EXPORT,
+            hint="The same, with settings, model and review attached",
+        )
+        bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+        status = gui.add_html("", visible=False)
+        cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
+        written = gui.add_html("")
+        which = gui.add_dropdown("File", ("–",), visible=False)
+        download = gui.add_button(
+            "Download",
+            icon=viser.Icon.DOWNLOAD,
+            visible=False,
+            color="gray",
+            hint="To the machine of this browser",
+        )
+    return RecordPanel(trials, report, one_page, rrd, mcap, cancel, bar, status, written, which, download)
 
 
 OPENED_WITH = {
@@ -116,22 +108,3 @@ def written_html(files: Sequence[Path], refused: Sequence[Path] = ()) -> str:
         )
     place = html.escape(str(files[0].parent))
     return boxed(f"<div style='{BREAKS}'>In {place}:</div>{''.join(rows)}") + links
-
-
-def log_html(file: Path | None, ended: Path | None) -> str:
-    """Where the session is written down, and what to do with the file.
-
-    Args:
-        file: that grows now; None: nothing is written.
-        ended: the last one of this subject that was closed, if any.
-    """
-    if file is not None:
-        size = f" ({file.stat().st_size / MEGABYTE:.1f} MB)" if file.exists() else ""
-        return boxed(
-            f"<div style='{BREAKS}'><b>Writing</b> {html.escape(str(file))}{size}</div>"
-            "<div style='margin-top:.4em'>After a kill, <b>addb-viewer recover FILE</b> makes a whole file "
-            "of it.</div>"
-        )
-    what = "Trials that are opened, fits, edits, diagnoses and the solver's progress, as they happen: MCAP."
-    last = "" if ended is None else f"<div style='{BREAKS}'>The last one: {html.escape(str(ended))}</div>"
-    return boxed(f"<div>{what}</div>{last}")

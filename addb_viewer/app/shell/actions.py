@@ -86,7 +86,6 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "record_rrd": partial(s.recording.write, ".rrd"),
         "record_mcap": partial(s.recording.write, ".mcap"),
         "curves_csv": s.curves.write,
-        "log": s.recording.toggle_log,
         "diagnose": s.diagnosis.diagnose,
         "accept": s.diagnosis.accept,
         "reject": s.diagnosis.reject,

@@ -104,7 +104,6 @@ COMMANDS = (
     Command("Record the fit for rerun", "record_rrd"),
     Command("Record the fit as MCAP", "record_mcap"),
     Command("Write the curves as CSV", "curves_csv"),
-    Command("Log the session, or no longer", "log"),
     Command("Fit the view to the person", "view_person", ("V",)),
     Command("View from the front", "view_front"),
     Command("View from the side", "view_side"),

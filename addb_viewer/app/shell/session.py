@@ -201,7 +201,6 @@ class Session:
             self.memory.place = (self._shared.name, name)
             self.people.go(self.page, self.memory.place)
             self.show_queue()
-            self._shared.opened(name)
             if not self._looked:  # later trials are seen from where the reviewer went
                 self.view("Reset")
             fit(self.client, self.scene.extent(self.frame))
@@ -278,10 +277,6 @@ class Session:
         """Show the queue, and who is where, as they are now."""
         self.queue.draw()
         self.bar.show()
-
-    def show_log(self) -> None:
-        """Show whether the session is written down."""
-        self.recording.show()
 
     def close(self) -> None:
         """The browser has gone: end its threads and forget it."""

@@ -31,9 +31,6 @@ class Showing(Protocol):
     def show_queue(self) -> None:
         """Rows of the queue, or who is where, are others now."""
 
-    def show_log(self) -> None:
-        """The session's log began or ended."""
-
 
 class Updates:
     """Listens to the subject on the screen, and to the queue, for one session."""
@@ -89,10 +86,6 @@ class Updates:
             waits, self._queue_waits = self._queue_waits, True
         if not waits:
             self.session.notices.do("Showing the queue", self._show_queue)
-
-    def log_changed(self) -> None:
-        """The session's log began or ended."""
-        self.session.notices.do("Showing the log", self.session.show_log)
 
     def _show_queue(self) -> None:
         with self._lock:

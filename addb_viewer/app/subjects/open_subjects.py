@@ -1,6 +1,5 @@
 """The opened folder's subjects: those that somebody looks at, or just did, are in memory."""
 
-import itertools
 import threading
 import time
 from collections import OrderedDict
@@ -11,9 +10,7 @@ from addb_viewer.app.subjects.library import Library, library_of
 from addb_viewer.app.subjects.people import People
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.jobs.root_folder import RootFolder
-from addb_viewer.trial_view.recording import file_of
 from solver.capture.capture import Subject
-from solver.common.errors import ResultsError
 from solver.common.memory_release import release_memory
 from solver.fitting.results.store import default_folder
 
@@ -27,21 +24,14 @@ AT_WORK = 3  # and of those whose work nobody waits for; it keeps what it has do
 class OpenSubjects:
     """Loads subjects when somebody looks at them, and closes those that nobody does."""
 
-    def __init__(self, root: RootFolder, results: Path | None = None, log: Path | None = None) -> None:
+    def __init__(self, root: RootFolder, results: Path | None = None) -> None:
         """Load nothing yet.
 
         Args:
             root: the opened folder.
             results: folder of the fit; inside the subject's folder by default.
-            log: file that the session is written down in, one a subject where there are several; None: only
-                where somebody asks for it on the page.
-
-        Raises:
-            ResultsError: the log's folder is not there.
         """
-        if log is not None and not log.absolute().parent.is_dir():
-            raise ResultsError(f"{log}: no such folder; name the log in one that is there")
-        self.root, self.results, self._log = root, results, log
+        self.root, self.results = root, results
         self.people = People()
         self.read: Callable[[str], Subject] = root.subject
         self._lock = threading.RLock()
@@ -80,8 +70,6 @@ class OpenSubjects:
             if shared is None:
                 library = self._read_already(name) or library_of(self.read(name), self.results)
                 shared = SharedSubject(name, library, self.people)
-                if self._log is not None:
-                    shared.begin_log(self._log_file(name, self._log))
             self._loaded[name] = shared
         return shared
 
@@ -143,10 +131,3 @@ class OpenSubjects:
             loaded, self._loaded = list(self._loaded.values()), {}
         for shared in loaded:
             shared.close()
-
-    def _log_file(self, name: str, wished: Path) -> Path:
-        """A file that is not there yet: what was logged before is never written over."""
-        stem = f"{wished.stem} {file_of(name)}" if self.several else wished.stem
-        names = (stem if k == 1 else f"{stem} {k}" for k in itertools.count(1))
-        files = (wished.with_name(each + (wished.suffix or ".mcap")) for each in names)
-        return next(file for file in files if not file.exists())

@@ -11,7 +11,6 @@ from addb_viewer.app.jobs.what_if import WhatIf
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.app.subjects.people import People
-from addb_viewer.app.subjects.session_log_writer import SessionLogWriter
 from addb_viewer.app.subjects.shown_fits import ShownFits
 from addb_viewer.app.subjects.subject_review import SubjectReview
 from addb_viewer.jobs.stored_solves import Solve
@@ -50,9 +49,6 @@ class SubjectListener(Protocol):
     def told(self, title: str, body: str) -> None:
         """Something happened that all should know."""
 
-    def log_changed(self) -> None:
-        """The session's log began or ended."""
-
 
 class SharedSubject:
     """One subject of the root."""
@@ -68,8 +64,6 @@ class SharedSubject:
         self._people = people or People()
         self.name, self.subject = name, library.subject
         self._listeners: list[SubjectListener] = []
-        self._opened: set[str] = set()  # trials that somebody has looked at
-        self._log: SessionLogWriter | None = None
         self._lock = threading.RLock()
         self.fits = ShownFits(library, self._fit_came)
         self.what_if = self._asking()
@@ -106,7 +100,6 @@ class SharedSubject:
         self.fits.close()
         self.jobs.close()
         self.what_if.close()
-        self.end_log()
         self.reviews.close()
 
     def solve(self, author: str) -> None:
@@ -180,47 +173,6 @@ class SharedSubject:
             arguments += ["--trial", trial]
         self._start(Task(RECORDING, "starting", RECORD_WORKER, tuple(arguments), author))
 
-    @property
-    def log(self) -> SessionLogWriter | None:
-        """The log of the session, while one is written."""
-        return self._log
-
-    def begin_log(self, file: Path | None = None) -> None:
-        """Write down from now on what happens; nothing changes where that is done already.
-
-        Args:
-            file: new; None: one below the results folder, named after the time.
-
-        Raises:
-            ResultsError: the file cannot be made.
-        """
-        from addb_viewer.recordings.session_log import SessionLog  # noqa: PLC0415 (slow to load)
-
-        with self._lock:
-            if self._log is not None:
-                return
-            name = self.subject.name
-            log = SessionLog(file, name) if file is not None else SessionLog.begin(self.results, name)
-            self._log = SessionLogWriter(log, self.reviews.since, self._log_failed)
-            for trial in sorted(self._opened):
-                self._log.opened(trial, self.fits.shown, self.fits.compared)
-        self._tell(lambda listener: listener.log_changed())
-
-    def end_log(self) -> None:
-        """Close the log, if one is written."""
-        with self._lock:
-            log, self._log = self._log, None
-        if log is not None:
-            log.close()
-            self._tell(lambda listener: listener.log_changed())
-
-    def opened(self, trial: str) -> None:
-        """Somebody looks at a trial."""
-        with self._lock:
-            self._opened.add(trial)
-            if self._log is not None:
-                self._log.opened(trial, self.fits.shown, self.fits.compared)
-
     def answer(self, trial: str, thread: CommentThread, text: str, author: str) -> None:
         """Answer a comment; those who spoke in the talk are told.
 
@@ -263,7 +215,6 @@ class SharedSubject:
         self._people.queue_changed()
 
     def _decided(self, solve: Solve, what: str, then: str, author: str) -> None:
-        self._note(f"the new solve is {what}")
         self._fit_replaced()
         if solve.by != author:
             self._people.tell(solve.by, f"{author} has {what} your solve {solve.number}", then)
@@ -289,10 +240,6 @@ class SharedSubject:
     def _fit_replaced(self) -> None:
         before, self.what_if = self.what_if, self._asking()
         before.close()
-        with self._lock:
-            if self._log is not None:
-                for trial in sorted(self._opened):
-                    self._log.opened(trial, self.fits.shown, self.fits.compared)
         self._tell(lambda listener: listener.fit_changed())
 
     def _edited(self, edits: Sequence[Edit]) -> None:
@@ -304,20 +251,9 @@ class SharedSubject:
                 ):
                     self._people.tell(name, title, body)
         self._tell(lambda listener: listener.edited(edits))
-        if self._log is not None:
-            self._log.edited()
 
     def _progressed(self, progress: TaskProgress) -> None:
-        if self._log is not None:
-            self._log.progressed(progress)
         self._tell(lambda listener: listener.progressed(progress))
-
-    def _note(self, text: str) -> None:
-        if self._log is not None:
-            self._log.note(text)
-
-    def _log_failed(self, error: Exception) -> None:
-        self._tell(lambda listener: listener.failed("Writing the log of the session", error))
 
     def _ended(self, task: Task, outcome: Outcome) -> None:
         if outcome.succeeded and task.doing == SOLVING:
@@ -332,10 +268,6 @@ class SharedSubject:
                 self.fits.take_in_held_out(task.arguments[-1])
             except (SolverError, OSError) as error:
                 outcome = Outcome(False, False, outcome.said, str(error))
-        if self._log is not None:
-            self._log.ended(task, outcome)
-            if outcome.succeeded and task.doing == DIAGNOSING:
-                self._log.diagnosed(self.results)
         self._tell(lambda listener: listener.ended(task, outcome))
         self._people.queue_changed()
         if outcome.succeeded and task.doing == SOLVING:

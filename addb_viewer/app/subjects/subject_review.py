@@ -76,11 +76,6 @@ class SubjectReview:
         with self._lock:
             return () if self._live is None else self._live.history(trial)
 
-    def since(self, number: int) -> tuple[Edit, ...]:
-        """Edits of all trials after one of them, in order; all after 0."""
-        with self._lock:
-            return () if self._live is None else self._live.since(number)
-
     def record(self, trial: str, event: Event, author: str) -> Edit:
         """Record an edit; it is on the disk, and everybody has heard of it, when this returns.
 

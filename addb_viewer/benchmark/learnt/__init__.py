@@ -1,1 +1,1 @@
-"""Predictors that learn, with PyTorch: the only room that knows it."""
+"""Predictors that learn, with PyTorch: the only package that knows it."""

@@ -5,7 +5,7 @@
     results/solve-3/subject.json     who was fitted, from which files, with which settings; where a re-solve
                                      begins
     results/solve-3/trials/NAME.npz  one trial's arrays
-    results/solve-3/held out.json    layouts of held-out forces that the fit was judged on, each when it came
+    results/solve-3/held_out.json    layouts of held-out forces that the fit was judged on, each when it came
 
 A solve is written into a hidden folder of its own. It gets its name, and `fit.json` is replaced in one
 step, after everything else lies on the disk: a run killed half-way leaves the previous fit whole. Writers

@@ -14,8 +14,6 @@ from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
 from addb_viewer.jobs.review_store import open_log
-from addb_viewer.recordings.mcap_recording import write_mcap
-from addb_viewer.trial_view.recording import recording_of
 from annotations.events import FlagRange, SetActivity, Undo
 from annotations.work import Comment
 from solver.capture.capture import Markers
@@ -23,7 +21,6 @@ from solver.capture.formats.storage import write_storage
 from solver.capture.formats.trc import write_trc
 from solver.capture.trial import read_trial
 from solver.fitting.provenance import provenance_of
-from solver.fitting.results.store import load_fit
 from solver.fitting.settings import as_dict
 
 TOML = """mass_kg = 72.6
@@ -51,8 +48,6 @@ COMMANDS = (
     ("markers", "SUBJECT"),
     ("undo", "SUBJECT", "walk", "--author", "me"),
     ("settings", "SUBJECT"),
-    ("recover", "SUBJECT/session.mcap", "--out", "SUBJECT/recovered.mcap"),
-    ("restore", "SUBJECT/session.mcap", "SUBJECT"),
     ("convert", "SUBJECT/walk.trc", "SUBJECT/converted.csv"),
     ("convert", "SUBJECT/walk_grf.mot", "SUBJECT/converted.sto"),
 )
@@ -63,13 +58,12 @@ OF_FILE = {  # which commands read it
     "_subject.json": (0, 1, 5),
     "review.json": (0, 2),
     "annotations.sqlite": (0, 1, 2, 3, 7),
-    "walk.trc": (0, 6, 11),
-    "walk_grf.mot": (0, 12),
+    "walk.trc": (0, 6, 9),
+    "walk_grf.mot": (0, 10),
     "results/fit.json": (4, 3, 0),
     "results/solve-1/skeleton.json": (4, 3, 0),
     "results/solve-1/subject.json": (4, 3, 0),
     "results/solve-1/trials/walk.npz": (4, 3, 0),
-    "session.mcap": (9, 10),
 }
 
 
@@ -105,9 +99,6 @@ def whole(small_fit, tmp_path, monkeypatch) -> Path:
     monkeypatch.setattr("addb_viewer.jobs.solving.solve", solve)
     ran = CliRunner().invoke(app, ["fit", str(folder)])
     assert ran.exit_code == 0, ran.output
-    fit = load_fit(folder / "results", folder)
-    with open_log(folder) as log:
-        write_mcap(recording_of(fit, edits=log.history()), folder / "session.mcap")
     return folder
 
 

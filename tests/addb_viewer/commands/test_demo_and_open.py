@@ -34,7 +34,7 @@ def test_open_hands_the_folder_to_the_app_on_this_machine_only(command_line, ser
     folder = command_line.subject.folder
     assert command_line("open", folder).exit_code == 0
     assert command_line("open", folder, "--host", "::1", "--port", "0", "--out", folder / "b").exit_code == 0
-    assert served == [(folder, "127.0.0.1", 8080, None, None), (folder, "::1", 0, folder / "b", None)]
+    assert served == [(folder, "127.0.0.1", 8080, None), (folder, "::1", 0, folder / "b")]
 
 
 def test_open_refuses_a_folder_that_is_not_there(command_line, served, tmp_path):

@@ -13,7 +13,7 @@ from tests.patience import FOR_EVER_S, PATIENCE_S
 SOLVE_THAT_WAITS = """
     import signal, sys, time
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    from addb_viewer import cli
+    from addb_viewer.commands import cli
     from addb_viewer.jobs import solving
 
     def solve(*_, progress, **__):

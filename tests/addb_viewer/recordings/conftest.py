@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from addb_viewer.trial_view.recording import recording_of
-from addb_viewer.trial_view.solver_steps import SolverStep
 from annotations.events import ClearRange, Edit, FlagRange, Undo
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
 from solver.contact.proposals import Proposal
@@ -143,6 +142,7 @@ def _trial(name, skeleton, q):
             motion=motion,
         ),
         kinematics_only=KinematicsOnly(alone, MarkerErrors(names, shifted)),
+        costs=(90.0, 12.5),
         seconds={"load": 0.1, "kinematics": 0.5, "dynamics": 1.5},
     )
 
@@ -177,5 +177,4 @@ def edits():
 @pytest.fixture
 def recording(make_fit, diagnosis, edits):
     """Of the trial `walk`, with everything that there may be."""
-    steps = (SolverStep("scaling", 0.2, 0.5), SolverStep("dynamics", 0.7, 2.0, {"cost": 12.5}))
-    return recording_of(make_fit("walk"), diagnosis=diagnosis, edits=edits, steps=steps)
+    return recording_of(make_fit("walk"), diagnosis=diagnosis, edits=edits)

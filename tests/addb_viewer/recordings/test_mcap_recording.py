@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.recordings.mcap_recording import write_mcap
 from addb_viewer.recordings.mcap_schemas import SCHEMAS
-from addb_viewer.recordings.restoring import edits_in
 from addb_viewer.trial_view.drawing import METRES_PER_NEWTON
 from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.solver_steps import stages_of
+from annotations import event_codec
 from solver.fitting.settings import Settings, as_toml, read_settings
 from solver.fitting.summary import summary
 from solver.skeleton.forward import body_poses
@@ -181,7 +182,7 @@ def test_plates_as_measured(read, replay):
         assert told["plates"][1]["foot"] is None
 
 
-def test_flags_causes_log_edits_and_progress(read, edits, tmp_path):
+def test_flags_causes_log_edits_and_progress(read, recording, edits):
     (flag,) = read.messages["/walk/flags"]
     assert (flag["range"], flag["foot"], flag["reason"]) == ([30, 36], "calcn_r", "notOverForcePlate")
     assert read.times["/walk/flags"] == [TIMES_NS[30]]
@@ -189,11 +190,15 @@ def test_flags_causes_log_edits_and_progress(read, edits, tmp_path):
     log = [(m.name, m.level, m.message) for m in read.messages["/walk/log"]]
     assert ("note", 2, "y is up") in log
     assert any(name == "flag" and level == 3 for name, level, _ in log)
-    assert edits_in(tmp_path / "walk.mcap") == edits
-    steps = read.messages["/solver/progress"]
-    assert [(s["stage"], s["fraction"], s["values"]) for s in steps] == [
-        ("scaling", 0.2, {}),
-        ("dynamics", 0.7, {"cost": 12.5}),
+    written = read.messages["/review/edits"]
+    assert [(e["number"], e["trial"], e["author"], e["made_at"]) for e in written] == [
+        (e.number, e.trial, e.author, e.made_at.isoformat()) for e in edits
+    ]
+    assert [event_codec.decoded(e["kind"], e["content"]) for e in written] == [e.event for e in edits]
+    (trial,) = recording.trials
+    assert read.messages["/solver/progress"] == [
+        {"stage": s.stage, "fraction": s.fraction, "seconds": s.seconds, "values": s.values}
+        for s in stages_of(trial.figures, trial.costs)
     ]
 
 

@@ -182,17 +182,13 @@ def test_the_log_says_what_was_flagged_named_and_edited(read):
 
 
 def test_the_solver_has_a_timeline_of_its_own(read):
-    assert read.frames("/solver/report", "TextLog:text") == [0, 1]
+    assert read.frames("/solver/report", "TextLog:text") == [0, 1, 2, 3, 4]
     texts = np.ravel(read.values("/solver/report", "TextLog:text"))
-    assert texts.tolist() == ["scaling, 20 %, 0.50 s", "dynamics, 70 %, 2.00 s, cost 12.5"]
+    assert texts[0] == "load, 5 %, 0.10 s"
+    assert texts[3] == "dynamics, iteration 1, 64 %, 1.35 s, cost 12.5"
     cost = np.ravel(read.values("/solver/cost"))
-    np.testing.assert_array_equal(cost, [np.nan, 12.5])
-
-
-def test_without_steps_it_tells_the_stages_of_the_kept_fit(make_fit, tmp_path):
-    reader = chunk.RrdReader(write_rrd(recording_of(make_fit("walk")), tmp_path / "walk.rrd"))
-    told = Read(reader, reader.recordings()[0]).values("/solver/seconds")
-    np.testing.assert_allclose(np.ravel(told), [0.1, 0.6, 2.1])
+    np.testing.assert_array_equal(cost, [np.nan, np.nan, 90.0, 12.5, np.nan])
+    np.testing.assert_allclose(np.ravel(read.values("/solver/seconds")), [0.1, 0.6, 0.6, 1.35, 2.1])
 
 
 def test_several_trials_are_as_many_recordings_each_with_its_layout(make_fit, tmp_path):

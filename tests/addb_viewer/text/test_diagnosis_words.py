@@ -212,11 +212,13 @@ def test_what_is_likelier_wrong_than_right_is_told_as_tentative():
         in beside
     )
     assert "one cause accounts for it: forces shifted in time" in beside
-    assert "LEAD 2 OF 2: wrong position of plate 2" in beside
+    assert "TENTATIVE CAUSE 2 OF 2: wrong position of plate 2" in beside
     assert "At fault: the recording." in beside
     assert "`addb-viewer accept` leaves it out" in beside
     alone = said(figures(effects=[guess]))
-    assert "no cause is likelier than all others together. A lead, likelier wrong than right" in alone
+    assert (
+        "no cause is likelier than all others together. A tentative cause, likelier wrong than right" in alone
+    )
     assert "for joint torques with care, before somebody has looked" in alone
     assert "At fault" not in alone
     assert "accept SUBJECT` makes every later fit correct" not in alone

@@ -29,7 +29,7 @@ from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 
 plain = Settings()  # a round is enough, all rounds hold the same
-once = replace(plain, trajectory=replace(plain.trajectory, iterations=1, held out=False))
+once = replace(plain, trajectory=replace(plain.trajectory, iterations=1, held_out=False))
 told = {}
 
 def before(skeleton, captures):

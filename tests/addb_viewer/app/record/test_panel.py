@@ -1,6 +1,6 @@
 """The Record panel's pieces of the page."""
 
-from addb_viewer.app.record.panel import log_html, written_html
+from addb_viewer.app.record.panel import written_html
 
 SPITEFUL = "<img src=x onerror=alert(1)>.rrd"
 
@@ -21,16 +21,3 @@ def test_names_are_shown_as_text(tmp_path):
     file = tmp_path / SPITEFUL
     file.touch()
     assert "<img" not in written_html([file])
-    assert "<img" not in log_html(file, None)
-    assert "<img" not in log_html(None, file)
-
-
-def test_a_log_says_whether_it_is_written_and_how_to_recover_it(tmp_path):
-    file = tmp_path / "now.mcap"
-    file.write_bytes(b"x" * 1_500_000)
-    page = log_html(file, None)
-    assert "Writing" in page
-    assert "1.5 MB" in page
-    assert "addb-viewer recover" in page
-    assert "Writing" not in log_html(None, file)
-    assert "now.mcap" in log_html(None, file)
