@@ -22,13 +22,13 @@ from addb_viewer import Plate, Subject
 from addb_viewer.api.fit import Fit
 from addb_viewer.api.recording import Recording, recording_from
 from benchmarks.recordings import data_folder, described_folders
+from benchmarks.sections import write_section
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.errors import SolverError
 from solver.fitting.settings import Settings
 
 PAGE = Path(__file__).with_name("ZOO.md")
-BEGIN, END = "<!-- made by python -m benchmarks.damages -->", "<!-- end of what it made -->"
 WINDOW_S = 2.0
 MOST_AT_ONCE = 6
 LONGEST_S = 300
@@ -349,9 +349,7 @@ def main() -> None:
     text = table([c for c in read_cases(chosen.out) if chosen.only in c.recording])
     print(text)
     if not chosen.only:
-        page = PAGE.read_text(encoding="utf-8")
-        head, rest = page.split(BEGIN) if BEGIN in page else (f"{page}\n## Random damage\n\n", END)
-        PAGE.write_text(f"{head}{BEGIN}\n\n{text}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+        write_section(PAGE, "damages", f"## Random damage\n\n{text}")
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from typing import Any
 
 from addb_viewer.jobs.solving import Job, job_for
 from benchmarks.recordings import data_folder, subjects
+from benchmarks.sections import write_section
 from solver.capture.capture import Subject
 from solver.common.errors import SolverError
 from solver.diagnosis.diagnose import diagnose
@@ -29,7 +30,6 @@ from solver.fitting.settings import as_dict
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "findings.md"
 KEPT = Path("build/findings")
-BEGIN, END = "<!-- made by python -m benchmarks.findings -->", "<!-- end of what it made -->"
 FORCE, MOMENT = "held_out_linear_residual_N", "held_out_angular_residual_Nm"
 HEAD = (
     "| recording | trials | verdict | causes | force N, before → after (95 %) | moment N·m "
@@ -200,9 +200,7 @@ def main() -> None:
     if chosen.only:
         print(table(found))
         return
-    text = PAGE.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    PAGE.write_text(f"{before}{BEGIN}\n\n{table(found)}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    write_section(PAGE, "findings", table(found))
 
 
 if __name__ == "__main__":

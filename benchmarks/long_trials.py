@@ -1,4 +1,4 @@
-"""Time and memory of a fit by the length of its trial, 120 to 100 000 frames, into LONG_TRIALS.md.
+"""Time and memory of a fit by the length of its trial, 120 to 100 000 frames, into PERFORMANCE.md.
 
 python -m benchmarks.long_trials --folder DIR                   goes on where it was stopped, then the page
 python -m benchmarks.long_trials --folder DIR --frames 100000   this length alone, then the page
@@ -19,6 +19,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from benchmarks.sections import write_section
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.subject.subject import open_subject
 from solver.fitting.pipeline import solve
@@ -32,17 +33,15 @@ from solver.simulate.subject_folder import write_subject
 from solver.simulate.treadmill import belt_under, belts, on_treadmill, read_belts
 from solver.simulate.trial import Scenario, simulate_trial
 
-PAGE = Path(__file__).parent / "LONG_TRIALS.md"
-PAGE_TEXT = """# Long trials
+PAGE = Path(__file__).parent / "PERFORMANCE.md"
+SECTION = """## A fit by the length of its trial
 
-{date}. Made by `python -m benchmarks.long_trials --folder DIR`: a simulated stride on a treadmill,
-repeated, with fresh marker noise; default body (37 degrees of freedom, {markers} markers, 22 bodies), 100
-Hz, plates at {plate_rate:g} Hz, every force known. CPU seconds of one core with one BLAS thread; memory
-is the most that the process held (resident), the program's own {own:.0f} MB included. A solve is reading,
-scaling, marker fit, trajectory fit, torques and the first layout of held-out forces. Writing and reading
-the results come after it, in the same process, which holds the solved fit too. "One round": a single
-iteration and nothing held out, which holds as much in less time. Residuals are RMS: a fault where windows
-meet would show in them. ¹ The fit that the solve had kept, by a process that had solved nothing itself.
+{date}, `python -m benchmarks.long_trials --folder DIR`: a simulated stride on a treadmill, repeated, with
+fresh marker noise; default body (37 degrees of freedom, {markers} markers), 100 Hz, plates at
+{plate_rate:g} Hz. CPU seconds of one core, one BLAS thread; memory is the most that the process held, the
+program's own {own:.0f} MB included. The solve includes the first layout of held-out forces; "one round" is a
+single iteration and nothing held out, which holds as much in less time. Residuals are RMS. ¹ By a process
+that had solved nothing.
 
 | frames | solve | per 1000 frames | peak | write | read | residual force | held-out |
 |---:|---:|---:|---:|---:|---:|---:|---:|
@@ -179,7 +178,7 @@ def _told(work: Callable[[], Result]) -> tuple[Result, float, float]:
     return result, seconds, int(line.split()[1]) / 1024
 
 
-def page(figures: Sequence[Figures]) -> str:
+def section(figures: Sequence[Figures]) -> str:
     """As Markdown."""
     rows = [
         f"| {f.frames} | {f.solve_s:.0f} s | {1000 * f.solve_s / f.frames:.1f} s | {f.solve_MB:.0f} MB "
@@ -188,7 +187,7 @@ def page(figures: Sequence[Figures]) -> str:
         f"| {f.residual_N:.1f} N | {'one round' if f.held_out_N is None else f'{f.held_out_N:.1f} N'} |"
         for f in figures
     ]
-    return PAGE_TEXT.format(
+    return SECTION.format(
         date=date.today().isoformat(),
         markers=len(MARKERS),
         plate_rate=QUIET.force_rate,
@@ -207,7 +206,7 @@ def _own_MB() -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure what is still missing, each length in a process of its own, and write the page."""
+    """Measure what is still missing, each length in a process of its own, and write the section."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--folder", type=Path, required=True, help="for subjects and figures")
     parser.add_argument("--frames", type=int, nargs="*", default=LENGTHS, help="lengths")
@@ -240,7 +239,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         told.write_text(output.splitlines()[-1])
         print(output.splitlines()[-1], flush=True)
     found = [Figures(**json.loads(file.read_text())) for file in given.folder.glob("*.json")]
-    PAGE.write_text(page(sorted(found, key=lambda f: f.frames)))
+    write_section(PAGE, "long_trials", section(sorted(found, key=lambda f: f.frames)))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Thirty subjects, two of them broken, fitted two at a time, killed twice and gone on with: into MANY.md.
+"""Thirty subjects, two of them broken, fitted two at a time, killed twice, gone on with: into PERFORMANCE.md.
 
 `python -m benchmarks.many_subjects --folder DIR` makes the subjects and goes on where it was stopped; with
 `--time` it then measures how much a second job saves.
@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.sections import write_section
 from solver.common.errors import SolverError
 from solver.fitting.results.store import load_fit
 from solver.simulate.demo import MARKERS, STATIC_MARKERS
@@ -30,7 +31,7 @@ from solver.simulate.person import Person, body_of
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
 
-PAGE = Path(__file__).parent / "MANY.md"
+PAGE = Path(__file__).parent / "PERFORMANCE.md"
 SUBJECTS = 30
 BROKEN = {"s07": "its description is cut off", "s19": "its markers end within a line"}
 TIMED = 6  # subjects in the comparison of one job with two
@@ -39,33 +40,20 @@ ALONE, ALL_OF_IT = "the command alone", "the command and its processes"
 KILLS = ((8, ALONE), (9, ALL_OF_IT))  # after how many subjects, and what is killed
 SETTLED_S = 3.0
 
-PAGE_TEXT = """# Many subjects at once
+SECTION = """## Many subjects at once
 
-{date}. Made by `python -m benchmarks.many_subjects --folder DIR --time`: {subjects} synthetic subjects of one
-second of walking each, of which two are broken: {broken}.
-
-## Killed and gone on with
-
-`addb-viewer fit ROOT --jobs 2 --quick`, ended with SIGKILL and started again with the same words. A subject
-whose fit was written when the command was killed, but whose line was not printed yet, is kept by the next
-run. Seconds are those of a busy machine.
-
+{date}, `python -m benchmarks.many_subjects --folder DIR --time`: {subjects} synthetic subjects of one second
+of walking each, two of them broken: {broken}.
+`addb-viewer fit ROOT --jobs 2 --quick` was ended with SIGKILL and started again with the same words:
 {runs}
 
-- Half written: {unreadable} fits; {drafts} unfinished files were left in the results folders at the end.
-- Fitted twice: {twice}. Kept fits that a later run wrote anew: {rewritten}.
-- The table at the end has {rows} rows: {fits} with a fit and {failed} failed, with the reason:
-
-{reasons}
-
-## What a second job saves
-
-{timing}
+- Half written: {unreadable} fits, {drafts} files. Fitted twice: {twice}. Kept fits written anew: {rewritten}.
+- The table at the end has {rows} rows: {fits} with a fit; {failed} failed, with the reason.
+- {timing}
 """
 
-TIMING_TEXT = """{subjects} of the subjects, `fit ROOT --quick --force`: `--jobs 1` takes {one:.0f} s on the
-clock, `--jobs 2` {two:.0f} s. The second job saves {saved:.0f} %. {cores} cores, one thread a process;
-both in real time (`chrt -r 1`), so that nothing else on the machine has a say."""
+TIMING_TEXT = """{subjects} subjects: {one:.0f} s on the clock with `--jobs 1`, {two:.0f} s with `--jobs 2`,
+  {saved:.0f} % less ({cores} cores, one thread a process; in real time, before all other programs)."""
 
 
 @dataclass(frozen=True)
@@ -201,8 +189,8 @@ def drafts_in(root: Path) -> list[str]:
     return found
 
 
-def page(root: Path, runs: Sequence[Run], table: Path, timing: str) -> str:
-    """MANY.md."""
+def section(root: Path, runs: Sequence[Run], table: Path, timing: str) -> str:
+    """As Markdown."""
     rows = json.loads(table.read_text())["subjects"]
     status = Counter(row["status"] for row in rows)
     fitted = Counter(name for run in runs for name in run.done)
@@ -212,7 +200,7 @@ def page(root: Path, runs: Sequence[Run], table: Path, timing: str) -> str:
         for name, written in before.fits.items()
         if after.fits[name] != written
     ]
-    return PAGE_TEXT.format(
+    return SECTION.format(
         date=date.today(),
         subjects=SUBJECTS,
         broken=", ".join(f"{name} ({why})" for name, why in BROKEN.items()),
@@ -224,11 +212,6 @@ def page(root: Path, runs: Sequence[Run], table: Path, timing: str) -> str:
         rows=len(rows),
         fits=status["done"] + status["kept"],
         failed=status["failed"],
-        reasons="\n".join(
-            f"  - {row['subject']}: {row['reason'].replace(f'{root}/', '')}"
-            for row in rows
-            if row["status"] == "failed"
-        ),
         timing=timing,
     )
 
@@ -254,7 +237,7 @@ def _seconds(root: Path, jobs: int) -> float:
 
 
 def main() -> None:
-    """Go on where it was stopped; write the page at the end."""
+    """Go on where it was stopped; write the section at the end."""
     arguments = argparse.ArgumentParser(prog="python -m benchmarks.many_subjects", description=__doc__)
     arguments.add_argument("--folder", type=Path, required=True, help="for the subjects; kept")
     arguments.add_argument("--time", action="store_true", help="measure what a second job saves (needs chrt)")
@@ -279,7 +262,8 @@ def main() -> None:
         for name in names[:TIMED]:
             shutil.copytree(root / name, few / name, ignore=shutil.ignore_patterns("results"))
         timing.write_text(timed(few))
-    PAGE.write_text(page(root, runs, table, timing.read_text() if timing.is_file() else "Not measured."))
+    told = timing.read_text() if timing.is_file() else "What a second job saves was not measured."
+    write_section(PAGE, "many_subjects", section(root, runs, table, told))
 
 
 if __name__ == "__main__":

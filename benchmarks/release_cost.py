@@ -1,10 +1,11 @@
-"""What a release costs: time by number of trials and of workers, memory, and by a trial's length: RELEASE.md.
+"""What a release costs: time by number of trials and of workers, memory, and by a trial's length.
 
     python -m benchmarks.release_cost --folder DIR [--trials 25 100] [--workers 1 2] [--lengths 120 500 2000]
                                       [--diagnosed 120 500] [--page]
 
 Every build is one measurement, kept in DIR/figures.json as soon as it is made: stopped at any time, the same
-words go on. `--page` writes the page from what is there, and from what `release_kills` kept in DIR/kills.
+words go on. `--page` writes the section of PERFORMANCE.md from what is there, and from what `release_kills`
+kept in DIR/kills.
 """
 
 import argparse
@@ -17,6 +18,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import date
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +27,10 @@ from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize
 from benchmarks.long_trials import write_repeated_walk
 from benchmarks.release_kills import Kills
 from benchmarks.release_kills import kept as kept_kills
+from benchmarks.sections import write_section
 from solver.capture.atomic import write_whole
 
-PAGE = Path(__file__).parent / "RELEASE.md"
+PAGE = Path(__file__).parent / "PERFORMANCE.md"
 EACH = 5  # trials of a subject
 CORPUS = CorpusOptions(1, seed=4, traps=False, actors=2, activities=("walk",), longest_s=1.2, takes=EACH)
 TERMS = ("--licence", "CC0-1.0", "--consent", "public", "--unreviewed")
@@ -57,7 +60,7 @@ class Build:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure what is asked and not there yet; write the page."""
+    """Measure what is asked and not there yet; write the section."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -79,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _keep(asked.folder, build)
         print(build, flush=True)
     if asked.page:
-        write_whole(PAGE, page(kept(asked.folder), kept_kills(asked.folder / "kills")))
+        write_section(PAGE, "release_cost", section(kept(asked.folder), kept_kills(asked.folder / "kills")))
 
 
 def kept(folder: Path) -> list[Build]:
@@ -128,59 +131,45 @@ def _keep(folder: Path, build: Build) -> None:
     write_whole(folder / FIGURES, json.dumps([asdict(one) for one in [*kept(folder), build]], indent=1))
 
 
-PAGE_TEXT = """# What a release costs
+SECTION = """## What a release costs
 
-{date}. Made by `python -m benchmarks.release_cost --folder DIR --trials … --lengths … --diagnosed … --page`,
-a build at a time. A build is everything from folders to a release: reading, scaling, marker fit,
-trajectory fit, one held-out layout, labels, tables, B3D files. CPU seconds are of the command and all its
-processes, one BLAS thread each; memory is the most that a worker held (resident). {cores} cores, which other
-programs shared: *load* is how many processes wanted one at the end of a build, so seconds on the clock say
-little, and CPU seconds are too high by what processes lose to each other's caches.
+{date}, `python -m benchmarks.release_cost --folder DIR --trials … --lengths … --diagnosed … --page`. A build
+is everything from folders to a release. CPU seconds are of the command and all its processes, one BLAS thread
+each; memory is the most that a worker held. {cores} cores, which other programs shared: *load* is how many
+processes wanted one at the end of a build, so seconds on the clock say little, and CPU seconds are too high.
 
-## By the number of trials and workers
-
-Synthetic walks{mean}, {each} trials a subject, default body.
+**By trials and workers**: synthetic walks{mean}, {each} trials a subject, default body.
 
 {trials}
 
 {linear}
 
-## By a trial's length
-
-One subject with one trial, 100 Hz: a simulated stride, repeated, with fresh noise. The first seconds of each
-subject are the program's start and the scaling of the body.
+**By a trial's length**: one subject with one trial, 100 Hz, a simulated stride, repeated, with fresh noise.
 
 {lengths}
 
-## All of the published dataset
-
-24 million frames. Nobody publishes how they spread over trials; this assumes that of all frames
+**All of the published dataset**: 24 million frames. Nobody publishes how they spread over trials; assumed:
 {shares}.
-Every trial is a subject of its own here, which costs more than several together. Costs between two
-measured lengths are those of the nearest shorter one a frame, so rather too high; beyond the longest, the
-same a frame as there.
-
+Every trial is a subject of its own, and costs between two measured lengths are those of the shorter one a
+frame, so rather too high:
 {projection}
 
-## Builds that were killed
+**Builds that were killed**: {kills}
 
-{kills}
-
-## What is not met, or not known
-
+**What is not met, or not known**:
 {missing}
 """
 
 
-def page(builds: Sequence[Build], kills: Kills | None = None) -> str:
-    """The page of what has been measured."""
+def section(builds: Sequence[Build], kills: Kills | None = None) -> str:
+    """As Markdown, of what has been measured."""
     trials = sorted((b for b in builds if b.what == "trials"), key=lambda b: (b.count, b.workers))
     lengths = sorted((b for b in builds if b.what == "length"), key=lambda b: b.count)
     diagnosed = {b.count: b for b in builds if b.what == "diagnosis"}
     walks = sum(b.count for b in trials)
     mean = f" of {sum(b.frames for b in trials) / walks:.0f} frames in the mean" if walks else ""
-    shares = ", ".join(f"{100 * share:.0f} % are in trials of {n}" for n, share in SHARES.items())
-    return PAGE_TEXT.format(
+    shares = ", ".join(f"{100 * share:.0f} % in trials of {n}" for n, share in SHARES.items())
+    return SECTION.format(
         date=date.today().isoformat(),
         cores=os.cpu_count(),
         mean=mean,
@@ -199,33 +188,30 @@ def _trials_table(builds: Sequence[Build]) -> str:
     if not builds:
         return "Not measured yet."
     head = (
-        "| trials | subjects | frames | workers | clock | CPU | frames a CPU second | memory | load |\n"
-        "|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
+        "| trials | subjects | frames | workers | clock | CPU | memory | load |\n"
+        "|---:|---:|---:|---:|---:|---:|---:|---:|\n"
     )
     return head + "\n".join(
         f"| {b.count} | {b.subjects} | {b.frames} | {b.workers} | {b.seconds:.0f} s | {b.cpu_s:.0f} s | "
-        f"{b.frames / b.cpu_s:.1f} | {b.peak_MB:.0f} MB | {b.load:.1f} |"
+        f"{b.peak_MB:.0f} MB | {b.load:.1f} |"
         for b in builds
     )
 
 
 def _linear(builds: Sequence[Build]) -> list[str]:
-    told = []
     alone = {b.count: b for b in builds if b.workers == 1}
-    for few, many in zip(sorted(alone), sorted(alone)[1:], strict=False):
-        ratio = alone[many].cpu_s / alone[few].cpu_s
-        told.append(
-            f"- {many / few:.0f} times the trials ({few} to {many}) take {ratio:.2f} times the CPU time."
-        )
-    for two in (b for b in builds if b.workers == 2 and b.count in alone):
-        one = alone[two.count]
-        saved = 100 * (1 - two.seconds / one.seconds)
-        told.append(
-            f"- {two.count} trials: the second worker saves {saved:.0f} % on the clock, with a load of "
-            f"{one.load:.1f} and {two.load:.1f} on {os.cpu_count()} cores; it costs "
-            f"{100 * (two.cpu_s / one.cpu_s - 1):+.0f} % CPU time."
-        )
-    return told
+    ratios = [
+        f"{alone[many].cpu_s / alone[few].cpu_s:.2f} times from {few} to {many} trials"
+        for few, many in pairwise(sorted(alone))
+    ]
+    saved = [
+        f"{100 * (1 - two.seconds / one.seconds):.0f} % with {two.count} trials "
+        f"({100 * (two.cpu_s / one.cpu_s - 1):+.0f} % CPU)"
+        for two in builds
+        if two.workers == 2 and (one := alone.get(two.count))
+    ]
+    told = (("CPU time", ratios), ("The second worker saves on the clock", saved))
+    return [f"- {what}: {', '.join(figures)}." for what, figures in told if figures]
 
 
 def _lengths_table(builds: Sequence[Build], diagnosed: dict[int, Build]) -> str:
@@ -267,10 +253,9 @@ def _kills(found: Kills) -> str:
     killed = [kill for kill in found.kills if kill.happened]
     workers = f"{found.workers} worker{'' if found.workers == 1 else 's'}"
     lines = [
-        f"Made by `python -m benchmarks.release_kills --out DIR/kills`: {found.subjects} small subjects, "
-        f"{workers}, {found.undisturbed_s:.0f} s when nothing disturbs; a build whose client was killed is "
-        "started again. The same is said where the bytes of every file are, but for the build log.",
-        "",
+        f"`python -m benchmarks.release_kills --out DIR/kills`, {found.subjects} small subjects, {workers},\n"
+        f"{found.undisturbed_s:.0f} s when nothing disturbs; started again if its client was killed. "
+        "*The same*: every byte but the build log's.",
     ]
     for victim in ("worker", "client"):
         own = [kill for kill in killed if kill.victim == victim]
@@ -302,13 +287,9 @@ def _missing(
         if (count, workers) not in built
     ]
     if not diagnosed:
-        told.append(
-            "- No diagnosis was measured; [DIAGNOSIS_SPEED.md](DIAGNOSIS_SPEED.md) has some of others."
-        )
+        told.append("- No diagnosis was measured.")
     if max((b.count for b in lengths), default=0) < 20_000:
-        told.append(
-            "- No trial of 20 000 frames was built; [LONG_TRIALS.md](LONG_TRIALS.md) has fits of long ones."
-        )
+        told.append("- No trial of 20 000 frames was built.")
     alone = {b.count: b for b in trials if b.workers == 1}
     for two in (b for b in trials if b.workers == 2 and b.count in alone):
         if 1 - two.seconds / alone[two.count].seconds < WORTH_OF_A_WORKER:

@@ -82,21 +82,6 @@ class Count:
         return SHIFT_T in self.keys
 
 
-PAGE = """# Twenty trials reviewed by key
-
-Made by `python -m benchmarks.review_by_key DIR --page benchmarks/REVIEW_BY_KEY.md`. A program that knows
-the truth of twenty trials reviews them as a person would who has only keys: *N*, *Enter* or *Backspace* for
-each proposal, *W* (and *F*) and *2* for a step that detection missed, *G* and *Y* where other forces count
-than in the fit, *T*; *N* and *Shift T* where all proposals are right and sure. Ten trials are real: eight
-of treadmills, on which every step is measured, and two of a walk whose unmeasured steps its README names.
-Ten are synthetic, of five persons: a walk with one step beside the plates, and a run. Some proposals are
-planted on steps that were measured, and in three walks the step beside the plates is hidden from detection.
-Keys go to a running app as its page sends them; solves are stood in for. The decisions are read from the
-review logs afterwards: *as is true* is a trial of which every step is decided so, {steps} steps in all.
-
-{table}
-"""
-
 ACCEPT, REJECT, NEXT = "Accept the proposal", "Reject the proposal", "Next proposal or flagged range"
 WORST, FOOT, FLAG = "Worst frame that counts", "Foot: right, left, both", "Flag: foot contact but no force"
 SOLVE, YES = "Solve again", "Yes, to the question"
@@ -378,7 +363,6 @@ def main() -> None:
     """Make the trials, review them, and print what it took."""
     arguments = argparse.ArgumentParser(prog="python -m benchmarks.review_by_key", description=__doc__)
     arguments.add_argument("root", type=Path, help="folder that the trials are made in, and kept")
-    arguments.add_argument("--page", type=Path, help="file that the figures go into")
     arguments.add_argument("--only-fit", action="store_true", help="review nothing yet")
     given = arguments.parse_args()
     root = given.root
@@ -392,13 +376,8 @@ def main() -> None:
         log.unlink()
     counts = reviewed(root, truth)
     judged = {place: right_decisions(root, place, truth[place]) for place in truth}
-    text = PAGE.format(
-        steps=sum(steps for _, steps in judged.values()),
-        table=table(counts, {place: right for place, (right, _) in judged.items()}),
-    )
-    print(text)
-    if given.page is not None:
-        given.page.write_text(text, encoding="utf-8")
+    print(table(counts, {place: right for place, (right, _) in judged.items()}))
+    print(f"{sum(steps for _, steps in judged.values())} steps in all.")
 
 
 if __name__ == "__main__":

@@ -63,14 +63,14 @@ def as_json(conditions: list[Condition]) -> dict[str, object]:
                     arm: {figure: _statistics(condition.values(arm, figure)) for figure in asdict(figures)}
                     for arm, figures in condition.repetitions[0].figures.items()
                 },
-                "runs": [run_as_json(repetition) for repetition in condition.repetitions],
+                "runs": [_run_as_json(repetition) for repetition in condition.repetitions],
             }
             for condition in conditions
         ]
     }
 
 
-def run_as_json(repetition: Repetition) -> dict[str, object]:
+def _run_as_json(repetition: Repetition) -> dict[str, object]:
     """Hidden ranges, figures by arm (null where there is no frame to judge), notes."""
     return {
         "hidden": [list(run) for run in runs(repetition.hidden)],

@@ -6,18 +6,19 @@ import secrets
 from collections.abc import Mapping
 from pathlib import Path
 
-from benchmarks.diagnosis.curves import PAGE as CURVES_PAGE
+from benchmarks.diagnosis.curves import SECTION as BY_SIZE
 from benchmarks.diagnosis.curves import curves
 from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, write_findable, write_findable_still
 from benchmarks.diagnosis.matched_synthetics import estimate_matched_synthetics
 from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
 from benchmarks.diagnosis.score import load, report
 from benchmarks.recordings import data_folder
+from benchmarks.sections import write_section
 from solver.simulate.faults.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
 from solver.simulate.faults.hidden import UNSIZED
 from solver.simulate.faults.real import plan_real
 
-PAGE = """# Hidden effects: how often the diagnosis is right
+SECTION = """## A small draw in tables
 
 Made by `make bench-diagnosis` (`python -m benchmarks.diagnosis make | run | score`), seed {seed}:
 {answered} of {planned} cases answered. Each is a folder with effects put into it that the finder has not
@@ -57,8 +58,8 @@ def main() -> None:
     running.add_argument("--only", default="", help="part of a case's name")
     running.add_argument("--discard", action="store_true", help="delete recordings once answered")
     scoring = commands.add_parser("score", help="print the tables")
-    scoring.add_argument("--page", type=Path, help="also written as a page of its own")
-    scoring.add_argument("--curves", type=Path, help="what `make --each` wrote, by size, as a page")
+    scoring.add_argument("--page", type=Path, help="page whose section is also written")
+    scoring.add_argument("--curves", type=Path, help="likewise, of what `make --each` wrote, by size")
     for command in (making, running, scoring):
         command.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
@@ -78,23 +79,24 @@ def main() -> None:
 
 
 def score(given: argparse.Namespace) -> None:
-    """Print the tables, and write the pages that are wanted."""
+    """Print the tables, and write the sections that are wanted."""
     cases = load(given.out)
     text = report(cases)
     (given.out / "RESULTS.md").write_text(text + "\n", encoding="utf-8")
     if given.page:
-        filled = {"tables": text, "nats": FINDABLE_NATS, "largest": LARGEST}
-        _write_page(given.page, PAGE, given.out, len(cases), filled)
+        figures = {"tables": text, "nats": FINDABLE_NATS, "largest": LARGEST}
+        section = _filled(SECTION, given.out, len(cases), figures)
+        write_section(given.page, "diagnosis score --page", section)
     if given.curves:
-        _write_page(given.curves, CURVES_PAGE, given.out, len(cases), {"tables": curves(cases)})
+        by_size = _filled(BY_SIZE, given.out, len(cases), {"tables": curves(cases)})
+        write_section(given.curves, "diagnosis score --curves", by_size)
     print(text)
 
 
-def _write_page(path: Path, wording: str, out: Path, answered: int, filled: Mapping[str, object]) -> None:
+def _filled(wording: str, out: Path, answered: int, figures: Mapping[str, object]) -> str:
     seed = json.loads((out / "cases.json").read_text(encoding="utf-8"))["seed"]
     planned = len(list((out / "truth").glob("*.json")))
-    page = wording.format(seed=seed, answered=answered, planned=planned, **filled)
-    path.write_text(page, encoding="utf-8")
+    return wording.format(seed=seed, answered=answered, planned=planned, **figures)
 
 
 def make(given: argparse.Namespace) -> None:

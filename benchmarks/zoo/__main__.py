@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.recordings import data_folder, described_folders
+from benchmarks.sections import write_section
 from benchmarks.zoo.changes import changed_sets
 from benchmarks.zoo.judge import Answer, Check, checks
 from benchmarks.zoo.truth import Truth, described_truth, read_truth
@@ -144,7 +145,7 @@ def main() -> None:
                 flush=True,
             )
     if not chosen.only:
-        PAGE.write_text(page(rows), encoding="utf-8")
+        write_section(PAGE, "zoo", page(rows))
 
 
 if __name__ == "__main__":

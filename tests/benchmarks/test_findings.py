@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from benchmarks import findings
-from benchmarks.findings import BEGIN, END, Case, answer, cases_of, row, table
+from benchmarks.findings import Case, answer, cases_of, row, table
+from benchmarks.sections import replaced
 from solver.capture.capture import Subject, TrialFiles
 from solver.common.errors import FitError
 
@@ -168,17 +169,16 @@ def test_what_was_not_diagnosed_stands_below_once(case):
 
 def test_the_page_keeps_what_people_wrote_about_the_table(monkeypatch, tmp_path, case):
     page = tmp_path / "findings.md"
-    page.write_text(f"before\n\n{BEGIN}\nold\n{END}\n\nafter\n", encoding="utf-8")
+    before = replaced("before", "findings", "old") + "\nafter\n"
+    page.write_text(before, encoding="utf-8")
     kept = {"figures": FIGURES, "gain_nats": GAINS, "cpu_s": 1}
     monkeypatch.setattr(findings, "PAGE", page)
     monkeypatch.setattr(findings, "answers", lambda *_: iter([(case, kept)]))
     monkeypatch.setattr("sys.argv", ["findings", "--keep", str(tmp_path / "kept")])
     findings.main()
     text = page.read_text(encoding="utf-8")
-    assert text.startswith(f"before\n\n{BEGIN}\n")
-    assert text.endswith(f"{END}\n\nafter\n")
+    assert text == before.replace("old", table([(case, kept)]))
     assert "off_plate_step" in text
-    assert "old" not in text
     monkeypatch.setattr("sys.argv", ["findings", "--only", "somebody", "--keep", str(tmp_path / "kept")])
     page.write_text("untouched", encoding="utf-8")
     findings.main()
