@@ -23,7 +23,7 @@ SUFFIXES = {".py", ".js", ".toml", ".md"}
 # The retired word, as a part of identifiers and texts, and what is said instead.
 RETIRED = {
     "foret(old|ell)": "predicted, predict, prediction",
-    "infer(red)": "predicted",
+    "inferred": "predicted",
     "sister": "prediction fit",
     "with(held|hold)": "held out",
     "heldout": "held_out",
@@ -48,7 +48,7 @@ RETIRED = {
     "made[-_]up": "synthetic",
     "puppet": "kinematic gait",
     "told_as.{0,6}lead|a lead, not": "tentative",
-    "(?<!of )(?<!re)(?<![a-z])course(?![a-z])": "time history",
+    "(?<!of )(?<![a-z])course(?![a-z])": "time history",
 }
 ITSELF = Path(__file__).name
 

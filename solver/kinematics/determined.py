@@ -7,7 +7,6 @@ the pelvis anywhere on a sphere; a leg and a spine, or a pelvis and one thigh, p
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.ndimage import binary_dilation
 
 from solver.common.frames_at_once import by_frames
 from solver.common.runs import runs
@@ -117,7 +116,8 @@ def beyond_people(
         low, high = np.radians(RANGES_DEG.get(coordinate.name[:-2], RANGES_DEG.get(coordinate.name, (0, 0))))
         if low < high and np.allclose(coordinate.range, (low, high)):
             beyond = (q[:, dof] < low - BEYOND_RAD) | (q[:, dof] > high + BEYOND_RAD)
-            result[:, dof] = binary_dilation(beyond, np.ones(2 * around + 1)) if beyond.any() else False
+            for start, end in runs(beyond):
+                result[max(0, start - around) : end + around, dof] = True
     return result
 
 

@@ -102,7 +102,7 @@ def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers,
     positions, far_notes = far_as_nan(seen * metres, chosen.names, source, settings.cleaning.farthest_m)
     notes = (*contents.notes, *chosen.notes, *unit_notes, *unseen_notes, *far_notes)
     whose = {name for name in contents.words("EVENT", "SUBJECTS") if name}
-    events = foot_events(contents)[0] if len(whose) < 2 else ()  # names of others are no part of their labels
+    events = foot_events(contents)[0] if len(whose) < 2 else ()  # of several people, nobody's
     markers = Markers(chosen.names, positions, contents.rate, foot_events=events)
     return markers, metres, notes
 
