@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("solver", "annotations", "addb_viewer")
 SHORT = 70  # lines below which a module with one importer could stand with it
 MOST_SHORT = 15
-LONG = 350  # lines above which a module has two subjects
+LONG = 500  # lines above which a module has two subjects
 
 Importers = Mapping[str, Set[str]]  # by module, those that import it
 
