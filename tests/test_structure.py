@@ -23,12 +23,12 @@ def structure(tmp_path, monkeypatch):
     for name, text in {
         "__init__.py": "",
         "short.py": "x = 1\n",
-        "long.py": "from synthetic_package import short, one, shared\n" + 350 * "\n",
+        "long.py": "from synthetic_package import short, one, shared\n" + 500 * "\n",
         "one.py": "from synthetic_package import two, shared\n",
         "two.py": "from synthetic_package import three\n",
         "three.py": "def late():\n    from synthetic_package import one\n",
         "shared.py": "",
-        "page.js": 351 * "\n",
+        "page.js": 501 * "\n",
     }.items():
         (folder / name).write_text(text)
     return module
@@ -40,7 +40,7 @@ def test_short_long_and_circular_modules_are_counted(structure, capsys):
     assert "Modules: 6, with one importer: 3\n" in said
     short = "  synthetic_package.short\n  synthetic_package.three\n  synthetic_package.two\n"
     assert f"With one importer and below 70 lines: 3\n{short}" in said
-    assert "Python or JavaScript files above 350 lines: 2\n" in said
+    assert "Python or JavaScript files above 500 lines: 2\n" in said
     circle = "  synthetic_package.one synthetic_package.three synthetic_package.two\n"
     assert f"Circles of imports: 1\n{circle}" in said
 
@@ -54,7 +54,7 @@ def test_only_what_is_kept_to_passes(structure):
     assert structure.main() == 1  # the circle
     circle.write_text("")
     assert structure.main() == 0
-    long[1].write_text(351 * "\n")
+    long[1].write_text(501 * "\n")
     assert structure.main() == 1
     long[1].write_text("")
     for k in range(structure.MOST_SHORT):
