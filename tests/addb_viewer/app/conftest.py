@@ -2,6 +2,7 @@
 
 import shutil
 import time
+from weakref import WeakSet
 
 import pytest
 import trimesh
@@ -14,7 +15,7 @@ from addb_viewer.app.subjects.library import Library
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
-from tests.addb_viewer.app.paper_browser import PaperBrowser
+from tests.addb_viewer.app.paper_browser import PaperBrowser, let_finish
 from tests.addb_viewer.app.ten_trials import write_ten_trials, write_trials
 from tests.addb_viewer.chromium import remembering
 from tests.patience import PATIENCE_MS, PATIENCE_S
@@ -123,6 +124,7 @@ def open_page(browser):
         page.wait_for_selector("#root canvas")
         (client,) = _until(lambda: set(app.sessions) - before, "the session")
         page.session = app.sessions[client]
+        _SESSIONS.add(page.session)
         _until(lambda: page.session.replay is not None, "the trial")
         _until(page.locator("#addb-bar b").first.text_content, "the bar")
         page.evaluate("new Promise((done) => window.addb.on('keys', () => done(true)))")
@@ -178,8 +180,11 @@ def walks_review(walks_folder):
 
 @pytest.fixture(scope="session")
 def until():
-    """Waits for a condition."""
+    """Waits for a condition, and for the end of what brought it about."""
     return _until
+
+
+_SESSIONS: WeakSet = WeakSet()  # of all pages that were opened
 
 
 def _until(condition, what="the browser to follow"):
@@ -187,4 +192,6 @@ def _until(condition, what="the browser to follow"):
     while not (value := condition()):
         assert time.monotonic() < end, f"waited in vain for {what}"
         time.sleep(0.05)
+    for session in list(_SESSIONS):
+        let_finish(session)
     return value

@@ -4,6 +4,8 @@ import json
 import secrets
 import threading
 import time
+from concurrent.futures import CancelledError
+from contextlib import suppress
 
 import msgspec
 import viser
@@ -14,6 +16,8 @@ from websockets.sync.client import connect
 from addb_viewer.app.page.channel import CONNECTION, PAGE_ITEM
 from tests.patience import PATIENCE_S
 
+ENDING_S = 2.0
+
 
 def _texts(value):
     """All texts in what JSON holds."""
@@ -21,6 +25,16 @@ def _texts(value):
         return [value]
     inside = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return [text for each in inside for text in _texts(each)]
+
+
+def let_finish(session):
+    """Wait for what the session is doing: a test that sees the first of its results may ask for the last.
+
+    Not for ever: it may itself be waiting for what the test does next.
+    """
+    if session is not None:
+        with suppress(RuntimeError, CancelledError, TimeoutError):  # it has ended, ends just now, or waits
+            session.notices._hand.submit(lambda: None).result(ENDING_S)
 
 
 class PaperBrowser:
@@ -139,6 +153,7 @@ class PaperBrowser:
             assert time.monotonic() < end, f"waited in vain for {what}; notices: {self.notices}"
             with self._heard:
                 self._heard.wait(0.02)
+        let_finish(self.session)
         return value
 
     def close(self):
