@@ -1,1 +1,0 @@
-"""How well activities are suggested, and what learns the weights: `python -m benchmarks.activities`."""
