@@ -1,33 +1,23 @@
-"""Figures of the solver that were read from sound recordings: remade, beside what is used.
+"""Scatters of the direct checks, as sound recordings show them, beside those that are used.
 
-`python -m benchmarks.sound_recordings` reads plates and markers, fits nothing, and writes
-SOUND_RECORDINGS.md. A level stands if it is remade within the scatter that is used with it, a scatter or a
-slope within a factor of 1.5. Direct checks' scatters are robust (1.48 times the median size): they are scales
-of Student's t, and not all of these recordings are sound in every way. They are read from folders as
-laboratories left them too, of which nobody says that something is wrong; each person counts once, and is left
-out once.
+`python -m benchmarks.sound_recordings` reads plates and markers, fits nothing, and prints a table. A level
+stands if it is remade within the scatter that is used with it, a scatter within a factor of 1.5. Scatters are
+robust (1.48 times the median size): they are scales of Student's t, and not all of these recordings are sound
+in every way. They are read from folders as laboratories left them too, of which nobody says that something is
+wrong; each person counts once, and is left out once.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-from scipy.signal import butter, filtfilt
 
-from benchmarks.faults.editor.sources import SOURCES, Source
 from benchmarks.recordings import data_folder
 from benchmarks.truth.recorded import ACTIVITY
 from benchmarks.zoo.truth import read_truth
-from solver.capture.capture import ForcePlate, Markers
-from solver.capture.plates.conditioning import gaps_filled
-from solver.capture.plates.plate_sign_settings import PLATE_SIGN
-from solver.capture.plates.vertical_momentum import vertical_momentum
 from solver.capture.subject.subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
-from solver.common.gravity import GRAVITY
-from solver.diagnosis.causes import contact_edges
 from solver.diagnosis.direct_checks import rigid_distances
 from solver.diagnosis.direct_checks.measured import Measured, measured
 from solver.diagnosis.direct_checks.run_checks import asked
@@ -35,9 +25,6 @@ from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.fitting.settings import Settings
 
-PAGE = Path(__file__).with_name("SOUND_RECORDINGS.md")
-CUTOFFS_HZ = (4.0, 5.0, 6.0, 7.0, 8.0)  # of smoothed forces, each pass
-STRIKES = ("walk", "run", "sprint", "jump")  # contacts that begin and end
 FACTOR = 1.5  # by which a scatter may be remade otherwise
 ROBUST = 1.4826  # standard deviations of a Gaussian in its median size
 PLANE = 1 / np.sqrt(2 * np.log(2))  # and of a Gaussian in a plane, those of each coordinate
@@ -45,7 +32,6 @@ NOT_SOUND = {  # files that hold something: what they carry is no scatter
     ("exo_apo_gordon", "ET21"): "a device of 7 kg is worn",
     ("overground_camargo2021_AB06", "levelground_ccw_fast_01_01"): "feet beside the plates, 30 kg",
 }
-STILL_M_PER_S2 = 0.5  # a trunk that is accelerated less tells of nothing but noise
 
 
 @dataclass(frozen=True)
@@ -57,9 +43,9 @@ class Figure:
     remade: float
     of: int  # trials, or what each tells
     what: str
+    people: int
+    left_out: tuple[float, float]  # least and most, remade without one person
     within: float | None = None  # of a level: the scatter that is used with it
-    people: int | None = None
-    left_out: tuple[float, float] | None = None  # least and most, remade without one person
 
     @property
     def stands(self) -> bool:
@@ -105,59 +91,6 @@ def as_found() -> Iterator[Recorded]:
                 yield Recorded(file.stem, {}, measured(captures, reading), subject.mass_kg)
         except CaptureError as error:
             print(f"{file.stem}: left out: {error}")
-
-
-def of_edges(people: Sequence[Recorded]) -> list[Figure]:
-    """How steeply forces fall off where contacts begin and end, as they are and smoothed."""
-    found = np.array(
-        [
-            falls
-            for person in people
-            for trial in person.trials
-            if person.activities[trial.capture.name] in STRIKES and (falls := _falls(trial))
-        ]
-    )
-    sound, smoothed = found[:, 0], found[:, 1:]
-    slope = np.polyfit(np.log(CUTOFFS_HZ), smoothed.mean(axis=0), 1)[0]
-    used, count = contact_edges, len(found)
-    used_Hz, of_4_Hz = used.FALL_OF_4_HZ
-    assert used_Hz == CUTOFFS_HZ[0]
-    scatter = float(smoothed.std(axis=0, ddof=1).mean())
-    return [
-        Figure("SOUND", used.SOUND, sound.mean(), count, "of forces as they are", used.SOUND_STD),
-        Figure("SOUND_STD", used.SOUND_STD, sound.std(ddof=1), count, "from trial to trial"),
-        Figure("FILTERED", used.FILTERED, smoothed.mean(), count, "smoothed at 4 to 8 Hz", used.FILTERED_STD),
-        Figure("FILTERED_STD", used.FILTERED_STD, smoothed.std(ddof=1), count, "of all of these"),
-        Figure(
-            "FALL_OF_4_HZ",
-            of_4_Hz,
-            smoothed[:, 0].mean(),
-            count,
-            "smoothed at 4 Hz, each pass",
-            used.FALL_STD,
-        ),
-        Figure("FALL_BY_LOG", used.FALL_BY_LOG, slope, count, "more for e times the cutoff"),
-        Figure("FALL_STD", used.FALL_STD, scatter, count, "between trials, at one cutoff"),
-    ]
-
-
-def _falls(trial: Measured) -> list[float]:
-    """The usual one as recorded and at each cutoff; none where no contact begins or ends."""
-    plates = [gaps_filled(plate, trial.reading.conditioning)[0] for plate in trial.capture.plates]
-    found = []
-    for cutoff_Hz in (None, *CUTOFFS_HZ):
-        edges: list[float] = []
-        for plate in plates:
-            vertical = plate.force_ground[:, 1]
-            if cutoff_Hz is not None:
-                b, a = butter(2, cutoff_Hz, fs=plate.rate)
-                vertical = filtfilt(b, a, vertical)
-            edges += contact_edges.fall_off(vertical, plate.rate)
-        usual = contact_edges.usual_fall_off(edges)
-        if usual is None:
-            return []
-        found.append(usual)
-    return found
 
 
 def of_direct_checks(people: Sequence[Recorded]) -> list[Figure]:
@@ -276,98 +209,20 @@ def _figure(
     some = [own for own in by_person if len(own)]
     without = [remade([*some[:k], *some[k + 1 :]]) for k in range(len(some))] if len(some) > 1 else [np.nan]
     spread = (float(min(without)), float(max(without)))
-    return Figure(name, used, remade(some), sum(map(len, some)), what, within, len(some), spread)
+    return Figure(name, used, remade(some), sum(map(len, some)), what, len(some), spread, within)
 
 
-def of_trunk() -> list[Figure]:
-    """How the centre of mass moves with the trunk's markers, where all contacts are on plates."""
-    found = [fitted for source in SOURCES if (fitted := _trunk(source)) is not None]
-    shares = np.array([share for share, _ in found])
-    errors = np.concatenate([of for _, of in found])
-    used = PLATE_SIGN
-    return [
-        Figure(
-            "trunk_share",
-            used.trunk_share,
-            shares.mean(),
-            len(shares),
-            "its acceleration over the trunk's",
-            used.trunk_spread,
-        ),
-        Figure("trunk_spread", used.trunk_spread, shares.std(ddof=1), len(shares), "between recordings"),
-        Figure(
-            "acceleration_share",
-            used.acceleration_share,
-            float(np.quantile(errors, 2 / 3)),
-            len(errors),
-            "error over the size nearby, of which two thirds of the samples stay below",
-        ),
+def table(figures: Sequence[Figure]) -> str:
+    """As Markdown."""
+    lines = ["| figure | | used | remade (one person left out) | of | |", "|---|---|---:|---:|---:|---|"]
+    lines += [
+        f"| `{one.name}` | {'stands' if one.stands else 'asks for a look'} | {one.used:.3g} | "
+        f"{one.remade:.3g} ({one.left_out[0]:.3g} to {one.left_out[1]:.3g}, {one.people} people) | "
+        f"{one.of} | {one.what} |"
+        for one in figures
     ]
-
-
-def _trunk(source: Source) -> tuple[float, np.ndarray] | None:
-    """Share, and each sample's error over the acceleration's size nearby; none where nobody moves."""
-    trial = source.read(data_folder()).trials[0]
-    plates = [
-        ForcePlate(f"plate {k}", p.force, p.moment, p.pressure, trial.force_rate, float(trial.force_times[0]))
-        for k, p in enumerate(trial.plates)
-    ]
-    markers = Markers(trial.labels, trial.positions, trial.rate, float(trial.times[0]))
-    seen = vertical_momentum(plates, markers)
-    total = seen.readings_N.sum(axis=1)
-    known = np.isfinite(total + seen.acceleration)
-    trunk, total = seen.acceleration[known], total[known]
-    if trunk.std() < STILL_M_PER_S2:
-        return None
-    design = np.stack([np.full(len(trunk), GRAVITY), trunk], axis=1)
-    mass, moved = np.linalg.lstsq(design, total, rcond=None)[0]
-    error = total / mass - GRAVITY - moved / mass * trunk
-    return float(moved / mass), np.abs(error) / seen.agitation[known]
-
-
-def page(sections: Sequence[tuple[str, Sequence[Figure]]]) -> str:
-    """A table a section."""
-    lines = [
-        "# What sound recordings show",
-        "",
-        "Made by `python -m benchmarks.sound_recordings`: numbers of the solver that were read from sound",
-        "recordings, remade from those of the bench without any fit. A level stands if it is remade within",
-        f"the scatter used with it, a scatter or a slope within a factor of {FACTOR:g}. Scatters of",
-        "direct checks are robust: not all of these recordings are sound in every way. They are of folders",
-        "as",
-        "laboratories left them too; each person counts once, and behind a figure stands what it is with any",
-        "one of them left out.",
-    ]
-    for title, figures in sections:
-        lines += ["", f"## {title}", ""]
-        lines += ["| figure | | used | remade | of | |", "|---|---|---:|---:|---:|---|"]
-        lines += [
-            f"| `{one.name}` | {'stands' if one.stands else 'asks for a look'} | {one.used:.3g} | "
-            f"{one.remade:.3g}{_without(one)} | {one.of} | {one.what} |"
-            for one in figures
-        ]
-    return "\n".join([*lines, ""])
-
-
-def _without(one: Figure) -> str:
-    if one.left_out is None:
-        return ""
-    return f" ({one.left_out[0]:.3g} to {one.left_out[1]:.3g}, {one.people} people)"
-
-
-def main() -> None:
-    """Write the page."""
-    people = list(recorded())
-    sections = [
-        ("Edges of contacts (`solver/diagnosis/causes/contact_edges.py`)", of_edges(people)),
-        (
-            "Direct checks of a diagnosis (`solver/diagnosis/direct_checks`)",
-            of_direct_checks([*people, *as_found()]),
-        ),
-        ("The trunk for the centre of mass (`solver/capture/plates/plate_sign_settings.py`)", of_trunk()),
-    ]
-    PAGE.write_text(page(sections), encoding="utf-8")
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":
-    main()
+    print(table(of_direct_checks([*recorded(), *as_found()])))
