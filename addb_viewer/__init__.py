@@ -12,7 +12,7 @@ docs/api.md is the page about it. Names are loaded when they are first used.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from addb_viewer.jobs.own_packages import check_own_packages
+from addb_viewer.jobs.environment import check_own_packages
 
 check_own_packages()
 

@@ -312,10 +312,10 @@ def right_decisions(root: Path, place: tuple[str, str], truth: Ranges) -> tuple[
 def reviewed(root: Path, truth: Mapping[tuple[str, str], Ranges]) -> list[Count]:
     """All trials by key."""
     with (
-        mock.patch("addb_viewer.app.subjects.shared_subject.SOLVE_WORKER", "benchmarks.stand_in_solve"),
+        mock.patch("addb_viewer.app.subjects.shared_subject.SOLVE_WORKER", ("benchmarks.stand_in_solve",)),
         mock.patch("addb_viewer.app.subjects.shared_subject.SharedSubject.hold_out"),
         mock.patch("addb_viewer.app.jobs.what_if.WhatIf.warm"),
-        mock.patch("addb_viewer.app.jobs.worker_process.give_way"),  # a stand-in has nothing to give way to
+        mock.patch("addb_viewer.jobs.processes.give_way"),  # a stand-in has nothing to give way to
     ):
         app = start(root, port=0)
         try:

@@ -2,16 +2,14 @@
 
 import codecs
 import os
-import signal
 import sys
-import threading
 from importlib.metadata import version
 from typing import Annotated
 
 import typer
 
 from addb_viewer.commands.listed import ListedCommand, ListedGroup, listing
-from addb_viewer.jobs.environment import ENDS_WITH_STDIN, STORE
+from addb_viewer.jobs.environment import STORE, end_with_parent
 
 DATASET = (
     ListedCommand(
@@ -225,8 +223,7 @@ def _options(
 
 def main() -> None:
     """Run the command line on `sys.argv`."""
-    if os.environ.pop(ENDS_WITH_STDIN, None):
-        threading.Thread(target=_end_with_stdin, name="end of the parent", daemon=True).start()
+    end_with_parent()
     codecs.register_error(_shown.__name__, _shown)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -241,10 +238,3 @@ def _shown(error: UnicodeError) -> tuple[bytes, int]:
 
     text = readable(error.object[error.start : error.end])
     return text.encode(error.encoding, errors="replace"), error.end
-
-
-def _end_with_stdin() -> None:
-    """End this process once nobody holds the other end of stdin: the parent is gone, also by SIGKILL."""
-    while os.read(sys.stdin.fileno(), 1):
-        pass
-    os.kill(os.getpid(), signal.SIGTERM)

@@ -7,8 +7,17 @@ from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.many import Row, Work, options, several
-from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
+from addb_viewer.commands.many import (
+    CsvFile,
+    Jobs,
+    Row,
+    SubjectOrRoot,
+    Work,
+    check_one,
+    options,
+    run_on_all,
+    several,
+)
 from addb_viewer.commands.options import (
     Debug,
     IgnoreReview,

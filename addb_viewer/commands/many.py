@@ -1,31 +1,121 @@
 """One command on all subjects below a folder, each in a process of its own: a broken one stops none."""
 
+import csv
+import io
 import os
-import signal
-import subprocess
+import sys
 import tempfile
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from addb_viewer.commands.many_table import Outcome, Status, line_of, write_csv
-from addb_viewer.jobs.environment import ENDS_WITH_STDIN
-from addb_viewer.jobs.own_packages import own_process
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from addb_viewer.commands.options import replaceable
+from addb_viewer.jobs.errors import FAILED, STOPPED
+from addb_viewer.jobs.processes import THREADS, Processes, Start
 from addb_viewer.jobs.root_folder import RootFolder, open_root, reading_of
 from addb_viewer.jobs.subject_checks import check_folder
-from solver.capture.formats.b3d.places import is_b3d, recording_of
+from solver.capture.atomic import write_whole
+from solver.capture.formats.b3d.places import is_b3d, recording_of, subject_folder_of
 from solver.capture.formats.recording_files import is_recording
 from solver.capture.subject.subject import DESCRIPTIONS, NoSubjectError, open_subject
 from solver.common.errors import CaptureError
 from solver.common.small_files import json_content
 from solver.fitting.results.store import write_json
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
+
+
+class Status(StrEnum):
+    """How a subject ended."""
+
+    DONE = "done"
+    KEPT = "kept"  # nothing had changed since the last time
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One subject."""
+
+    subject: str  # its folder below the root
+    status: Status
+    seconds: float  # [s] on the clock
+    reason: str  # of a failure; else what the command warned of
+    row: Mapping[str, str | float | None]  # figures in short, by name with unit
+    figures: Mapping[str, Any]  # of the command's own JSON
+    warnings: tuple[str, ...] = ()  # lines of the command's own summary, from the exclamation mark on
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "subject": self.subject,
+            "status": self.status.value,
+            "seconds": round(self.seconds, 1),
+            "reason": self.reason,
+            "summary": dict(self.row),
+            "figures": dict(self.figures),
+        }
+
+
+def line_of(outcome: Outcome) -> str:
+    """One line: the subject, how it ended, its figures."""
+    figures = ", ".join(f"{name} {_shown(value)}" for name, value in outcome.row.items() if value is not None)
+    said = (
+        outcome.reason
+        if outcome.status is Status.FAILED
+        else "; ".join(filter(None, [figures, outcome.reason]))
+    )
+    return f"{outcome.subject}: {outcome.status} ({outcome.seconds:.0f} s){': ' * bool(said)}{said}"
+
+
+def print_table(outcomes: Sequence[Outcome]) -> None:
+    """All subjects with their figures on stdout."""
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("subject", overflow="fold", min_width=8)
+    table.add_column("", no_wrap=True)
+    heads = _heads(outcomes)
+    for head in heads:
+        table.add_column(Text(head), justify="right", overflow="fold")
+    for outcome in outcomes:
+        style = "red" if outcome.status is Status.FAILED else ""
+        cells = [Text(_shown(outcome.row.get(head))) for head in heads]
+        table.add_row(Text(outcome.subject), Text(outcome.status, style=style), *cells)
+    console.print(table)
+
+
+def write_csv(file: Path, outcomes: Sequence[Outcome]) -> None:
+    """The table, with the reasons of failures."""
+    heads = _heads(outcomes)
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(["subject", "status", "seconds", *heads, "reason"])
+    for outcome in outcomes:
+        values = ["" if outcome.row.get(head) is None else outcome.row[head] for head in heads]
+        rows.writerow([outcome.subject, outcome.status, f"{outcome.seconds:.1f}", *values, outcome.reason])
+    write_whole(file, text.getvalue())
+
+
+def _heads(outcomes: Sequence[Outcome]) -> list[str]:
+    return list(dict.fromkeys(head for outcome in outcomes for head in outcome.row))
+
+
+def _shown(value: str | float | None) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
 _LEFT_OUT = " is left out: "  # as `open_root` says it
 
 Row = dict[str, str | float | None]
@@ -42,52 +132,6 @@ class Work:
     has_json: bool = True
     kept: Callable[[Path], dict[str, Any] | None] = lambda _: None  # figures that are still true
     unchanged: str = ""  # what the command prints where it took over what was kept
-
-
-@dataclass
-class _Processes:
-    """Those that run, so that they can be ended."""
-
-    running: set[subprocess.Popen] = field(default_factory=set)
-    lock: threading.Lock = field(default_factory=threading.Lock)
-    ended: bool = False
-
-    def run(self, words: Sequence[str], environment: dict[str, str]) -> tuple[int, str, str]:
-        with self.lock:
-            if self.ended:
-                raise InterruptedError
-            process = subprocess.Popen(
-                words,
-                stdin=subprocess.PIPE,  # held open until we end, however we do
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                errors="replace",
-                env={**environment, ENDS_WITH_STDIN: "1"},
-            )
-            self.running.add(process)
-        said, complained = _all_said(process)
-        with self.lock:
-            self.running.discard(process)
-        return process.returncode, said, complained
-
-    def end(self) -> None:
-        with self.lock:
-            self.ended = True
-            for process in self.running:
-                process.terminate()
-
-
-def _all_said(process: "subprocess.Popen[str]") -> tuple[str, str]:
-    """Stdout and stderr to their ends, with stdin left open: `communicate` would close it."""
-    assert process.stdout is not None
-    assert process.stderr is not None
-    assert process.stdin is not None
-    with process.stdin, process.stdout as out, process.stderr as err, ThreadPoolExecutor(1) as reader:
-        complained = reader.submit(err.read)
-        said = out.read()
-        process.wait()
-        return said, complained.result()
 
 
 def several(folder: Path) -> RootFolder | None:
@@ -144,29 +188,20 @@ def done_to_all(root: RootFolder, work: Work, jobs: int, say: Callable[[str], No
     """
     for note in _without_recordings(root):
         say(f"note: {note}")
-    outcomes = dict.fromkeys(root.names)
-    processes = _Processes()
-    count = len(root.names)
-    with tempfile.TemporaryDirectory() as scratch, _polite_kill_is_ctrl_c():
-        pool = ThreadPoolExecutor(jobs)
-        ends = [
-            pool.submit(_one, root, name, work, Path(scratch) / f"{k}.json", processes, _environment(jobs))
-            for k, name in enumerate(root.names)
-        ]
-        try:
-            for k, end in enumerate(as_completed(ends), start=1):
-                outcome = end.result()
-                outcomes[outcome.subject] = outcome
-                say(f"{k:>{len(str(count))}}/{count}  {line_of(outcome)}")
-                for warning in outcome.warnings:
-                    say(f"    {warning}")
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            processes.end()
-            pool.shutdown(wait=True)
-            raise
-        pool.shutdown()
-    return [outcome for outcome in outcomes.values() if outcome is not None] + _broken(root)
+    outcomes: dict[str, Outcome] = {}
+
+    def done(_: str, outcome: Outcome | None) -> None:
+        assert outcome is not None
+        outcomes[outcome.subject] = outcome
+        count = len(root.names)
+        say(f"{len(outcomes):>{len(str(count))}}/{count}  {line_of(outcome)}")
+        for warning in outcome.warnings:
+            say(f"    {warning}")
+
+    with tempfile.TemporaryDirectory() as scratch:
+        do = partial(_one, root, work, Path(scratch), _environment(jobs))
+        Processes(jobs).run(root.names, do, done)
+    return [outcomes[name] for name in root.names] + _broken(root)
 
 
 def write_outcomes(outcomes: Sequence[Outcome], json: Path | None, csv: Path | None) -> None:
@@ -179,58 +214,43 @@ def write_outcomes(outcomes: Sequence[Outcome], json: Path | None, csv: Path | N
 
 def _one(
     root: RootFolder,
-    name: str,
     work: Work,
-    figures_file: Path,
-    processes: _Processes,
+    scratch: Path,
     environment: dict[str, str],
+    name: str,
+    start: Start,
 ) -> Outcome:
-    start, folder = time.monotonic(), root.path / name
+    began, folder = time.monotonic(), root.path / name
     try:
         figures = work.kept(folder)
     except Exception:  # the command itself says what is wrong, in its own process
         figures = None
     if figures is not None:
-        return Outcome(name, Status.KEPT, time.monotonic() - start, "", work.row(figures, ""), figures)
-    words = [*own_process("addb_viewer"), work.command, str(folder), *work.words]
+        return Outcome(name, Status.KEPT, time.monotonic() - began, "", work.row(figures, ""), figures)
+    figures_file = scratch / f"{root.names.index(name)}.json"
+    words = ["addb_viewer", work.command, str(folder), *work.words]
     if work.out is not None:
         words += ["--out", str(work.out / name)]
     if work.has_json:
         words += ["--json", str(figures_file)]
-    status, said, complained = processes.run(words, environment)
-    seconds = time.monotonic() - start
+    ended = start(words, environment)
+    seconds = time.monotonic() - began
     figures = json_content(figures_file) if figures_file.is_file() else {}
-    row = work.row(figures, said) if figures or not (status or work.has_json) else {}
-    warnings = tuple(line for line in said.splitlines() if line.startswith("! "))
-    if status:
-        return Outcome(name, Status.FAILED, seconds, _reason(complained, status), row, figures, warnings)
-    kept = bool(work.unchanged) and work.unchanged in said
-    said = "; ".join(_own_lines(complained))
-    return Outcome(name, Status.KEPT if kept else Status.DONE, seconds, said, row, figures, warnings)
-
-
-def _reason(complained: str, status: int) -> str:
-    """What a command said in its last words; a signal's number where something ended it."""
-    own = _own_lines(complained)
-    if own:
-        return "; ".join(own)
-    if status < 0:
-        return f"ended by {signal.Signals(-status).name}; is there enough memory?"
-    return complained.strip().splitlines()[-1] if complained.strip() else f"ended with status {status}"
-
-
-def _own_lines(complained: str) -> list[str]:
-    """What the command itself said on stderr."""
-    mark = "addb-viewer: "
-    return [line.removeprefix(mark) for line in complained.splitlines() if line.startswith(mark)]
+    row = work.row(figures, ended.said) if figures or not (ended.status or work.has_json) else {}
+    warnings = tuple(line for line in ended.said.splitlines() if line.startswith("! "))
+    if ended.status:
+        return Outcome(name, Status.FAILED, seconds, ended.reason, row, figures, warnings)
+    kept = bool(work.unchanged) and work.unchanged in ended.said
+    status = Status.KEPT if kept else Status.DONE
+    return Outcome(name, status, seconds, ended.own_words, row, figures, warnings)
 
 
 def _environment(jobs: int) -> dict[str, str]:
     """That of the processes: together they use no more threads than there are cores."""
     if jobs == 1:
-        return dict(os.environ)
+        return {}
     each = str(max(1, (os.cpu_count() or 1) // jobs))
-    return {**dict.fromkeys(_THREADS, each), **os.environ}
+    return {name: each for name in THREADS if name not in os.environ}
 
 
 def _broken(root: RootFolder) -> list[Outcome]:
@@ -258,14 +278,57 @@ def _holds_something(place: Path) -> bool:
     )
 
 
-@contextmanager
-def _polite_kill_is_ctrl_c() -> Iterator[None]:
-    """SIGTERM ends the subjects' processes as well; elsewhere than in the main thread nothing can."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+SubjectOrRoot = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SUBJECT",
+        help="A subject's folder, a .b3d file, or a folder of several subjects.",
+        callback=subject_folder_of,
+    ),
+]
+Jobs = Annotated[
+    int, typer.Option("--jobs", metavar="N", help="Of several subjects, how many at a time.", min=1)
+]
+CsvFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--csv",
+        metavar="FILE",
+        help="Of several subjects, write a line each as CSV.",
+        dir_okay=False,
+        callback=replaceable,
+    ),
+]
+
+
+def check_one(csv: Path | None, jobs: int) -> None:
+    """Refuse of one subject what is for several."""
+    if csv is not None:
+        raise typer.BadParameter("is a table of several subjects; this is one", param_hint="--csv")
+    if jobs > 1:
+        raise typer.BadParameter("is for several subjects; this is one", param_hint="--jobs")
+
+
+def run_on_all(root: RootFolder, work: Work, jobs: int, json: Path | None, csv: Path | None) -> None:
+    """Run a command on all subjects, print the table and the failures, and end with a status.
+
+    Raises:
+        Exit: some failed, or it was stopped.
+        BadParameter: a file to write has no folder.
+    """
+    for option, file in (("--json", json), ("--csv", csv)):
+        if file is not None and not file.absolute().parent.is_dir():
+            raise typer.BadParameter(f"no folder {file.parent} to write into", param_hint=option)
     try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+        outcomes = done_to_all(root, work, jobs, typer.echo)
+    except KeyboardInterrupt as stop:
+        typer.echo("addb-viewer: stopped; what was finished is kept, and the same command goes on", err=True)
+        raise typer.Exit(STOPPED) from stop
+    print_table(outcomes)
+    write_outcomes(outcomes, json, csv)
+    failed = [outcome for outcome in outcomes if outcome.status is Status.FAILED]
+    for outcome in failed:
+        typer.echo(f"addb-viewer: {outcome.subject}: {outcome.reason}", err=True)
+    if failed:
+        typer.echo(f"addb-viewer: {len(failed)} of {len(outcomes)} subjects failed, see above", err=True)
+        raise typer.Exit(FAILED)

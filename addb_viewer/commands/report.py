@@ -9,8 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from addb_viewer.commands.fit import key_findings
-from addb_viewer.commands.many import Work, done_to_all, options
-from addb_viewer.commands.many_subjects import Jobs
+from addb_viewer.commands.many import Jobs, Work, done_to_all, options
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, Solve, replaceable
 from addb_viewer.jobs.errors import FAILED, errors_as_lines, warn
 from addb_viewer.jobs.root_folder import RootFolder, open_root

@@ -7,24 +7,24 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.dataset.engine.engine import Engine
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.finishing import finished, recovered
 from addb_viewer.dataset.identifiers import without_places
-from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.manifest_file import FILE as MANIFEST
 from addb_viewer.dataset.manifest_file import read_manifest
 from addb_viewer.dataset.named_causes import fingerprint, named_causes
 from addb_viewer.dataset.options import BuildOptions, hash_of_person
-from addb_viewer.dataset.receipts import Receipt, valid_receipt
 from addb_viewer.dataset.scanning import WITHDRAWN, ScannedSubject, scan, wanted_files
 from addb_viewer.dataset.schema import FORMAT_VERSION, schema_json
-from addb_viewer.dataset.task import Task
+from addb_viewer.dataset.subject_task import ATTEMPTS, done_apart, lost
+from addb_viewer.dataset.task import LeftOut, Receipt, Task, valid_receipt
 from addb_viewer.jobs.accepted_extension import extension_for_solve
 from addb_viewer.jobs.force_reviews import reviews_for_solve
+from addb_viewer.jobs.processes import Engine
 from addb_viewer.jobs.review_store import whole_log
 from solver.common.disk_errors import writing_failed
 from solver.fitting.provenance import provenance_of
@@ -117,6 +117,7 @@ def build(
     options: BuildOptions,
     engine: Engine,
     *,
+    time_out_s: float | None = None,
     told: Callable[[str], None] = lambda _: None,
     published: str | None = None,
 ) -> dict[str, Any]:
@@ -127,6 +128,7 @@ def build(
         out: folder of the release; `OUT.work` keeps what workers make.
         options: of the release.
         engine: that does the work.
+        time_out_s: after which a subject is given up; None: never.
         told: how far it is, a line at a time.
         published: the day, for croissant.json.
 
@@ -157,12 +159,19 @@ def build(
         told(f"{len(receipts)} of {len(tasks)} subjects are done already")
     progress = _Progress(len(waiting), sum(task.frames for task in waiting), told)
 
-    def done(task: Task, receipt: Receipt) -> None:
+    def done(task: Task, receipt: Receipt | None) -> None:
+        if receipt is None:
+            receipt = lost(task, "worker_died", f"its worker died {ATTEMPTS} times")
+        elif receipt.files and valid_receipt(task.out, task.key) is None:
+            raise ReleaseError(
+                f"{task.who.subject_id}: a worker did it, and {task.out} is not to be seen here. Client and "
+                "workers have to share the folder of the release, under one path."
+            )
         receipts[task.who.subject_id] = receipt
         progress.one_more(task, receipt)
 
     try:
-        engine.run(waiting, done)
+        engine.run(waiting, partial(done_apart, time_out_s=time_out_s), done)
     except OSError as error:
         raise ReleaseError(writing_failed(work, error)) from error
     left = [*plan.left_out, *(row for one in receipts.values() for row in one.left_out)]

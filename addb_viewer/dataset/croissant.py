@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.dataset.receipts import MadeFile
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.dataset.table import Column, Table
+from addb_viewer.dataset.task import MadeFile
 from addb_viewer.text.amounts import counted
 
 CONFORMS_TO = "http://mlcommons.org/croissant/1.0"

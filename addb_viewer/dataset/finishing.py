@@ -13,15 +13,14 @@ import pyarrow as pa
 from addb_viewer.dataset.arrow_rows import rows_of, sorted_rows
 from addb_viewer.dataset.croissant import croissant_of
 from addb_viewer.dataset.errors import ReleaseError
-from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.manifest import described, manifest_of
 from addb_viewer.dataset.manifest_file import FILE as MANIFEST
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.parquet_files import write_parquet
-from addb_viewer.dataset.receipts import MadeFile, Receipt, made_file
 from addb_viewer.dataset.release_texts import citations, datasheet, licences, readme
 from addb_viewer.dataset.schema import LEFT_OUT, ROOT_TABLES, schema_json
 from addb_viewer.dataset.split_files import without_persons
+from addb_viewer.dataset.task import LeftOut, MadeFile, Receipt, made_file
 from solver.capture.atomic import write_whole
 
 SPLITS = "splits"

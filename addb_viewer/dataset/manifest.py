@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from addb_viewer.dataset.left_out import REASONS
 from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.receipts import MadeFile, Receipt
 from addb_viewer.dataset.schema import FORMAT_VERSION, schema_json
 from addb_viewer.dataset.segments import LONGEST, SHORTEST
+from addb_viewer.dataset.task import REASONS, MadeFile, Receipt
 from solver.capture.plates.force_settings import CONDITIONING
 
 FIRST_VERSION = "1.0.0"

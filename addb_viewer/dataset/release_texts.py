@@ -4,8 +4,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.dataset.left_out import REASONS
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
+from addb_viewer.dataset.task import REASONS
 from addb_viewer.text.amounts import counted, lasting
 
 Rows = Sequence[Mapping[str, Any]]

@@ -10,11 +10,11 @@ import numpy as np
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.grid import grid_of
 from addb_viewer.dataset.identifiers import labels_without_names, side_of
-from addb_viewer.dataset.left_out import LeftOut, hours_of
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import NO_SPDX, ReleaseSubject, is_spdx, release_subject
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
 from addb_viewer.dataset.segments import SHORTEST
+from addb_viewer.dataset.task import LeftOut, hours_of
 from addb_viewer.dataset.trial_labels import labels_of
 from annotations.errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles

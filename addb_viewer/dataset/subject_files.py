@@ -6,10 +6,8 @@ import numpy as np
 
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.identifiers import side_of
-from addb_viewer.dataset.left_out import LeftOut, hours_of
-from addb_viewer.dataset.receipts import Receipt
 from addb_viewer.dataset.subject_writing import SubjectWriting
-from addb_viewer.dataset.task import Task
+from addb_viewer.dataset.task import LeftOut, Receipt, Task, hours_of
 from addb_viewer.dataset.trial_labels import labels_of
 from addb_viewer.jobs.accepted_extension import extension_for_solve
 from addb_viewer.jobs.force_reviews import reviews_for_solve

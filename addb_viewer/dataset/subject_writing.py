@@ -14,11 +14,9 @@ from addb_viewer.dataset.figures import Row
 from addb_viewer.dataset.frame_rows import TrialRows, frames_table, kinematics_table
 from addb_viewer.dataset.gridded_trial import GriddedTrial, on_grid
 from addb_viewer.dataset.identifiers import file_name_of, side_of, without_names
-from addb_viewer.dataset.left_out import LeftOut, hours_of
 from addb_viewer.dataset.long_rows import joint_centres_tables, markers_tables, plates_tables
 from addb_viewer.dataset.named_causes import named_causes
 from addb_viewer.dataset.parquet_files import TableFile
-from addb_viewer.dataset.receipts import MadeFile, Receipt, emptied, made_file
 from addb_viewer.dataset.root_rows import (
     activity_rows,
     cause_rows,
@@ -31,7 +29,7 @@ from addb_viewer.dataset.root_rows import (
 )
 from addb_viewer.dataset.schema import SUBJECT_TABLES
 from addb_viewer.dataset.segments import cuts_of
-from addb_viewer.dataset.task import Task
+from addb_viewer.dataset.task import LeftOut, MadeFile, Receipt, Task, emptied, hours_of, made_file
 from addb_viewer.dataset.triage import concerns_of
 from addb_viewer.dataset.trial_labels import TrialLabels
 from addb_viewer.dataset.trials_on_demand import TrialsOnDemand

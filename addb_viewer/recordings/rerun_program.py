@@ -4,7 +4,7 @@ import json
 import os
 from pathlib import Path
 
-from addb_viewer.jobs.own_packages import own_process
+from addb_viewer.jobs.environment import own_process
 
 
 def rerun_command() -> list[str]:

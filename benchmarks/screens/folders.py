@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from addb_viewer.jobs.demo import make_demo
-from addb_viewer.jobs.own_packages import own_process
+from addb_viewer.jobs.environment import own_process
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.jobs.stored_solves import stored_solves
 from annotations.events import FlagRange
@@ -19,7 +19,7 @@ from solver.fitting.results.store import has_fit, load_fit, save_fit
 TRIAL, FEET = "walk", ("calcn_r", "calcn_l")
 REASONS = (NOT_OVER_FORCE_PLATE, "footContactDetectedButNoForce", "hasInputOutliers", "forceDiscrepancy")
 TEN, SURE, EACH_LESS = 10, 0.95, 0.06  # proposals, certainty of the surest, of each next one less
-SOLVE = "addb_viewer.app.workers.solve"
+WORKERS = "addb_viewer.app.workers"
 
 
 def demo(folder: Path) -> None:
@@ -62,7 +62,9 @@ def with_a_waiting_solve(folder: Path, source: Path) -> None:
     with open_log(folder) as log:
         log.append(TRIAL, FlagRange(60, 75, "forceDiscrepancy", FEET[0]), "Ada")
     if not stored_solves(folder / "results"):
-        subprocess.run([*own_process(SOLVE), str(folder), str(folder / "results"), "Ada"], check=True)
+        subprocess.run(
+            [*own_process(WORKERS), "solve", str(folder), str(folder / "results"), "Ada"], check=True
+        )
 
 
 def with_a_disagreement(folder: Path, source: Path) -> None:

@@ -41,21 +41,6 @@ def taken(handle: int, patience_s: float = 0.0) -> bool | None:
         time.sleep(AGAIN_S)
 
 
-def byte_taken(handle: int, place: int) -> bool | None:
-    """Lock one byte of an open file for this process alone, among processes that have inherited the file.
-
-    Args:
-        handle: open for writing.
-        place: of the byte; it need not be there.
-
-    Returns:
-        As for `taken`.
-    """
-    if fcntl is None:
-        return None
-    return _held(lambda: fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place))
-
-
 def _held(lock: Callable[[], None]) -> bool | None:
     try:
         lock()

@@ -8,8 +8,7 @@ import viser
 
 from addb_viewer.app.diagnosis.cards import flags_of, key_of_cause, picture_json, screen_json
 from addb_viewer.app.diagnosis.panel import Actions, DiagnosisPanel
-from addb_viewer.app.jobs.job_queue import Task, TaskProgress
-from addb_viewer.app.jobs.worker_process import Outcome
+from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.solve.controller import stop

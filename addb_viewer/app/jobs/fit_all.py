@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from addb_viewer.app.jobs.worker_process import Outcome, WorkerProcess
+from addb_viewer.app.jobs.job_queue import Outcome, WorkerProcess
 from solver.fitting.results.store import has_fit
 
-WORKER = "addb_viewer.app.workers.fit"
-Command = tuple[str, tuple[str, ...]]  # module and arguments
+WORKER: tuple[str, ...] = ("addb_viewer.app.workers", "fit")
+Command = tuple[str, ...]  # module and arguments
 STEPS = 20  # in which a fit's progress is told: each is a table for every page
 LOOK_EVERY = 0.5  # [s] at how far it is, and at what people have asked for
 
@@ -58,6 +58,8 @@ class FitAll:
         taken: Callable[[str], bool],
         changed: Callable[[str], None],
         command: Callable[[Path, Path], Command] | None = None,
+        *,
+        takes_turn: bool = False,
     ) -> None:
         """Nothing is at work yet.
 
@@ -67,8 +69,9 @@ class FitAll:
             taken: whether somebody solves this subject; it is then left to them.
             changed: told about every step, with the subject that has ended; empty: none has.
             command: what is done to what, with its results folder; None: a first fit, where there is none.
+            takes_turn: as for `Task`.
         """
-        self._command = command
+        self._command, self._takes_turn = command, takes_turn
         self._places, self._wanted, self._taken, self._changed = places, wanted, taken, changed
         self._lock = threading.Lock()
         self._stop = threading.Event()
@@ -153,7 +156,7 @@ class FitAll:
                     self._fitted += 1
                     self._warnings |= {name: why} if why else {}
                 elif not outcome.cancelled:
-                    self._failures[name] = why or "it ended without a word; is there enough memory?"
+                    self._failures[name] = why
             self._changed(name)
         self._changed("")
 
@@ -183,11 +186,7 @@ class FitAll:
             ended.set()
 
         work = WorkerProcess(self._on_progress, end)
-        try:
-            module, arguments = self._command_of(folder.absolute(), results.absolute())
-            work.start(module, list(arguments))
-        except OSError as error:
-            return Outcome(False, False, "", f"it cannot be begun ({error})")
+        work.start(self._command_of(folder.absolute(), results.absolute()), takes_turn=self._takes_turn)
         shown = None
         while not ended.wait(LOOK_EVERY):
             if self._stop.is_set() or self._taken(name):
@@ -201,7 +200,7 @@ class FitAll:
 
     def _command_of(self, folder: Path, results: Path) -> Command:
         if self._command is None:
-            return WORKER, (str(folder), str(results))
+            return *WORKER, str(folder), str(results)
         return self._command(folder, results)
 
     def _on_progress(self, stage: str, fraction: float) -> None:

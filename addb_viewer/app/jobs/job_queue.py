@@ -4,16 +4,114 @@ What is asked for meanwhile waits its turn. Work that nobody waits for yields: i
 for, and begins again when nothing else waits.
 """
 
+import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from addb_viewer.app.jobs.worker_process import Outcome, WorkerProcess
+from addb_viewer.jobs.processes import NICE, OwnProcess
 from solver.common.errors import SolverError
+from solver.common.progress import Progress
 
 CLOCK_EVERY = 0.5  # [s] between two looks at the clock
+TURN_EVERY = 0.3  # [s] between two tries to get a turn
 PROGRAM = "addb_viewer"
+WAITING = "waiting for other subjects' work"
+
+
+def processors() -> int:
+    """That this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+TURNS = threading.Semaphore(processors())  # of solves and diagnoses of all subjects, as many at once
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended."""
+
+    succeeded: bool
+    cancelled: bool
+    said: str  # on stdout, progress aside
+    error: str  # why it failed; of one that succeeded, what it warned of
+
+
+class WorkerProcess:
+    """At most one command at a time. Both callbacks come from a thread of its own."""
+
+    def __init__(
+        self,
+        progress: Progress,
+        ended: Callable[[Outcome], None],
+        turns: threading.Semaphore = TURNS,
+    ) -> None:
+        self._progress, self._ended, self._turns = progress, ended, turns
+        self._lock = threading.Lock()
+        self._process: OwnProcess | None = None
+        self._running = self._cancelled = False
+
+    @property
+    def running(self) -> bool:
+        """Whether a command is at work, or waits for its turn."""
+        with self._lock:
+            return self._running
+
+    def start(self, command: Sequence[str], *, takes_turn: bool = False) -> bool:
+        """Run a command; False where one is running already.
+
+        Args:
+            command: module and arguments.
+            takes_turn: whether it waits until fewer than all processors are at work.
+        """
+        with self._lock:
+            if self._running:
+                return False
+            self._running, self._cancelled = True, False
+        threading.Thread(target=self._work, args=(command, takes_turn), name="work", daemon=True).start()
+        return True
+
+    def cancel(self) -> None:
+        """End the command now; its results are written whole or not at all."""
+        with self._lock:
+            process, self._cancelled = self._process, True
+        if process is not None:
+            process.cancel()
+
+    def _work(self, command: Sequence[str], takes_turn: bool) -> None:
+        has_turn = takes_turn and self._takes_turn()
+        try:
+            outcome = self._outcome(command)
+        finally:
+            if has_turn:
+                self._turns.release()
+        with self._lock:
+            self._process, self._running = None, False
+        self._ended(outcome)
+
+    def _takes_turn(self) -> bool:
+        """Wait for it; False where the command was cancelled meanwhile."""
+        if self._turns.acquire(blocking=False):
+            return True
+        self._progress(WAITING, -1.0)
+        while not self._turns.acquire(timeout=TURN_EVERY):
+            if self._cancelled:
+                return False
+        return True
+
+    def _outcome(self, command: Sequence[str]) -> Outcome:
+        with self._lock:
+            if self._cancelled:
+                return Outcome(False, True, "", "")
+            try:
+                process = self._process = OwnProcess(command, nice=NICE)
+            except OSError as error:
+                return Outcome(False, False, "", f"it cannot be begun ({error})")
+        ended = process.wait(self._progress)
+        succeeded = ended.status == 0
+        why = ended.own_words if succeeded else ended.reason
+        return Outcome(succeeded, self._cancelled, ended.said, why)
 
 
 class BusyError(SolverError):
@@ -26,9 +124,9 @@ class Task:
 
     doing: str  # as notices begin: "Diagnosing failed"
     stage: str  # while it says nothing itself
-    module: str
-    arguments: tuple[str, ...]
+    command: tuple[str, ...]  # module and arguments
     by: str = ""  # who asked
+    takes_turn: bool = False  # with solves and diagnoses of other subjects
     yields: bool = False  # to all others; keeps by itself what it has done
 
     @property
@@ -149,25 +247,19 @@ class JobQueue:
         self.process.cancel()
 
     def _begin(self, task: Task) -> bool:
-        if not self.process.start(task.module, task.arguments):
+        if self.process.running:
             return False
         self.task, self._began, self._said = task, time.monotonic(), (task.stage, -1.0)
+        if not self.process.start(task.command, takes_turn=task.takes_turn):
+            return False
         threading.Thread(target=self._tick, args=(task,), name="clock of the work", daemon=True).start()
         return True
 
     def _begin_next(self) -> None:
         with self._lock:
             task = self._waiting.pop(0) if self._waiting else None
-            if task is None:
-                return
-            try:
-                if not self._begin(task):  # somebody was quicker
-                    self._waiting.insert(0, task)
-                return
-            except OSError as error:
-                outcome = Outcome(False, False, "", f"it cannot be begun ({error})")
-        self._told_end(task, outcome)
-        self._begin_next()
+            if task is not None and not self._begin(task):  # somebody was quicker
+                self._waiting.insert(0, task)
 
     def _tell(self) -> None:
         progress = self.progress

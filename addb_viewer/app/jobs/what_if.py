@@ -2,18 +2,16 @@
 
 import contextlib
 import json
-import subprocess
 import threading
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.app.jobs.worker_process import PATIENCE_S, give_way
-from addb_viewer.jobs.own_packages import own_process
+from addb_viewer.jobs.processes import OwnProcess
 from solver.common.errors import SolverError
 from solver.contact.force_review import ForceReview, as_plain
 
 NICE = 3  # a person waits for the answer: after the page, before a solve
-WORKER = "addb_viewer.app.workers.what_if"
+WORKER = ("addb_viewer.app.workers", "what_if")
 
 
 class WhatIf:
@@ -28,7 +26,7 @@ class WhatIf:
         """
         self._arguments = tuple(str(Path(place).absolute()) for place in (subject_folder, results))
         self._lock = threading.Lock()
-        self._process: subprocess.Popen[str] | None = None
+        self._process: OwnProcess | None = None
         self._prepared, self._closed = "", False
 
     def warm(self, trial: str | None = None, present: ForceReview | None = None) -> None:
@@ -65,48 +63,31 @@ class WhatIf:
         process, self._process, self._closed = self._process, None, True
         if process is None:
             return
-        process.terminate()
-        try:
-            process.wait(PATIENCE_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-        for pipe in (process.stdin, process.stdout):
-            if pipe is not None:
-                pipe.close()
+        process.cancel()
+        process.wait()
 
-    def _alive(self) -> "subprocess.Popen[str]":
+    def _alive(self) -> OwnProcess:
         if self._closed:
             raise SolverError("the fit has just been replaced; ask again")
-        if self._process is None or self._process.poll() is not None:
-            self._process, self._prepared = self._started(), ""
-            give_way(self._process.pid, NICE)
+        if self._process is None or self._process.popen.poll() is not None:
+            self._process, self._prepared = OwnProcess((*WORKER, *self._arguments), nice=NICE), ""
         return self._process
 
-    def _started(self) -> "subprocess.Popen[str]":
-        return subprocess.Popen(
-            [*own_process(WORKER), *self._arguments],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            encoding="utf-8",
-        )
+
+def _say(process: OwnProcess, question: str) -> None:
+    assert process.popen.stdin is not None
+    process.popen.stdin.write(question + "\n")
+    process.popen.stdin.flush()
 
 
-def _say(process: "subprocess.Popen[str]", question: str) -> None:
-    assert process.stdin is not None
-    process.stdin.write(question + "\n")
-    process.stdin.flush()
-
-
-def _asked(process: "subprocess.Popen[str]", question: str) -> dict[str, Any]:
-    assert process.stdout is not None
+def _asked(process: OwnProcess, question: str) -> dict[str, Any]:
+    assert process.popen.stdout is not None
+    lines = process.popen.stdout
     try:
         _say(process, question)
-        told = json.loads(process.stdout.readline())
+        told = json.loads(lines.readline())
         if "ready" in told:
-            told = json.loads(process.stdout.readline())
+            told = json.loads(lines.readline())
     except (OSError, ValueError) as error:
         raise SolverError("the what-if worker ended; ask again") from error
     if "error" in told:

@@ -26,7 +26,12 @@ class Batches:
         self._lock = threading.Lock()
         places, fits = trials.subjects.folders, trials.fit_all
         self._diagnoses = FitAll(
-            places, lambda: self._busy(fits), trials.is_solved, trials.step_of_batch, _diagnosis
+            places,
+            lambda: self._busy(fits),
+            trials.is_solved,
+            trials.step_of_batch,
+            _diagnosis,
+            takes_turn=True,
         )
         self._exports = FitAll(
             places,
@@ -129,7 +134,7 @@ class Batches:
         return self._trials.is_wanted() or any(other.state.running for other in others)
 
     def _export(self, folder: Path, results: Path) -> Command:
-        return PROGRAM, ("export", str(folder), "--to", self._format, "--out", str(results))
+        return PROGRAM, "export", str(folder), "--to", self._format, "--out", str(results)
 
 
 def formats() -> list[str]:
@@ -140,4 +145,4 @@ def formats() -> list[str]:
 
 
 def _diagnosis(folder: Path, results: Path) -> Command:
-    return DIAGNOSE_WORKER, (str(folder), str(results))
+    return *DIAGNOSE_WORKER, str(folder), str(results)

@@ -8,8 +8,7 @@ import viser
 
 from addb_viewer.app.curves.controller import CurvesController
 from addb_viewer.app.diagnosis.controller import DiagnosisController
-from addb_viewer.app.jobs.job_queue import Task, TaskProgress
-from addb_viewer.app.jobs.worker_process import Outcome
+from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
 from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices

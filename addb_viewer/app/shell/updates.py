@@ -4,8 +4,7 @@ import threading
 from collections.abc import Sequence
 from typing import Protocol
 
-from addb_viewer.app.jobs.job_queue import Task, TaskProgress
-from addb_viewer.app.jobs.worker_process import Outcome
+from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.shell.playback import Pace
 from annotations.events import Edit

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from addb_viewer.app.jobs.job_queue import Task, TaskProgress
+from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
 from addb_viewer.app.jobs.progress_html import show_progress
-from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen

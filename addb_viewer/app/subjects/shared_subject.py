@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
-from addb_viewer.app.jobs.job_queue import PROGRAM, JobQueue, Task, TaskProgress
+from addb_viewer.app.jobs.job_queue import PROGRAM, JobQueue, Outcome, Task, TaskProgress
 from addb_viewer.app.jobs.what_if import WhatIf
-from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.app.subjects.people import People
 from addb_viewer.app.subjects.shown_fits import ShownFits
@@ -24,8 +23,8 @@ from solver.common.errors import SolverError
 DIAGNOSING, SOLVING, RECORDING = "Diagnosing", "Solving", "Recording"
 HOLDING_OUT = "Judging held-out forces"
 WORKERS = "addb_viewer.app.workers"
-DIAGNOSE_WORKER, SOLVE_WORKER = f"{WORKERS}.diagnose", f"{WORKERS}.solve"
-RECORD_WORKER, HOLD_OUT_WORKER = f"{WORKERS}.record", f"{WORKERS}.hold_out"
+DIAGNOSE_WORKER: tuple[str, ...] = (WORKERS, "diagnose")
+SOLVE_WORKER: tuple[str, ...] = (WORKERS, "solve")
 
 
 class SubjectListener(Protocol):
@@ -108,8 +107,8 @@ class SharedSubject:
         Raises:
             BusyError: that waits its turn already.
         """
-        arguments = (*self._places(), author)
-        self._start(Task(SOLVING, "starting", SOLVE_WORKER, arguments, author))
+        command = (*SOLVE_WORKER, *self._places(), author)
+        self._start(Task(SOLVING, "starting", command, author, takes_turn=True))
 
     @property
     def solving(self) -> bool:
@@ -122,8 +121,8 @@ class SharedSubject:
         if not self.fits.holding_out_due:
             return
         self.jobs.forget(HOLDING_OUT)
-        arguments = (*self._places(), str(self.fits.shown.fit_folder))
-        self.jobs.start(Task(HOLDING_OUT, "starting", HOLD_OUT_WORKER, arguments, yields=True))
+        command = (WORKERS, "hold_out", *self._places(), str(self.fits.shown.fit_folder))
+        self.jobs.start(Task(HOLDING_OUT, "starting", command, yields=True))
         self._people.queue_changed()
 
     def diagnose(self, author: str) -> None:
@@ -132,7 +131,8 @@ class SharedSubject:
         Raises:
             BusyError: that waits its turn already.
         """
-        self._start(Task(DIAGNOSING, "starting", DIAGNOSE_WORKER, self._places(), author))
+        command = (*DIAGNOSE_WORKER, *self._places())
+        self._start(Task(DIAGNOSING, "starting", command, author, takes_turn=True))
 
     def cancel(self, author: str) -> None:
         """End what is at work; who asked for it is told, where that is somebody else."""
@@ -148,8 +148,8 @@ class SharedSubject:
             BusyError: that waits its turn already.
         """
         folder, results = self._places()
-        arguments = (*command, folder, "--out", results, "--author", author)
-        self._start(Task(doing, stage, PROGRAM, arguments, author))
+        whole = (PROGRAM, *command, folder, "--out", results, "--author", author)
+        self._start(Task(doing, stage, whole, author))
 
     def record(self, files: Sequence[Path], trial: str | None, author: str) -> None:
         """Write the fit on the screen as a report, or with the one that it is compared with as recordings.
@@ -166,12 +166,12 @@ class SharedSubject:
         if self.fits.shown.fit_folder is None:
             raise SolverError("nothing has been fitted yet; G solves")
         folder, results = self._places()
-        arguments = [folder, results, str(self.fits.shown.fit_folder), *map(str, files)]
+        command = [WORKERS, "record", folder, results, str(self.fits.shown.fit_folder), *map(str, files)]
         if self.fits.compared is not None and self.fits.compared.fit_folder is not None:
-            arguments += ["--previous", str(self.fits.compared.fit_folder)]
+            command += ["--previous", str(self.fits.compared.fit_folder)]
         if trial is not None:
-            arguments += ["--trial", trial]
-        self._start(Task(RECORDING, "starting", RECORD_WORKER, tuple(arguments), author))
+            command += ["--trial", trial]
+        self._start(Task(RECORDING, "starting", tuple(command), author))
 
     def answer(self, trial: str, thread: CommentThread, text: str, author: str) -> None:
         """Answer a comment; those who spoke in the talk are told.
@@ -265,7 +265,7 @@ class SharedSubject:
                 self._fit_replaced()
         if task.doing == HOLDING_OUT:
             try:
-                self.fits.take_in_held_out(task.arguments[-1])
+                self.fits.take_in_held_out(task.command[-1])
             except (SolverError, OSError) as error:
                 outcome = Outcome(False, False, outcome.said, str(error))
         self._tell(lambda listener: listener.ended(task, outcome))

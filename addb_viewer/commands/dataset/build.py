@@ -112,10 +112,10 @@ def build(
     with errors_as_lines(debug):
         from addb_viewer.dataset.build import build as made  # noqa: PLC0415 (loads the solver)
         from addb_viewer.dataset.build import continuing, planned  # noqa: PLC0415 (likewise)
-        from addb_viewer.dataset.engine.dask_cluster import DaskCluster  # noqa: PLC0415 (likewise)
-        from addb_viewer.dataset.engine.processes import Processes, usual_workers  # noqa: PLC0415 (likewise)
         from addb_viewer.dataset.options import BuildOptions  # noqa: PLC0415 (likewise)
         from addb_viewer.dataset.release_subject import Terms  # noqa: PLC0415 (likewise)
+        from addb_viewer.jobs.dask_cluster import DaskCluster  # noqa: PLC0415 (likewise)
+        from addb_viewer.jobs.processes import Processes, usual_workers  # noqa: PLC0415 (likewise)
 
         options = BuildOptions(
             Terms(source, licence, consent),
@@ -132,8 +132,8 @@ def build(
             return
         count = workers or usual_workers()
         limit_s = None if time_out is None else 60 * time_out
-        engine = DaskCluster(scheduler, count, limit_s) if scheduler else Processes(count, limit_s)
-        manifest = made(plan, out, options, engine, told=typer.echo, published=date)
+        engine = DaskCluster(scheduler, count) if scheduler else Processes(count)
+        manifest = made(plan, out, options, engine, time_out_s=limit_s, told=typer.echo, published=date)
         totals = manifest["totals"]
         typer.echo(
             f"{out}: version {manifest['version']}, {counted(totals['subjects'], 'subject')}, "

@@ -4,7 +4,7 @@ import sys
 import time
 from pathlib import Path
 
-from addb_viewer.app.jobs.worker_process import end_in_order, print_progress
+from addb_viewer.jobs.processes import end_in_order, print_progress
 
 FOREVER_S = 600.0
 

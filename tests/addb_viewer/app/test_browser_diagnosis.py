@@ -1,6 +1,7 @@
 """The Diagnosis panel in a real browser, with commands of our own making behind its buttons."""
 
 import json
+import os
 import textwrap
 
 import numpy as np
@@ -17,9 +18,9 @@ SPITEFUL = "<img src=x onerror='window.hacked=1'>"
 WORKER = """
     import shutil, sys, time
     from pathlib import Path
-    from addb_viewer.app.jobs.worker_process import progress_line
+    from addb_viewer.jobs.processes import print_progress
     folder, results = map(Path, sys.argv[1:])
-    print(progress_line("screening", 0.4), flush=True)
+    print_progress("screening", 0.4)
     if (folder / "slow").exists():
         time.sleep(FOR_EVER_S)
     if (folder / "broken").exists():
@@ -51,8 +52,8 @@ def app(tmp_path_factory, make_replay, make_app, effect, figures):
     )
     (folder / "tested_worker.py").write_text(textwrap.dedent(WORKER).replace("FOR_EVER_S", str(FOR_EVER_S)))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(shared_subject, "DIAGNOSE_WORKER", "tested_worker")
-        patch.setenv("PYTHONPATH", str(folder))
+        patch.setattr(shared_subject, "DIAGNOSE_WORKER", ("tested_worker",))
+        patch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
         patch.chdir(folder)
         app = make_app(folder, [make_replay()], login="Zoë")
         yield app

@@ -72,4 +72,4 @@ def test_a_solve_takes_its_place_is_shown_at_once_and_is_judged_after(app, enter
     assert 0 < len(load_fit(fitted / "results", fitted).held_out_layouts) < len(LAYOUTS)
     kept_one = str(shared.results.absolute())
     at_work = [shared.jobs.task, *shared.jobs.waiting]
-    assert (HOLDING_OUT, kept_one) in [(task.doing, task.arguments[-1]) for task in at_work]
+    assert (HOLDING_OUT, kept_one) in [(task.doing, task.command[-1]) for task in at_work]

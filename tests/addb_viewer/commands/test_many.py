@@ -11,8 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
-from addb_viewer.commands.many import Work, done_to_all, options, several
-from addb_viewer.commands.many_table import Status
+from addb_viewer.commands.many import Status, Work, done_to_all, options, several
 from tests.patience import PATIENCE_S
 
 
@@ -77,7 +76,7 @@ def test_one_that_fails_on_the_way_stops_none_and_says_why(root):
 
 def test_each_subject_s_warnings_stand_below_its_line(root, monkeypatch):
     code = "import sys; print('fine\\n! mass not given' if 'ben' in sys.argv[2] else 'fine\\nalso noted: !')"
-    monkeypatch.setattr("addb_viewer.commands.many.own_process", lambda _: [sys.executable, "-c", code])
+    monkeypatch.setattr("addb_viewer.jobs.processes.own_process", lambda _: [sys.executable, "-c", code])
     lines = []
     done_to_all(several(root), Work("fit", (), None, lambda *_: {}, has_json=False), 1, lines.append)
     (place,) = [k for k, line in enumerate(lines) if "  ben: " in line]

@@ -22,7 +22,7 @@ class Here:
     def __init__(self):
         self.did = []
 
-    def run(self, tasks, done):
+    def run(self, tasks, do, done):
         for task in tasks:
             self.did.append(task.who.subject_id)
             file = task.out.with_suffix(".json")

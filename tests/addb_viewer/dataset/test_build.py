@@ -16,10 +16,10 @@ from addb_viewer.dataset import build as building
 from addb_viewer.dataset import subject_files
 from addb_viewer.dataset.build import build, continuing, planned
 from addb_viewer.dataset.errors import ReleaseError
-from addb_viewer.dataset.left_out import REASONS
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import Terms
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
+from addb_viewer.dataset.task import REASONS
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
 from solver.capture.formats.b3d.reader import read_b3d

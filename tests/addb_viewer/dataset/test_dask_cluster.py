@@ -2,16 +2,16 @@
 
 import threading
 from contextlib import suppress
+from functools import partial
 
 import psutil
 import pytest
 
-from addb_viewer.dataset.engine.dask_cluster import LOCAL, DaskCluster
-from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.receipts import valid_receipt
 from addb_viewer.dataset.release_subject import ReleaseSubject
-from addb_viewer.dataset.task import Task
+from addb_viewer.dataset.subject_task import done_apart
+from addb_viewer.dataset.task import Task, valid_receipt
+from addb_viewer.jobs.dask_cluster import LOCAL, DaskCluster, SchedulerError
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ from addb_viewer.dataset.task import Task
     ],
 )
 def test_an_address_that_is_none_or_not_safe_is_refused_at_once(address, why):
-    with pytest.raises(ReleaseError, match=why):
+    with pytest.raises(SchedulerError, match=why):
         DaskCluster(address, 1)
 
 
@@ -33,7 +33,7 @@ def test_addresses_here_and_with_tls_are_taken():
 
 
 def test_without_a_task_no_cluster_is_started():
-    DaskCluster("tcp://127.0.0.1:1", 1).run([], lambda *_: pytest.fail("nothing was to be done"))
+    DaskCluster("tcp://127.0.0.1:1", 1).run([], pytest.fail, pytest.fail)
 
 
 @pytest.fixture
@@ -46,7 +46,8 @@ def nowhere(tmp_path):
 
 def failed_of(task, time_out_s=None):
     told = []
-    DaskCluster(LOCAL, 1, time_out_s).run([task], lambda _, receipt: told.append(receipt.failed))
+    do = partial(done_apart, time_out_s=time_out_s)
+    DaskCluster(LOCAL, 1).run([task], do, lambda _, receipt: told.append(receipt.failed))
     (failed,) = told
     return failed.reason, failed.detail
 

@@ -1,16 +1,21 @@
 """Workers in processes of their own, some of which die."""
 
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from addb_viewer.dataset.engine.processes import Processes
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.receipts import valid_receipt
 from addb_viewer.dataset.release_subject import ReleaseSubject
-from addb_viewer.dataset.task import Task, read_task
+from addb_viewer.dataset.subject_task import done_apart
+from addb_viewer.dataset.task import Task, read_task, valid_receipt
+from addb_viewer.jobs.processes import Processes
+
+
+def run(workers, tasks, done, **limit):
+    Processes(workers).run(tasks, partial(done_apart, **limit), done)
 
 
 def task(folder, name="nowhere"):
@@ -26,7 +31,7 @@ def test_a_task_comes_through_its_file(tmp_path):
 
 def test_an_error_of_the_data_is_a_receipt(tmp_path):
     one, told = task(tmp_path), []
-    Processes(1).run([one], lambda task, receipt: told.append((task, receipt)))
+    run(1, [one], lambda task, receipt: told.append((task, receipt)))
     ((_, receipt),) = told
     assert receipt.failed.reason == "fit_failed"
     assert "nowhere: no folder of that name" in receipt.failed.detail
@@ -48,7 +53,7 @@ def test_a_worker_that_dies_three_times_is_told_and_takes_no_other_with_it(tmp_p
     starts = shell(tmp_path, monkeypatch, "kill -9 $$")
     told = {}
     tasks = [task(tmp_path, name) for name in ("one", "other")]
-    Processes(2).run(tasks, lambda task, receipt: told.update({task.who.folder: receipt.failed}))
+    run(2, tasks, lambda task, receipt: told.update({task.who.folder: receipt.failed}))
     assert {failed.reason for failed in told.values()} == {"worker_died"}
     assert "SIGKILL, 3 times" in told["one"].detail
     assert len(starts()) == 6
@@ -57,7 +62,7 @@ def test_a_worker_that_dies_three_times_is_told_and_takes_no_other_with_it(tmp_p
 def test_a_worker_that_takes_too_long_is_given_up_and_tried_again_by_the_next_build(tmp_path, monkeypatch):
     starts = shell(tmp_path, monkeypatch, "exec sleep 60")
     one, told = task(tmp_path, "one"), []
-    Processes(1, time_out_s=0.1).run([one], lambda _, receipt: told.append(receipt.failed))
+    run(1, [one], lambda _, receipt: told.append(receipt.failed), time_out_s=0.1)
     ((reason, detail),) = [(failed.reason, failed.detail) for failed in told]
     assert (reason, detail) == ("timed_out", "not done after 0.1 s")
     assert len(starts()) == 1
@@ -69,7 +74,7 @@ def test_an_error_that_nobody_expected_is_told_once_and_takes_no_other_with_it(t
     starts = shell(tmp_path, monkeypatch, 'echo "Traceback" >&2; echo "KeyError: 3" >&2; exit 1')
     told = []
     tasks = [task(tmp_path, name) for name in ("one", "other")]
-    Processes(1).run(tasks, lambda _, receipt: told.append(receipt.failed))
+    run(1, tasks, lambda _, receipt: told.append(receipt.failed))
     assert [(failed.reason, failed.detail) for failed in told] == [
         ("fit_failed", "unexpected KeyError: 3")
     ] * 2
@@ -79,6 +84,6 @@ def test_an_error_that_nobody_expected_is_told_once_and_takes_no_other_with_it(t
 def test_a_disk_that_fails_stops_the_build_with_its_own_words(tmp_path, monkeypatch):
     starts = shell(tmp_path, monkeypatch, 'echo "/mnt/x: No space left on device" >&2; exit 75')
     with pytest.raises(ReleaseError, match=r"Lab/one: /mnt/x: No space left on device"):
-        Processes(1).run([task(tmp_path, "one")], lambda *_: None)
+        run(1, [task(tmp_path, "one")], lambda *_: None)
     assert len(starts()) == 3
     assert not Path(tmp_path / "work" / "one" / "receipt.json").exists()

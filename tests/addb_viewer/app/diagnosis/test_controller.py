@@ -105,8 +105,8 @@ def test_one_cause_is_decided_by_the_commands_own_words(browser, monkeypatch):
         say(browser, [does, "clock_offset all"])
         browser.until(lambda: asked)
         task = asked.pop()
-        assert task.arguments[:2] == (does, "--cause=clock_offset:all")
-        assert task.arguments[-2:] == ("--author", "Zoë")
+        assert task.command[1:3] == (does, "--cause=clock_offset:all")
+        assert task.command[-2:] == ("--author", "Zoë")
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_what_the_page_does_not_have_on_its_cards_does_nothing(browser, monkeypa
     say(browser, said)
     say(browser, ["reject", "clock_offset all"])  # after it
     browser.until(lambda: asked)
-    assert [task.arguments[0] for task in asked] == ["reject"]
+    assert [task.command[1] for task in asked] == ["reject"]
 
 
 def test_what_accepting_gained_is_shown_with_the_decision(browser, accepted):
@@ -151,7 +151,7 @@ def test_one_thing_at_a_time_and_everybody_sees_it(app, browser, enter, monkeypa
     folder = browser.session.shared.subject.folder
     (folder / "sleeper.py").write_text(f"import time; time.sleep({FOR_EVER_S})")
     monkeypatch.setenv("PYTHONPATH", str(folder))
-    monkeypatch.setattr(shared_subject, "DIAGNOSE_WORKER", "sleeper")
+    monkeypatch.setattr(shared_subject, "DIAGNOSE_WORKER", ("sleeper",))
     other = enter(app, name="Bo")
     browser.press("Diagnose")
     other.until(lambda: "s so far" in other.html())

@@ -57,7 +57,7 @@ def test_names_from_files_stay_text(effect, figures):
         section_html(cause(named, 0)),
         section_html(Section("Notes", (SPITEFUL,), ((SPITEFUL, SPITEFUL),))),
         gain_html(Section("", (SPITEFUL,), ((SPITEFUL, SPITEFUL),))),
-        progress_html(TaskProgress(Task("", "", "", (), SPITEFUL), SPITEFUL, 0.5, 10.0)),
+        progress_html(TaskProgress(Task("", "", (), SPITEFUL), SPITEFUL, 0.5, 10.0)),
     )
     for text in shown:
         assert "<img" not in text
@@ -65,7 +65,7 @@ def test_names_from_files_stay_text(effect, figures):
 
 
 def test_progress_tells_how_long_it_may_still_take():
-    task = Task("Diagnosing", "", "", ())
+    task = Task("Diagnosing", "", ())
     assert "about 30 s left" in progress_html(TaskProgress(task, "markers", 0.25, 10.0))
     assert "left" not in progress_html(TaskProgress(task, "markers", None, 10.0))
 

@@ -15,7 +15,7 @@ SPITEFUL = "<script>alert(1)</script>"
 
 @pytest.fixture(autouse=True)
 def stub(monkeypatch):
-    monkeypatch.setattr(fit_all, "WORKER", "tests.addb_viewer.app.stub_fit_worker")
+    monkeypatch.setattr(fit_all, "WORKER", ("tests.addb_viewer.app.stub_fit_worker",))
     monkeypatch.setattr(fit_all, "LOOK_EVERY", 0.05)
 
 
@@ -145,7 +145,7 @@ def test_other_work_has_its_own_command_and_goes_to_subjects_that_have_a_fit(tmp
         lambda: False,
         lambda name: False,
         lambda name: None,
-        lambda folder, results: ("tests.addb_viewer.app.stub_told_worker", (str(results), folder.name)),
+        lambda folder, results: ("tests.addb_viewer.app.stub_told_worker", str(results), folder.name),
     )
     work.start(["anna"], "Zoë")
     thread = work._thread

@@ -3,7 +3,9 @@ from dataclasses import replace
 
 import pytest
 
+from addb_viewer.app.jobs import job_queue
 from addb_viewer.app.jobs.job_queue import BusyError, JobQueue, Task
+from addb_viewer.jobs.processes import OwnProcess
 from tests.patience import PATIENCE_S
 
 
@@ -19,7 +21,7 @@ class Asked:
         self.jobs = JobQueue(lambda progress: None, self._ended)
 
     def task(self, name, by="Zoë"):
-        return Task(name, "starting", "waits", (str(self.folder / name),), by)
+        return Task(name, "starting", ("waits", str(self.folder / name)), by)
 
     def let_end(self, name):
         (self.folder / name).touch()
@@ -81,15 +83,15 @@ def test_nothing_that_waits_begins_after_the_end(asked):
 def test_what_cannot_begin_is_told_and_the_next_begins(asked, monkeypatch):
     for name in "abc":
         asked.jobs.start(asked.task(name))
-    begin, tried = asked.jobs.process.start, []
+    tried = []
 
-    def start(module, arguments):
-        tried.append(arguments)
+    def begun(command, **settings):
+        tried.append(command)
         if len(tried) == 1:
             raise OSError("out of memory")
-        return begin(module, arguments)
+        return OwnProcess(command, **settings)
 
-    monkeypatch.setattr(asked.jobs.process, "start", start)
+    monkeypatch.setattr(job_queue, "OwnProcess", begun)
     asked.let_end("a")
     asked.let_end("c")
     asked.until_ended("a", "b", "c")

@@ -5,8 +5,8 @@ import shutil
 import numpy as np
 import pytest
 
+from addb_viewer.app import workers
 from addb_viewer.app.jobs.what_if import WhatIf
-from addb_viewer.app.workers import what_if as what_if_worker
 from addb_viewer.jobs.review_store import open_log, record
 from addb_viewer.jobs.solving import computed, job_for, last_fit, resolved
 from annotations.events import FlagRange
@@ -57,7 +57,7 @@ def test_it_says_what_a_solve_says_once_the_edit_is_made(folder, tmp_path):
     edited = tmp_path / "edited"
     shutil.copytree(folder, edited)
     kept = last_fit(job_for(edited))
-    asked = what_if_worker.Asked(kept, lambda: job_for(edited))
+    asked = workers.Asked(kept, lambda: job_for(edited))
     asked.prepare({"prepare": "squat", "present": as_plain(ForceReview())})
     flag(edited, "run", 60, 75)
     told = asked.answer({"trial": "squat", "present": as_plain(ForceReview()), "instead": as_plain(INSTEAD)})
@@ -89,8 +89,8 @@ def test_what_was_answered_is_not_solved_again(folder, monkeypatch):
         asked_for.append(job)
         return resolved(job, fit)
 
-    monkeypatch.setattr(what_if_worker, "resolved", counted)
-    asked = what_if_worker.Asked(load_fit(folder / "results", folder), lambda: job_for(folder))
+    monkeypatch.setattr(workers, "resolved", counted)
+    asked = workers.Asked(load_fit(folder / "results", folder), lambda: job_for(folder))
     question = {"trial": "squat", "present": as_plain(ForceReview()), "instead": as_plain(INSTEAD)}
     first = asked.answer(question)
     assert len(asked_for) == 2

@@ -1,29 +1,24 @@
 """Commands in a process of their own."""
 
-import errno
+import os
 import textwrap
 import threading
 
 import pytest
 
-from addb_viewer.app.jobs.turns import GIVEN, WAITING, Turns, wait_for_turn
-from addb_viewer.app.jobs.worker_process import WorkerProcess
+from addb_viewer.app.jobs.job_queue import WAITING, WorkerProcess
 from tests.patience import FOR_EVER_S, PATIENCE_S
 
 TALKER = """
     import sys, time
-    from addb_viewer.app.jobs.worker_process import progress_line
+    from addb_viewer.jobs.processes import end_in_order, print_progress
     if sys.argv[1] == "talk":
-        print(progress_line("looking", 0.25), flush=True)
+        print_progress("looking", 0.25)
         print("{ not progress")
-        print(progress_line("found", 1.0))
+        print_progress("found", 1.0)
         print("all is well")
     elif sys.argv[1] == "turn":
-        from addb_viewer.app.jobs.turns import wait_for_turn
-        from addb_viewer.app.jobs.worker_process import print_progress
-        wait_for_turn(print_progress)
         print_progress("at work", 0.5)
-        sys.stdout.flush()
         while len(sys.argv) > 2:
             time.sleep(FOR_EVER_S)
     elif sys.argv[1] == "fail":
@@ -31,13 +26,12 @@ TALKER = """
         print("addb-viewer: no trial has forces", file=sys.stderr)
         sys.exit(1)
     else:
-        from addb_viewer.app.jobs.worker_process import end_in_order
         from pathlib import Path
         end_in_order()
         draft = Path("draft")
         draft.touch()
         try:
-            print(progress_line("sleeping", 0.5), flush=True)
+            print_progress("sleeping", 0.5)
             time.sleep(FOR_EVER_S)
         finally:
             draft.unlink()
@@ -62,7 +56,7 @@ class Listener:
 @pytest.fixture
 def listener(tmp_path, monkeypatch):
     (tmp_path / "talker.py").write_text(textwrap.dedent(TALKER).replace("FOR_EVER_S", str(FOR_EVER_S)))
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     monkeypatch.chdir(tmp_path)
     listener = Listener()
     yield listener
@@ -70,7 +64,7 @@ def listener(tmp_path, monkeypatch):
 
 
 def test_progress_and_words_are_told_apart(listener):
-    assert listener.work.start("talker", ["talk"])
+    assert listener.work.start(("talker", "talk"))
     assert listener.ended.wait(PATIENCE_S)
     assert listener.progress == [("looking", 0.25), ("found", 1.0)]
     (outcome,) = listener.outcomes
@@ -80,7 +74,7 @@ def test_progress_and_words_are_told_apart(listener):
 
 
 def test_a_failure_brings_its_last_line(listener):
-    listener.work.start("talker", ["fail"])
+    listener.work.start(("talker", "fail"))
     assert listener.ended.wait(PATIENCE_S)
     (outcome,) = listener.outcomes
     assert not outcome.succeeded
@@ -88,10 +82,10 @@ def test_a_failure_brings_its_last_line(listener):
 
 
 def test_one_at_a_time_and_cancel_ends_it_soon_with_nothing_left_behind(listener, tmp_path):
-    listener.work.start("talker", ["sleep"])
+    listener.work.start(("talker", "sleep"))
     assert listener.told.wait(PATIENCE_S)
     assert listener.work.running
-    assert not listener.work.start("talker", ["talk"])
+    assert not listener.work.start(("talker", "talk"))
     assert (tmp_path / "draft").exists()
     listener.work.cancel()
     assert listener.ended.wait(PATIENCE_S)
@@ -100,17 +94,17 @@ def test_one_at_a_time_and_cancel_ends_it_soon_with_nothing_left_behind(listener
     assert outcome.cancelled
     assert not outcome.succeeded
     listener.ended.clear()
-    assert listener.work.start("talker", ["talk"])
+    assert listener.work.start(("talker", "talk"))
     assert listener.ended.wait(PATIENCE_S)
     assert not listener.outcomes[-1].cancelled
 
 
 def test_only_so_many_are_at_work_and_the_next_begins_when_one_has_ended(listener, until):
     """However that ends: here it is killed."""
-    turns = Turns(2)
+    turns = threading.Semaphore(2)
     people = [Listener(turns) for _ in range(3)]
     for person in people:
-        person.work.start("talker", ["turn", "for ever"])
+        person.work.start(("talker", "turn", "for ever"), takes_turn=True)
     at_work = lambda: [p for p in people if ("at work", 0.5) in p.progress]  # noqa: E731
     until(lambda: len(at_work()) == 2 and sum(bool(p.progress) for p in people) == 3)
     (waits,) = (p for p in people if p not in at_work())
@@ -122,27 +116,16 @@ def test_only_so_many_are_at_work_and_the_next_begins_when_one_has_ended(listene
 
 
 def test_who_waits_can_be_cancelled_and_holds_nobody_up(listener, until):
-    turns = Turns(1)
+    turns = threading.Semaphore(1)
     first, second, third = (Listener(turns) for _ in range(3))
-    first.work.start("talker", ["turn", "for ever"])
+    first.work.start(("talker", "turn", "for ever"), takes_turn=True)
     until(lambda: first.progress)
-    second.work.start("talker", ["turn"])
+    second.work.start(("talker", "turn"), takes_turn=True)
     until(lambda: second.progress)
     second.work.cancel()
     assert second.ended.wait(PATIENCE_S)
     assert second.outcomes[0].cancelled
     first.work.cancel()
-    third.work.start("talker", ["turn"])
+    third.work.start(("talker", "turn"), takes_turn=True)
     assert third.ended.wait(PATIENCE_S)
     assert third.outcomes[0].succeeded
-
-
-def test_where_there_are_no_locks_nobody_waits(monkeypatch):
-    def no_locks(*_):
-        raise OSError(errno.ENOLCK, "No locks available")
-
-    turns, told = Turns(1), []
-    monkeypatch.setattr("fcntl.lockf", no_locks)
-    monkeypatch.setenv(GIVEN, turns.environment[GIVEN])
-    wait_for_turn(lambda *said: told.append(said))
-    assert told == []

@@ -79,6 +79,6 @@ def test_rows_show_who_was_assigned_as_far_as_it_went(batches):
 
 def test_an_export_is_told_to_the_program_as_on_the_command_line(batches, tmp_path):
     batches.start(EXPORT, ALL, "Zoë", "parquet")
-    module, words = batches._export(tmp_path / "S2", tmp_path / "S2" / "results")
+    module, *words = batches._export(tmp_path / "S2", tmp_path / "S2" / "results")
     assert module == "addb_viewer"
-    assert words == ("export", f"{tmp_path}/S2", "--to", "parquet", "--out", f"{tmp_path}/S2/results")
+    assert words == ["export", f"{tmp_path}/S2", "--to", "parquet", "--out", f"{tmp_path}/S2/results"]

@@ -13,7 +13,7 @@ from tests.patience import PATIENCE_S
 
 @pytest.fixture
 def queue(tmp_path, monkeypatch):
-    monkeypatch.setattr(fit_all, "WORKER", "tests.addb_viewer.app.stub_fit_worker")
+    monkeypatch.setattr(fit_all, "WORKER", ("tests.addb_viewer.app.stub_fit_worker",))
     monkeypatch.setattr(fit_all, "LOOK_EVERY", 0.05)
     for name in ("anna", "ben", "broken", "carl", "long"):
         write_subject(tmp_path / name)

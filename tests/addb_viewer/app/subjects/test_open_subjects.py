@@ -116,7 +116,7 @@ def test_what_cannot_be_read_is_told_to_who_comes_and_to_nobody_before(subjects)
 
 def asleep(by):
     """Work of some minutes; somebody waits for it, or nobody does."""
-    return Task("Sleeping", "starting", "tests.addb_viewer.app.stub_sleeper", (), by=by, yields=not by)
+    return Task("Sleeping", "starting", ("tests.addb_viewer.app.stub_sleeper",), by=by, yields=not by)
 
 
 @pytest.mark.parametrize(("by", "left"), [("", ["Ben", "Chen"]), ("Zoë", ["Anna", "Ben", "Chen"])])

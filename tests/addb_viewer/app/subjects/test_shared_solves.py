@@ -35,7 +35,7 @@ def subject(small_fit, monkeypatch):
     (folder.parent / "synthetic_solver.py").write_text(SOLVER)
     save_fit(replace(small_fit, mass_kg=90.0), folder.parent / "template")
     monkeypatch.setenv("PYTHONPATH", str(folder.parent))
-    monkeypatch.setattr(shared_subject, "SOLVE_WORKER", "synthetic_solver")
+    monkeypatch.setattr(shared_subject, "SOLVE_WORKER", ("synthetic_solver",))
     return small_fit.subject
 
 

@@ -7,8 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from addb_viewer.app.jobs.worker_process import WorkerProcess
-from addb_viewer.app.workers import diagnose as diagnose_worker
+from addb_viewer.app import workers
+from addb_viewer.app.jobs.job_queue import WorkerProcess
 from addb_viewer.jobs.kept_diagnosis import kept
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from solver.simulate.demo import write_demo_subject
@@ -26,8 +26,8 @@ def test_it_keeps_the_answer_and_tells_progress(subject, monkeypatch, capsys):
         return Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("squat",), notes=("a note",))
 
     monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", finder)
-    monkeypatch.setattr(sys, "argv", ["worker", str(subject), str(subject / "elsewhere")])
-    assert diagnose_worker.main() == 0
+    monkeypatch.setattr(sys, "argv", ["worker", "diagnose", str(subject), str(subject / "elsewhere")])
+    assert workers.main() == 0
     (line,) = capsys.readouterr().out.splitlines()
     assert json.loads(line) == {"stage": "screening", "fraction": 0.5}
     figures, made_from = kept(subject / "elsewhere")
@@ -42,7 +42,7 @@ def test_a_recording_without_forces_fails_with_its_cause(subject):
     (subject / "trials" / "squat" / "grf.mot").unlink()
     outcomes = []
     work = WorkerProcess(lambda *_: None, outcomes.append)
-    work.start("addb_viewer.app.workers.diagnose", [str(subject), str(subject / "results")])
+    work.start(("addb_viewer.app.workers", "diagnose", str(subject), str(subject / "results")))
     while work.running or not outcomes:
         time.sleep(0.1)
     assert not outcomes[0].succeeded

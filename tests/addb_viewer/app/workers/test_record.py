@@ -13,7 +13,7 @@ from annotations.events import FlagRange
 from solver.fitting.results.store import save_fit
 from tests.patience import PATIENCE_S
 
-WORKER = "addb_viewer.app.workers.record"
+WORKER = ("addb_viewer.app.workers", "record")
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def results(small_fit):
 
 
 def run(*arguments):
-    command = [sys.executable, "-m", WORKER, *map(str, arguments)]
+    command = [sys.executable, "-m", *WORKER, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
 
 

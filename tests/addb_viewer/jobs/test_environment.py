@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from addb_viewer.jobs.own_packages import NAMES, own_process
+from addb_viewer.jobs.environment import NAMES, own_process
 
 
 def ran(folder, *words, env=None):

@@ -1,0 +1,251 @@
+"""What the app runs in processes of its own: `python -m addb_viewer.app.workers WHAT`, then what it needs.
+
+Progress comes as lines, errors as one line on stderr. `what_if` keeps a subject's fit in memory instead, and
+answers lines of JSON. Asked {"trial": …, "present": {…}, "instead": {…}}, each a `ForceReview`, it answers
+{"present": {…}, "instead": {…}, "seconds": …} in figures, or {"error": …}. Told {"prepare": trial, "present":
+{…}} it computes that side and answers nothing.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import typer
+
+from addb_viewer.jobs.environment import ENDS_WITH_STDIN, end_with_parent
+from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.holding_out import FitReplacedError, HoldingOut
+from addb_viewer.jobs.kept_diagnosis import kept
+from addb_viewer.jobs.processes import LOWEST, end_in_order, give_way, print_progress
+from addb_viewer.jobs.review_store import whole_log
+from addb_viewer.jobs.solving import Job, computed, job_for, kept_fit, last_fit, resolved
+from addb_viewer.jobs.stored_solves import add
+from annotations.errors import ReviewError
+from solver.capture.atomic import made_folder
+from solver.common.errors import FitError, ResultsError, SolverError
+from solver.contact.force_review import ForceReview, as_plain, from_plain
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import can_resolve
+from solver.fitting.results.store import check_place, load_fit, present_solve
+
+if TYPE_CHECKING:
+    from addb_viewer.trial_view.recording import Recording
+
+FIT_READ = 0.2  # share of a recording's work before the first file is begun
+Figures = dict[str, float | None]
+
+
+def fit(folder: str, results: str) -> None:
+    """A subject's first fit, kept as by `addb-viewer fit --quick`; people's own work goes first."""
+    end_in_order()
+    give_way(os.getpid(), LOWEST)
+    kept_fit(job_for(Path(folder), out=Path(results)), progress=print_progress)
+
+
+def solve(folder: str, results: str, author: str) -> None:
+    """A solve that goes among the others, for somebody to keep or to discard; its number is said last."""
+    end_in_order()
+    began = time.monotonic()
+    job = job_for(Path(folder), out=Path(results))
+    check_place(job.results)
+    found, _ = computed(job, last_fit(job), print_progress)
+    print(add(found, job.results, by=author, seconds=time.monotonic() - began))
+
+
+def diagnose(folder: str, results: str) -> None:
+    """As `addb-viewer diagnose`."""
+    from addb_viewer.jobs.diagnosing import diagnosed  # noqa: PLC0415 (slow to load)
+
+    diagnosed(job_for(Path(folder), out=Path(results)), print_progress)
+
+
+def hold_out(folder: str, results: str, fit_folder: str) -> None:
+    """Layouts of held-out forces of a fit.
+
+    Each is kept beside the fit when it comes, so that ending this, at once and whatever it does, loses the
+    present one alone.
+    """
+    give_way(os.getpid(), LOWEST)
+    job, place = job_for(Path(folder), out=Path(results)), Path(fit_folder)
+    present = present_solve(place)
+    found = load_fit(place, Path(folder))
+    names = {*(trial.capture.name for trial in found.trials), *(trial.name for trial in found.unread)}
+    trials = [trial for trial in job.subject.trials if trial.name in names]
+    if not can_resolve(found, job.subject, trials, job.settings, extension=job.extension):
+        raise ResultsError(
+            f"{place}: files, settings or accepted causes have changed since this fit was made. "
+            "Solve again: held-out forces are judged after it."
+        )
+    try:
+        HoldingOut(found, place, present).run(job.settings, print_progress, job.extension)
+    except FitReplacedError:
+        print("another fit has taken the place of this one")
+
+
+def record(*arguments: str) -> None:
+    """Recordings and reports of a fit as it lies on the disk; the files are said. Nothing is solved."""
+    end_in_order()
+    asked = _arguments(arguments)
+    print_progress("reading the fit", 0.0)
+    found = load_fit(asked.fit, asked.subject)
+    share = (1.0 - FIT_READ) / len(asked.files)
+    for i, file in enumerate(asked.files):
+        print_progress(f"writing {file.name}", FIT_READ + i * share)
+        made_folder(file.parent)
+        print(_write(found, asked, file))
+    print_progress("written", 1.0)
+
+
+def _arguments(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("subject", type=Path)
+    parser.add_argument("results", type=Path, help="where the diagnosis lies")
+    parser.add_argument("fit", type=Path, help="folder of the fit")
+    parser.add_argument("files", type=Path, nargs="+", help=".html, .rrd or .mcap")
+    parser.add_argument("--previous", type=Path, help="folder of the fit that it is compared with")
+    parser.add_argument("--trial", help="this one only")
+    return parser.parse_args(arguments)
+
+
+def _write(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
+    if file.suffix == ".html":
+        from addb_viewer.report.reporting import page_of  # noqa: PLC0415 (slow to load)
+        from addb_viewer.trial_view.recording import ON_ONE_PAGE  # noqa: PLC0415 (likewise)
+
+        is_form = file.name.endswith(ON_ONE_PAGE)
+        return page_of(fit, asked.results, file, trials=_trials(asked), one_page=is_form)[0]
+    if file.suffix == ".mcap":
+        from addb_viewer.recordings.mcap_recording import write_mcap  # noqa: PLC0415 (slow to load)
+
+        return write_mcap(_recording(fit, asked), file)
+    from addb_viewer.recordings.rrd_recording import write_rrd  # noqa: PLC0415 (slow to load)
+
+    return write_rrd(_recording(fit, asked), file)
+
+
+def _recording(fit: Fit, asked: argparse.Namespace) -> "Recording":
+    from addb_viewer.trial_view.recording import recording_of  # noqa: PLC0415 (slow to load)
+
+    previous = None if asked.previous is None else load_fit(asked.previous, asked.subject)
+    diagnosis = kept(asked.results)
+    return recording_of(
+        fit,
+        trials=_trials(asked),
+        previous=previous,
+        diagnosis=diagnosis[0] if diagnosis else None,
+        edits=whole_log(asked.subject).edits,
+    )
+
+
+def _trials(asked: argparse.Namespace) -> list[str] | None:
+    return None if asked.trial is None else [asked.trial]
+
+
+class Asked:
+    """One subject's kept fit, and what was asked of it: answered as a solve for the app would."""
+
+    def __init__(self, fit: Fit, job: Callable[[], Job]) -> None:
+        """Solve nothing yet.
+
+        Args:
+            fit: kept.
+            job: of the subject as it is when it is called, with what people say now of all its trials.
+        """
+        self.fit, self.job = fit, job
+        self.known: dict[str, dict[str, Figures]] = {}  # by what is said of all trials, by trial
+
+    def answer(self, question: dict[str, Any]) -> dict[str, Any]:
+        """Both sides of a question, in figures of the trial."""
+        began = time.monotonic()
+        trial = question["trial"]
+        sides = {side: self._figures(trial, question[side]) for side in ("present", "instead")}
+        return {**sides, "seconds": time.monotonic() - began}
+
+    def prepare(self, question: dict[str, Any]) -> None:
+        """Compute the present side of a question that will come; it fails when that comes, not now."""
+        with contextlib.suppress(SolverError, ReviewError):
+            self._figures(question["prepare"], question["present"])
+
+    def _figures(self, trial: str, said: dict[str, Any]) -> Figures:
+        job = self.job()
+        all_said = {**job.reviews, trial: from_plain(said)}
+        reviews = {name: review for name, review in all_said.items() if review != ForceReview()}
+        key = json.dumps({name: as_plain(review) for name, review in reviews.items()}, sort_keys=True)
+        if key not in self.known:
+            solved = resolved(replace(job, reviews=reviews), self.fit)
+            if solved is None:
+                raise FitError(
+                    "recordings, settings or accepted causes have changed since the kept fit: keep another "
+                    "one first (G solves)"
+                )
+            self.known[key] = {each.capture.name: figures_of(each) for each in solved.trials}
+        return self.known[key][trial]
+
+
+def figures_of(trial: TrialFit) -> Figures:
+    """Root mean squares over the frames that count, and over all frames of the marker errors."""
+    seen = trial.marker_errors.distance[np.isfinite(trial.marker_errors.distance)]
+    told: Figures = {"frames": 0.0, "marker_rms_m": _rms(seen), "force_N": None, "moment_Nm": None}
+    if trial.dynamics is not None and trial.dynamics.used.any():
+        residual = trial.dynamics.residual_root[trial.dynamics.used]
+        told |= {
+            "frames": float(trial.dynamics.used.sum()),
+            "force_N": _rms(np.linalg.norm(residual[:, :3], axis=1)),
+            "moment_Nm": _rms(np.linalg.norm(residual[:, 3:], axis=1)),
+        }
+    return told
+
+
+def _rms(values: np.ndarray) -> float | None:
+    return float(np.sqrt(np.mean(values**2))) if values.size else None
+
+
+def what_if(folder: str, results: str) -> None:
+    """Answer until the input ends."""
+    try:
+        asked = Asked(load_fit(Path(results), Path(folder)), lambda: job_for(Path(folder), out=Path(results)))
+    except SolverError as error:
+        print(json.dumps({"error": str(error)}), flush=True)
+        return
+    print(json.dumps({"ready": True}), flush=True)
+    for line in sys.stdin:
+        question = json.loads(line)
+        if "prepare" in question:
+            asked.prepare(question)
+            continue
+        try:
+            told = asked.answer(question)
+        except (SolverError, ReviewError) as error:
+            told = {"error": str(error)}
+        print(json.dumps(told), flush=True)
+
+
+WORK: dict[str, Callable[..., None]] = {
+    work.__name__: work for work in (fit, solve, diagnose, hold_out, record, what_if)
+}
+
+
+def main() -> int:
+    """Run on `sys.argv`."""
+    name, *arguments = sys.argv[1:]
+    if name == what_if.__name__:
+        os.environ.pop(ENDS_WITH_STDIN, None)  # questions come there; it ends with them
+    end_with_parent()
+    try:
+        with errors_as_lines(debug=False):
+            WORK[name](*arguments)
+    except typer.Exit as ending:
+        return ending.exit_code
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
