@@ -22,11 +22,11 @@ from benchmarks.recordings import data_folder
 from solver.capture.subject.subject import open_subject
 from solver.common.progress import silent
 from solver.contact.force_review import ForceLabel, ForceReview
-from solver.fitting.dynamics_stage import fit_to_forces
 from solver.fitting.fit import Fit, TrialFit
-from solver.fitting.pipeline import resolve, solve
-from solver.fitting.review_stage import predicting_held_out
+from solver.fitting.held_out_stage import predicting_held_out
+from solver.fitting.pipeline import fit_to_forces, resolve, solve
 from solver.fitting.settings import Settings, settings_for
+from solver.fitting.state import FitState
 from solver.skeleton.scaling import with_mass
 
 EDIT_S = 0.4  # half a stance of one foot is flagged
@@ -156,7 +156,9 @@ def _trajectory_fit(fit: Fit, settings: Settings) -> None:
         if trial.kinematics_only is not None
     ]
     skeleton = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
-    fit_to_forces(begun, replace(fit.groundwork, phi=None), skeleton, settings, silent)
+    groundwork = replace(fit.groundwork, phi=None)
+    state = FitState(fit.subject, groundwork, skeleton, trials=tuple(begun))
+    fit_to_forces(state, settings, silent)
 
 
 def _timed(work: Callable[[], Result], repeats: int) -> tuple[Result, float]:

@@ -19,11 +19,11 @@ from solver.dynamics.cross_validation.hidden_steps import (
     random_shares,
     steps_of,
 )
-from solver.fitting.dynamics_stage import trial_data
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.seen_part import seen_part
 from solver.fitting.settings import Settings
+from solver.fitting.trajectory_stage import trial_data
 from solver.kinematics.marker_matching import match_markers
 
 FEWEST_STEPS = 2  # one is hidden, another one is seen

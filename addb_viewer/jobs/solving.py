@@ -18,6 +18,7 @@ from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.fit import Fit
+from solver.fitting.held_out_stage import predicting_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import differences, provenance_of
 from solver.fitting.results.disk_space import check_room_for_fit
@@ -30,7 +31,7 @@ from solver.fitting.results.store import (
     save_fit,
 )
 from solver.fitting.results.writing import writing
-from solver.fitting.review_stage import predicting_held_out, with_same_forces
+from solver.fitting.review_stage import with_same_forces
 from solver.fitting.settings import Settings, decide_the_same_fit, settings_for
 from solver.markers.mapping_file import chosen_for
 from solver.skeleton.skeleton import Skeleton

@@ -12,11 +12,11 @@ from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay
 from annotations.events import Edit
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.fitting.dynamics_stage import before_forces
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import from_dict
 from solver.fitting.summary import all_notes, summary
 from solver.fitting.torques_stage import filtered
+from solver.fitting.trajectory_stage import before_forces
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass

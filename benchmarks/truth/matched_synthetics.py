@@ -24,9 +24,10 @@ from benchmarks.truth.ways import CUTOFFS_HZ, MARKER_FIT, OURS, at_cutoff
 from solver.common.progress import silent
 from solver.dynamics.force_prediction.demand_gains import required_ground
 from solver.dynamics.trajectory.marker_error_levels import MarkerErrorLevels, marker_error_levels
-from solver.fitting.dynamics_stage import fit_to_forces
 from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.pipeline import fit_to_forces
 from solver.fitting.settings import Settings
+from solver.fitting.state import FitState
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
@@ -74,10 +75,11 @@ def _run(
     motion = trial.motion if kind == "calm" else markers_alone.low_passed(LIVELY_HZ[activity])
     matched_synthetic = made(fit, trial, motion, settings)
     nominal = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg or fit.mass_kg)
-    fitted_to_forces = fit_to_forces([matched_synthetic.before], fit.groundwork, nominal, settings, silent)
-    ours = fitted_to_forces.fits[0].motion
+    state = FitState(fit.subject, fit.groundwork, nominal, trials=(matched_synthetic.before,))
+    fitted = fit_to_forces(state, settings, silent)
+    ours = fitted.trials[0].motion
     time_histories = {
-        OURS: _time_history(fitted_to_forces.skeleton, ours, matched_synthetic.before),
+        OURS: _time_history(fitted.fitted_skeleton, ours, matched_synthetic.before),
         MARKER_FIT: _time_history(nominal, matched_synthetic.before.motion, matched_synthetic.before),
     }
     for hertz in CUTOFFS_HZ:

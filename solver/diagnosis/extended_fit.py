@@ -18,10 +18,10 @@ from solver.dynamics.trajectory.extension import Extension, TrialExtension, with
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import TrialData
-from solver.fitting.dynamics_stage import before_forces, started, trial_data
 from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.settings import Settings
-from solver.fitting.weighing_stage import estimate_mass_and_gains
+from solver.fitting.trajectory_stage import before_forces, started, trial_data
 from solver.kinematics.marker_matching import MarkerMatch, match_markers
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import marker_positions
@@ -203,9 +203,7 @@ def _fitted(
         assert case.trial.contacts is not None
         assert case.trial.mask is not None
         own = inverse_dynamics(fit.skeleton, motion, case.trial.contacts, case.trial.mask, settings.dynamics)
-        found.append(
-            own if extension is None else with_extra_wrench(own, fit.skeleton, case.extra, fit.extra)
-        )
+        found.append(own if extension is None else with_extra_wrench(own, case.extra, fit.extra))
     return _Fitted(fit, tuple(found))
 
 

@@ -7,6 +7,8 @@ from jaxtyping import Bool, Float
 
 from solver.kinematics.motion import Motion
 
+BodyLoad = tuple[str, Float[np.ndarray, "frames 6"]]  # on a body: force [N], moment about ground origin [N·m]
+
 
 @dataclass(frozen=True)
 class Dynamics:

@@ -12,19 +12,42 @@ from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout, ju
 from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, LAYOUTS, hold_out_blocks, hold_out_steps
 from solver.dynamics.trajectory.extension import Extension, with_extra_wrench
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
-from solver.fitting.dynamics_stage import all_data, before_forces, extra_of, started
 from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.prediction_stage import predicted_held_out, prediction_fit_of
-from solver.fitting.seen_part import seen_part
+from solver.fitting.seen_part import in_whole, seen_part
 from solver.fitting.settings import Settings, from_dict
 from solver.fitting.torques_stage import under_forces
-from solver.fitting.weighing_stage import estimate_mass_and_gains
+from solver.fitting.trajectory_stage import all_data, before_forces, extra_of, started
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
 CUTOFFS_HZ = (3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)  # of all that laboratories use for markers
 FramesByTrial = Sequence[Bool[np.ndarray, " frames"]]
+
+
+def predicting_held_out(
+    fit: Fit, settings: Settings, progress: Progress, extension: Extension | None = None
+) -> Fit:
+    """The fit with its held-out blocks predicted, where they were still due; with the fit's extension."""
+    if not fit.held_out_due or fit.groundwork is None or fit.groundwork.mass_kg is None:
+        return fit
+    began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
+    seen = [seen_part(trial) for trial in fit.trials]
+    parts = with_held_out(seen, fit.groundwork.match, began, settings, progress, extension=extension)
+    trials = tuple(
+        replace(trial, held_out=in_whole(part, trial).held_out, seconds=part.seconds)
+        for trial, part in zip(fit.trials, parts, strict=True)
+    )
+    judged = [trial.held_out for trial in trials if trial.held_out is not None]
+    kinds = judged[0].learnt if judged else fit.groundwork.prediction_kinds
+    return replace(
+        fit,
+        trials=trials,
+        held_out_due=False,
+        groundwork=replace(fit.groundwork, prediction_kinds=kinds),
+    )
 
 
 def with_held_out(
@@ -202,7 +225,7 @@ def _predicted(
         gain = told.gains[k]  # of the plates, as the frames that are known tell it
         ours, extra = under_forces(fit, motion, result.skeleton, settings), extra_of(fit, extension)
         if extra is not None:
-            ours = with_extra_wrench(ours, result.skeleton, extra, result.extra)
+            ours = with_extra_wrench(ours, extra, result.extra)
         heavier = with_mass(result.skeleton, gain * result.skeleton.mass)
         markers, cutoffs = _markers_alone(fit, frames, heavier, settings)
         held_out = HeldOut(frames & ours.used, ours.residual_root, markers, markers_hz=cutoffs)

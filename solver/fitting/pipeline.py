@@ -1,11 +1,14 @@
-"""The whole solve as one readable function: subject folder in, fit out; and again after an edit."""
+"""The whole solve as a row of stages, each `stage(state, settings) -> state`; and again after an edit.
+
+Markers come in with `fit_markers`, people's reviews, forces, masses, learnt terms and torques with `finish`.
+A re-solve is `finish` alone, begun with the marker fits of a former one.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.subject.readable_trials import read_trials
 from solver.common.cpu_timer import CpuTimer
 from solver.common.errors import FitError
 from solver.common.memory_release import release_memory
@@ -13,25 +16,33 @@ from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
 from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
 from solver.dynamics.trajectory.extension import Extension
-from solver.fitting.failing_trials import Failed, about, together, without_failing
-from solver.fitting.fit import Fit, Groundwork, TrialFit
+from solver.fitting.edit_stage import follow_small_edit
+from solver.fitting.failing_trials import Failed, together, without_failing
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.held_out_stage import predicting_held_out
+from solver.fitting.mass_stage import weigh_body
+from solver.fitting.model_stage import read_recordings, repair_labels, scale_model, weigh_who_stands
+from solver.fitting.prediction_stage import predict_missing_forces
 from solver.fitting.provenance import provenance_of, without_reviews
-from solver.fitting.review_stage import apply_reviews, predicting_held_out
-from solver.fitting.seen_part import in_whole, seen_part
+from solver.fitting.result_stage import (
+    as_fit,
+    lay_into_whole,
+    leave_out_impossible_angles,
+    note_what_is_unmeasured,
+)
+from solver.fitting.review_stage import (
+    apply_reviews,
+    cut_to_seen_part,
+    detect_missing_forces,
+    estimate_person,
+    is_mass_guessed,
+)
 from solver.fitting.settings import Settings, decide_the_same_fit
-from solver.fitting.standing_stage import weighed_standing
-from solver.fitting.tracking_stage import compared, tracked_trial, with_contacts
-from solver.kinematics.calibration import calibrate, choose_frames
-from solver.kinematics.hip_width import expected_hip_width
-from solver.kinematics.label_faults.repair import with_labels_repaired
-from solver.kinematics.marker_naming import name_markers
-from solver.kinematics.model_ownership import Ownership, whose_model
-from solver.kinematics.upright_pelvis import pitch_of_spines, posture_notes
-from solver.markers.mapping_file import chosen_for
-from solver.markers.people import of_one_person
-from solver.skeleton.default_body import default_skeleton
+from solver.fitting.state import FitState
+from solver.fitting.torques_stage import compute_torques
+from solver.fitting.tracking_stage import assign_forces, former_marker_fit, track_markers
+from solver.fitting.trajectory_stage import collect_data, fit_before_prediction, fit_motions, take_motions
 from solver.skeleton.skeleton import Skeleton
-from solver.skeleton.subject_model import load_subject_model
 
 SCALED, TRACKED, FITTED = 0.2, 0.4, 0.75  # shares of the work done after scaling, marker fit, trajectory fit
 
@@ -85,102 +96,89 @@ def _solve(
     progress: Progress,
 ) -> Fit:
     """These trials together, told which failed before."""
-    cpu_timer = CpuTimer()
-    with cpu_timer("load"):
-        generic = _generic(subject)
-        read = read_trials(
-            subject,
-            chosen,
-            settings.reading,
-            instead=captures,
-            progress=lambda name: progress(f"reading {name}", 0.0),
-        )
-        read = replace(read, unread=(*read.unread, *failed))
-        recorded, static = read.captures, read.static
-    mixed = of_one_person(subject, recorded, static)
-    named = name_markers(
-        generic,
-        [c.markers for c in ([*recorded, static] if static else recorded)],
-        default_body=subject.model is None,
-        chosen=chosen_for(subject),
-        settings=settings.naming,
+    state = read_recordings(
+        subject, chosen, settings, instead=captures, failed=failed, extension=extension, progress=progress
     )
-    match, body = named.match, named.match.skeleton(named.skeleton)
     if before_fitting is not None:
-        before_fitting(body, recorded)
-    refuse_what_does_not_fit(sizes_of(recorded), body, settings.trajectory, extra=_count(extension, settings))
-    repaired = []
-    for capture in recorded:
-        others = [c.markers for c in (*recorded, *([static] if static else ())) if c is not capture]
-        with cpu_timer("load"), about(capture.name):
-            accepted = extension.exchanges if extension else ()
-            repaired.append(
-                with_labels_repaired(capture, others, match, body, settings.label_repair, accepted=accepted)
-            )
-    recorded = [capture for capture, _ in repaired]
-    shown = [*recorded, *([static] if static else ())]
-    release_memory()
-    with cpu_timer("scaling"):
-        frames = choose_frames(
-            [match.observed(c.markers) for c in recorded],
-            match.observed(static.markers) if static else None,
-            settings.kinematics,
-        )
-        ownership = Ownership(is_scaled=False)
-        if subject.model is not None:
-            ownership = whose_model(
-                generic,
-                body,
-                frames,
-                settings.kinematics,
-                file_name=subject.model.name,
-                mass_kg=subject.mass_kg,
-                said=subject.model_is,
-            )
-        calibration = calibrate(
-            body,
-            frames,
-            settings.kinematics,
-            registered_std=ownership.offset_std(body, generic.marker_names, settings.kinematics),
-            height_m=subject.height_m,
-            mass_kg=subject.mass_kg,
-            hip_width_m=expected_hip_width(named.landmarks, match, [c.markers for c in shown]),
-            pitch_of_spines=pitch_of_spines(body, named.landmarks) if subject.model is None else None,
-            progress=part(progress, 0.0, SCALED),
-        )
-    notes = (*read.notes, *mixed, *match.notes, *ownership.notes, *calibration.notes)
-    standing = weighed_standing(
-        subject, recorded, static, skeleton=calibration.skeleton, match=match, settings=settings
-    )
-    groundwork = Groundwork(calibration.skeleton, match, notes, read.unread, standing)
-    shared = {stage: seconds / len(recorded) for stage, seconds in cpu_timer.seconds.items()}
-    share = (TRACKED - SCALED) / len(recorded)
-    fits = []
-    for i, (capture, faults) in enumerate(repaired):
-        start = SCALED + i * share
-        with about(capture.name):
-            tracked = tracked_trial(capture, groundwork, settings, part(progress, start, start + share))
-            tracked = replace(tracked, label_faults=faults, seconds=shared | tracked.seconds)
-            seen = with_contacts(seen_part(tracked), groundwork, subject, settings)
-            fits.append(in_whole(seen, tracked))
-    if subject.model is not None:
-        leaning = [
-            f"{fit.capture.name}: {note}"
-            for fit in fits
-            for note in posture_notes(fit.motion, settings.kinematics)
-        ]
-        groundwork = replace(groundwork, notes=(*groundwork.notes, *leaning))
-    release_memory()
-    fitted_to_forces = partial(apply_reviews, subject, groundwork, settings=settings, reviews=reviews)
+        before_fitting(state.skeleton, state.recordings.captures)
+    state = fit_markers(replace(state, reviews=reviews), settings, progress)
     fit = together(
-        fits,
+        state.trials,
         lambda trial: trial.capture.name,
-        partial(fitted_to_forces, progress=part(progress, TRACKED, FITTED), extension=extension),
+        partial(_finish_some, state, settings, part(progress, TRACKED, FITTED)),
     )
-    fits.clear()  # where the markers alone had the model's
-    del tracked
+    del state  # where the markers alone had the model's
     release_memory()
     return predicting_held_out(fit, settings, part(progress, FITTED, 1.0), extension)
+
+
+def fit_markers(state: FitState, settings: Settings, progress: Progress) -> FitState:
+    """From recordings to motions that follow the markers alone, and forces that belong to feet.
+
+    Args:
+        state: as `read_recordings` began it.
+        settings: of every stage.
+        progress: told the stage and the fraction done; may raise `Cancelled`.
+    """
+    _refuse_what_does_not_fit(state.recordings.captures, state, settings)
+    state = repair_labels(state, settings)
+    state = scale_model(state, settings, part(progress, 0.0, SCALED))
+    state = weigh_who_stands(state, settings)
+    state = track_markers(state, settings, part(progress, SCALED, TRACKED))
+    return assign_forces(state, settings)
+
+
+def finish(state: FitState, settings: Settings, progress: Progress) -> Fit:
+    """From there to the whole fit: all that reviews may change. The held-out blocks are left due.
+
+    Args:
+        state: as `fit_markers` left it, or begun with a former fit.
+        settings: of every stage.
+        progress: told the stage and the fraction done; may raise `Cancelled`.
+
+    Raises:
+        FitError: a review is of another number of frames, or of another foot.
+    """
+    state = cut_to_seen_part(state)
+    state = apply_reviews(state, settings)
+    state = estimate_person(state, settings)
+    state = detect_missing_forces(state, settings)
+    if is_mass_guessed(state):  # plates may tell it without the frames that miss a force
+        state = estimate_person(state, settings)
+        state = detect_missing_forces(state, settings)
+    state = fit_to_forces(state, settings, progress)
+    state = note_what_is_unmeasured(state, settings)
+    state = compute_torques(state, settings)
+    state = lay_into_whole(state)
+    state = leave_out_impossible_angles(state)
+    return as_fit(state, settings)
+
+
+def _finish_some(state: FitState, settings: Settings, progress: Progress, trials: Sequence[TrialFit]) -> Fit:
+    return finish(replace(state, trials=tuple(trials)), settings, progress)
+
+
+def fit_to_forces(state: FitState, settings: Settings, progress: Progress) -> FitState:
+    """Trajectories of all trials that have forces enough, fitted together; the others stay as they are.
+
+    Where a force is missing, the fit is held by what a prediction fit predicts. A first prediction fit begins
+    where the fit ends without it; a later one where the former one ended.
+
+    Args:
+        state: its trials with contacts and mask; the search begins at their splines, where they have some,
+            and at the groundwork's inertias.
+        settings: of every stage.
+        progress: told the fraction done; may raise `Cancelled`.
+    """
+    cpu_timer = CpuTimer()
+    with cpu_timer("dynamics"):
+        state = weigh_body(state, settings)
+        state = follow_small_edit(state, settings)
+        state = collect_data(state, settings)
+        state = fit_before_prediction(state, settings, progress)
+        state = predict_missing_forces(state, settings)
+        state = fit_motions(state, settings, progress)
+    return take_motions(replace(state, seconds=cpu_timer.seconds), settings)
 
 
 def resolve(
@@ -215,14 +213,10 @@ def resolve(
             f"{previous.subject.folder}: the kept fit was made with other settings or by an older version; "
             "fit the subject anew: addb-viewer fit --force"
         )
-    sizes = sizes_of([trial.capture for trial in previous.trials])
-    refuse_what_does_not_fit(
-        sizes, groundwork.skeleton, settings.trajectory, extra=_count(extension, settings)
-    )
-    fits = [_before_reviews(trial, groundwork, settings) for trial in previous.trials]
-    return apply_reviews(
-        previous.subject, groundwork, fits, settings, reviews, progress=progress, extension=extension
-    )
+    state = FitState(previous.subject, groundwork, groundwork.skeleton, reviews, extension)
+    _refuse_what_does_not_fit([trial.capture for trial in previous.trials], state, settings)
+    state = replace(state, trials=tuple(former_marker_fit(t, groundwork, settings) for t in previous.trials))
+    return finish(state, settings, progress)
 
 
 def can_resolve(
@@ -249,33 +243,7 @@ def can_resolve(
     )
 
 
-def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings) -> TrialFit:
-    """The trial as it was when its forces had been given to feet; nothing was spent on it this time."""
-    markers_alone = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
-    fit = compared(trial.capture, groundwork, markers_alone.q, settings)
-    nothing = dict.fromkeys(("load", "scaling", "kinematics"), 0.0)
-    return replace(
-        fit,
-        contacts=trial.contacts,
-        mask=trial.mask,
-        proposals=trial.proposals,
-        spline=trial.spline,
-        prediction_spline=trial.prediction_spline,
-        seconds=nothing,
-        label_faults=trial.label_faults,
-        why_not_predicted=trial.why_not_predicted,
-    )
-
-
-def _count(extension: Extension | None, settings: Settings) -> int:
-    """Extra parameters of the largest of the fits."""
-    return (len(extension.x) if extension else 0) + settings.prediction.most_columns
-
-
-def _generic(subject: Subject) -> Skeleton:
-    if subject.model is not None:
-        return load_subject_model(subject.model)
-    return default_skeleton(
-        **{k: v for k, v in (("mass_kg", subject.mass_kg), ("height_m", subject.height_m)) if v is not None},
-        sex=subject.sex,
-    )
+def _refuse_what_does_not_fit(captures: Sequence[Capture], state: FitState, settings: Settings) -> None:
+    """Before any time is spent: the largest of the fits has these parameters beside its trajectories."""
+    extra = (len(state.extension.x) if state.extension else 0) + settings.prediction.most_columns
+    refuse_what_does_not_fit(sizes_of(captures), state.skeleton, settings.trajectory, extra=extra)

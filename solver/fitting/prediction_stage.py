@@ -11,17 +11,68 @@ from solver.dynamics.cross_validation.held_out import HeldOut
 from solver.dynamics.cross_validation.hidden_steps import frames_of
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
-from solver.dynamics.force_prediction.prediction_fit import Predicted, predicted
+from solver.dynamics.force_prediction.prediction_fit import Predicted, predicted, predicted_near
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
 from solver.fitting.fit import Groundwork, TrialFit
 from solver.fitting.settings import Settings
+from solver.fitting.state import FitState
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
 PASSAGE_S = 0.1  # to either side of a border, from the fit's motion to the prediction fit's
+
+
+def predict_missing_forces(state: FitState, settings: Settings) -> FitState:
+    """What acts where a force is missing, by terms learnt where none is; the data then hold it.
+
+    Near a small edit only the prediction near it is made anew; after other edits the terms of the former fit
+    stay, where few frames have changed.
+    """
+    fits, groundwork, edit = state.members, state.groundwork, state.edit
+    prediction: Predicted | None = None
+    if edit is not None and edit.learnt is not None:
+        trials = _begun_before(fits, state.data)
+        prediction = replace(
+            predicted_near(
+                state.weighed_skeleton,
+                trials,
+                edit.edited,
+                settings.trajectory,
+                settings.prediction,
+                learnt=edit.learnt,
+            ),
+            notes=edit.settled.prediction_notes,
+        )
+    elif state.motion_only is not None or (edit is None and any(misses_a_force(fit) for fit in fits)):
+        first = state.motion_only is not None
+        prediction = prediction_fit_of(
+            fits,
+            state.data,
+            state.motion_only,
+            state.weighed_skeleton,
+            settings,
+            extension=state.extension,
+            learnt=None if first else learnt_before(fits, groundwork, settings),
+            chosen=edit.kinds if edit is not None else None,
+        )
+    if prediction is None:
+        return state
+    # Near an edit, frames beyond it stay as they were: the search does not begin elsewhere.
+    begun = state.motion_only if edit is None else None
+    return replace(state, prediction=prediction, data=tuple(with_predicted(state.data, begun, prediction)))
+
+
+def _begun_before(fits: Sequence[TrialFit], data: Sequence[TrialData]) -> list[PredictionTrial]:
+    """Trials for a prediction fit that begins where the former one ended."""
+    trials = []
+    for fit, own in zip(fits, data, strict=True):
+        assert fit.contacts is not None
+        begun = replace(own, spline=fit.prediction_spline)
+        trials.append(PredictionTrial(begun, fit.contacts.foot_bodies, fit.contacts.in_contact))
+    return trials
 
 
 def learnt_before(fits: Sequence[TrialFit], groundwork: Groundwork, settings: Settings) -> LearntTerms | None:
@@ -70,15 +121,12 @@ def prediction_fit_of(
     """
     if not settings.prediction.enabled:
         return None
-    trials = []
-    for i, (fit, own) in enumerate(zip(fits, data, strict=True)):
-        assert fit.contacts is not None
-        begun = (
-            replace(own, spline=fit.prediction_spline)
-            if result is None
-            else replace(own, spline=None, initial=result.motions[i])
-        )
-        trials.append(PredictionTrial(begun, fit.contacts.foot_bodies, fit.contacts.in_contact))
+    trials = _begun_before(fits, data)
+    if result is not None:
+        trials = [
+            replace(trial, data=replace(own, spline=None, initial=motion))
+            for trial, own, motion in zip(trials, data, result.motions, strict=True)
+        ]
     extra = None
     if extension is not None and extension.parameters is not None:
         extra = extension.parameters if result is None else ExtraParameters(extension.prior_std, result.extra)

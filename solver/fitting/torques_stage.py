@@ -7,16 +7,17 @@ from jaxtyping import Float
 
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.common.cpu_timer import CpuTimer
-from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.dynamics import BodyLoad, Dynamics
 from solver.dynamics.force_prediction.divided_wrench import distances_to_soles
-from solver.dynamics.force_prediction.missing_wrench import with_predicted_torques
+from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
 from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.root_wrench import about_point
-from solver.dynamics.trajectory.extension import Extension, with_extra_wrench
-from solver.fitting.dynamics_stage import extra_of
+from solver.dynamics.trajectory.extension import TrialExtension, with_extra_wrench
 from solver.fitting.fit import TrialFit
 from solver.fitting.settings import Settings
+from solver.fitting.state import FitState
+from solver.fitting.trajectory_stage import extra_of
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
@@ -32,12 +33,37 @@ def under_forces(fit: TrialFit, motion: Motion, skeleton: Skeleton, settings: Se
     return inverse_dynamics(skeleton, motion, fit.contacts, fit.mask, settings.dynamics)
 
 
+def compute_torques(state: FitState, settings: Settings) -> FitState:
+    """Torques and residuals of every trial that has forces, or for which some can be predicted."""
+    x = None
+    if state.extension is not None:
+        x = state.result.extra if state.result else state.extension.x
+    predicted = {}
+    if state.prediction is not None:
+        names = [fit.capture.name for fit in state.members]
+        predicted = dict(zip(names, state.prediction.wrenches_ground, strict=True))
+    return replace(
+        state,
+        trials=tuple(
+            with_dynamics(
+                fit,
+                state.fitted_skeleton,
+                settings,
+                extra=extra_of(fit, state.extension),
+                x=x,
+                predicted_ground=predicted.get(fit.capture.name),
+            )
+            for fit in state.trials
+        ),
+    )
+
+
 def with_dynamics(
     fit: TrialFit,
     skeleton: Skeleton,
     settings: Settings,
     *,
-    extension: Extension | None = None,
+    extra: TrialExtension | None = None,
     x: Float[np.ndarray, " extra"] | None = None,
     predicted_ground: Float[np.ndarray, "frames 6"] | None = None,
 ) -> TrialFit:
@@ -47,30 +73,28 @@ def with_dynamics(
         fit: with contacts and mask, or it stays as it is.
         skeleton: with fitted inertias.
         settings: of every stage.
-        extension: what acts beside the recorded forces.
-        x: its parameters; None: as the extension has them.
+        extra: what acts in the trial beside the recorded forces.
+        x: its parameters.
         predicted_ground: wrench of all feet [N, N·m about the ground origin] for frames where one is missing;
             None: what the motion demands. On a trial without any force that counts it is predicted here, and
             the motion is smoother; where the motion cannot tell forces, there are no torques.
     """
     if fit.contacts is None or fit.mask is None or (fit.why_not_predicted and not fit.mask.counts.any()):
         return fit
-    cpu_timer, extra, notes = CpuTimer(), extra_of(fit, extension), fit.notes
+    cpu_timer, notes = CpuTimer(), fit.notes
     with cpu_timer("dynamics"):
         motion = fit.motion if fit.kinematics_only else filtered(fit.motion, settings)
-        recorded = under_forces(fit, motion, skeleton, settings)
+        dynamics = under_forces(fit, motion, skeleton, settings)
         if not fit.mask.counts.any():
-            predicted_ground = _predicted_by_motion(recorded, settings)
-            recorded = under_forces(fit, without_noise(fit.motion, settings), skeleton, settings)
-            notes += _which_foot(recorded, fit, predicted_ground, skeleton, settings)
-        if extra is None or extension is None:
-            dynamics = with_predicted_torques(skeleton, recorded, fit.contacts, fit.mask, predicted_ground)
-        else:
-            extended = with_extra_wrench(recorded, skeleton, extra, extension.x if x is None else x)
-            dynamics = with_predicted_torques(skeleton, extended, fit.contacts, fit.mask, predicted_ground)
-            anew = ~fit.mask.all_feet[:, None]  # torques that the inference made from feet alone
-            added = np.where(anew, extended.joint_torques - recorded.joint_torques, 0.0)
-            dynamics = replace(dynamics, joint_torques=dynamics.joint_torques + added)
+            predicted_ground = _predicted_by_motion(dynamics, settings)
+            dynamics = under_forces(fit, without_noise(fit.motion, settings), skeleton, settings)
+            notes += _which_foot(dynamics, fit, predicted_ground, skeleton, settings)
+        acting: list[BodyLoad] = []
+        if extra is not None and x is not None:
+            dynamics, acting = with_extra_wrench(dynamics, extra, x), extra.loads(x)
+        dynamics = with_joint_torques(
+            skeleton, dynamics, fit.contacts, fit.mask, predicted_ground, acting=acting
+        )
     seconds = fit.seconds.get("dynamics", 0.0) + cpu_timer.seconds["dynamics"]
     return replace(fit, dynamics=dynamics, notes=notes, seconds=fit.seconds | {"dynamics": seconds})
 

@@ -1,4 +1,4 @@
-"""A trial's motion from its markers alone, and its forces given to feet."""
+"""Motions from markers alone, and forces given to feet."""
 
 from dataclasses import replace
 
@@ -9,21 +9,83 @@ from solver.capture.capture import Capture, Subject
 from solver.capture.plates.conditioning import condition
 from solver.common.cpu_timer import CpuTimer
 from solver.common.errors import ModelError
-from solver.common.progress import Progress
+from solver.common.memory_release import release_memory
+from solver.common.progress import Progress, part
 from solver.contact.assignment import assign
 from solver.contact.needed_segments import seen_legs, unseen_coordinates, why_not_predicted
 from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import unmeasured
 from solver.dynamics.root_wrench import centre_of_mass_of
+from solver.fitting.failing_trials import about
 from solver.fitting.fit import Groundwork, TrialFit
+from solver.fitting.seen_part import in_whole, seen_part
 from solver.fitting.settings import Settings
+from solver.fitting.state import FitState
 from solver.kinematics.determined import left_open
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
+from solver.kinematics.upright_pelvis import posture_notes
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
+
+
+def track_markers(state: FitState, settings: Settings, progress: Progress) -> FitState:
+    """Inverse kinematics of every trial.
+
+    Raises:
+        TrialFailedError: from what a trial alone does.
+    """
+    captures, faults = state.recordings.captures, state.recordings.label_faults
+    shared = {stage: seconds / len(captures) for stage, seconds in state.seconds.items()}
+    tracked = []
+    for i, (capture, own) in enumerate(zip(captures, faults, strict=True)):
+        told = part(progress, i / len(captures), (i + 1) / len(captures))
+        with about(capture.name):
+            trial = tracked_trial(capture, state.groundwork, settings, told)
+            tracked.append(replace(trial, label_faults=own, seconds=shared | trial.seconds))
+    leaning = [
+        f"{trial.capture.name}: {note}"
+        for trial in tracked
+        if state.subject.model is not None
+        for note in posture_notes(trial.motion, settings.kinematics)
+    ]
+    notes = (*state.groundwork.notes, *leaning)
+    return replace(state, trials=tuple(tracked), groundwork=replace(state.groundwork, notes=notes))
+
+
+def assign_forces(state: FitState, settings: Settings) -> FitState:
+    """Every trial's forces given to the feet that are seen, on the frames that show a person.
+
+    Raises:
+        TrialFailedError: from what a trial alone does.
+    """
+    trials = []
+    for trial in state.trials:
+        with about(trial.capture.name):
+            seen = with_contacts(seen_part(trial), state.groundwork, state.subject, settings)
+            trials.append(in_whole(seen, trial))
+    release_memory()
+    return replace(state, trials=tuple(trials))
+
+
+def former_marker_fit(trial: TrialFit, groundwork: Groundwork, settings: Settings) -> TrialFit:
+    """A trial as it was when its forces had been given to feet; nothing was spent on it this time."""
+    markers_alone = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
+    fit = compare_with_markers(trial.capture, groundwork, markers_alone.q, settings)
+    nothing = dict.fromkeys(("load", "scaling", "kinematics"), 0.0)
+    return replace(
+        fit,
+        contacts=trial.contacts,
+        mask=trial.mask,
+        proposals=trial.proposals,
+        spline=trial.spline,
+        prediction_spline=trial.prediction_spline,
+        seconds=nothing,
+        label_faults=trial.label_faults,
+        why_not_predicted=trial.why_not_predicted,
+    )
 
 
 def tracked_trial(
@@ -36,10 +98,10 @@ def tracked_trial(
         q = inverse_kinematics(
             groundwork.skeleton, measured, capture.markers.rate, settings.kinematics, progress
         )
-    return replace(compared(capture, groundwork, q, settings), seconds=cpu_timer.seconds)
+    return replace(compare_with_markers(capture, groundwork, q, settings), seconds=cpu_timer.seconds)
 
 
-def compared(
+def compare_with_markers(
     capture: Capture, groundwork: Groundwork, q: Float[np.ndarray, "frames dofs"], settings: Settings
 ) -> TrialFit:
     """A trial's marker fit, compared with its markers."""

@@ -8,10 +8,10 @@ import pytest
 
 from solver.capture.subject.subject import open_subject
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
-from solver.fitting.dynamics_stage import all_data, started
+from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings
-from solver.fitting.weighing_stage import estimate_mass_and_gains
+from solver.fitting.trajectory_stage import all_data, started
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
 from tests.flagged import flagged

@@ -13,11 +13,11 @@ from solver.capture.subject.subject import open_subject
 from solver.common.errors import Cancelled, FitError
 from solver.common.progress import silent
 from solver.dynamics.force_prediction import prediction_fit
-from solver.fitting import dynamics_stage
+from solver.fitting import trajectory_stage
 from solver.fitting.fit import Fit
+from solver.fitting.held_out_stage import predicting_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
-from solver.fitting.review_stage import predicting_held_out
 from solver.fitting.settings import Settings, as_dict
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
@@ -124,12 +124,12 @@ def moved(case: Case, frames: int) -> dict:
 def test_another_flag_takes_one_fit_and_asks_no_blocks_anew(case, reviewed, monkeypatch):
     """What is learnt of a person outlasts a few flags; from the beginning it takes two fits and a choice."""
     cold, fits = case.cold(moved(case, 5)), []
-    fit = dynamics_stage.fit_trajectories
+    fit = trajectory_stage.fit_trajectories
     with monkeypatch.context() as watched:
         watched.setattr(
             prediction_fit, "chosen_kinds", lambda *_, **__: pytest.fail("blocks were asked anew")
         )
-        watched.setattr(dynamics_stage, "fit_trajectories", lambda *a, **k: fits.append(0) or fit(*a, **k))
+        watched.setattr(trajectory_stage, "fit_trajectories", lambda *a, **k: fits.append(0) or fit(*a, **k))
         warm = resolve(reviewed, moved(case, 5), SETTINGS)
     assert len(fits) == 1
     assert warm.groundwork.learnt.kinds == cold.groundwork.learnt.kinds
@@ -217,7 +217,7 @@ def test_a_small_edit_is_followed_near_it_alone(walk_with_short_reach, monkeypat
     name, foot = first.trials[0].capture.name, first.trials[0].contacts.foot_bodies[0]
     one, other = (60, 75, foot, "manualReview"), (140, 155, foot, "manualReview")
     with monkeypatch.context() as watched:
-        for module, whole in ((dynamics_stage, "fit_trajectories"), (prediction_fit, "chosen_kinds")):
+        for module, whole in ((trajectory_stage, "fit_trajectories"), (prediction_fit, "chosen_kinds")):
             watched.setattr(module, whole, lambda *_, **__: pytest.fail("all frames were asked"))
         once = resolve(first, {name: flagged(one)}, settings)
         twice = resolve(once, {name: flagged(one, other)}, settings)

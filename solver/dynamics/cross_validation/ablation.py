@@ -23,7 +23,7 @@ from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_system import FEWEST_FRAMES
 from solver.dynamics.com_trajectory import ComTrajectory, fit_com_trajectory, unchanged
 from solver.dynamics.dynamics import Dynamics
-from solver.dynamics.force_prediction.missing_wrench import predicted_torques
+from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.root_shift import with_com_at
 from solver.dynamics.settings import DynamicsSettings
@@ -245,8 +245,8 @@ class _Arms:
 
     def _knee_torque(self, outcome: _Outcome, mask: FrameMask) -> Float[np.ndarray, " frames"]:
         dynamics = self._dynamics(outcome, mask)
-        torques = predicted_torques(outcome.skeleton, dynamics, self.trial.contacts, mask)
-        return torques[:, self.trial.knee]
+        full = with_joint_torques(outcome.skeleton, dynamics, self.trial.contacts, mask)
+        return full.joint_torques[:, self.trial.knee]
 
     def _figures(
         self,

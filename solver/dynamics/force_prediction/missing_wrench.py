@@ -1,12 +1,13 @@
 """The wrenches of feet whose force is missing: what the motion demands beyond the feet that were measured."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.dynamics import BodyLoad, Dynamics
 from solver.dynamics.force_prediction.divided_wrench import divided
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.dynamics.root_wrench import about_point
@@ -17,16 +18,20 @@ from solver.skeleton.skeleton import Skeleton
 FADE_S = 0.03  # [s]
 
 
-def with_predicted_torques(
+def with_joint_torques(
     skeleton: Skeleton,
     dynamics: Dynamics,
     contacts: ContactWrenches,
     mask: FrameMask,
     predicted_ground: Float[np.ndarray, "frames 6"] | None = None,
+    *,
+    acting: Sequence[BodyLoad] = (),
 ) -> Dynamics:
-    """The dynamics with torques under `wrenches_by_motion`, and a record of the feet that these rest on.
+    """The dynamics with torques under all that acts, and a record of the feet whose wrench is predicted.
 
-    Residuals stay as they are: they say what measured forces fail to explain.
+    Measured wrenches act where they count, and `wrenches_by_motion` where one is missing: without a wrench on
+    a loaded foot its leg's torques would jump as the force goes missing. Residuals stay as they are: they say
+    what measured forces fail to explain.
 
     Args:
         skeleton: that the dynamics were computed with.
@@ -35,32 +40,25 @@ def with_predicted_torques(
         mask: which feet's forces count.
         predicted_ground: wrench of all feet together [N, N·m about the ground origin]; None: what the motion
             demands.
+        acting: on segments, beside the feet's wrenches; the residual is what they leave.
     """
     if mask.counts.all():
-        return dynamics
-    told = dynamics
+        if not acting:
+            return dynamics
+        torques = torques_under(skeleton, dynamics, contacts, mask, acting=acting)
+        return replace(dynamics, joint_torques=torques)
+    predicted = dynamics
     if predicted_ground is not None:
         counted = counted_wrenches(contacts.wrench_ground, mask).sum(axis=1)
-        told = replace(dynamics, residual_root=about_point(predicted_ground - counted, dynamics.root_ground))
-    wrenches = wrenches_by_motion(skeleton, told, contacts, mask)
+        missing = about_point(predicted_ground - counted, dynamics.root_ground)
+        predicted = replace(dynamics, residual_root=missing)
+    wrenches = wrenches_by_motion(skeleton, predicted, contacts, mask)
     return replace(
         dynamics,
-        joint_torques=torques_under(skeleton, told, contacts, mask, wrenches),
+        joint_torques=torques_under(skeleton, dynamics, contacts, mask, wrenches, acting=acting),
         wrench_is_predicted=~mask.counts,
         wrench_predicted_ground=np.where(mask.counts[:, :, None], 0.0, wrenches),
     )
-
-
-def predicted_torques(
-    skeleton: Skeleton, dynamics: Dynamics, contacts: ContactWrenches, mask: FrameMask
-) -> Float[np.ndarray, "frames dofs"]:
-    """Joint torques under `wrenches_by_motion` [N·m or N].
-
-    Without a wrench on a loaded foot its leg's torques jump as the force goes missing; with the predicted one
-    they go on.
-    """
-    wrenches = wrenches_by_motion(skeleton, dynamics, contacts, mask)
-    return torques_under(skeleton, dynamics, contacts, mask, wrenches)
 
 
 def torques_under(
@@ -68,19 +66,40 @@ def torques_under(
     dynamics: Dynamics,
     contacts: ContactWrenches,
     mask: FrameMask,
-    wrenches_ground: Float[np.ndarray, "frames feet 6"],
+    wrenches_ground: Float[np.ndarray, "frames feet 6"] | None = None,
+    *,
+    acting: Sequence[BodyLoad] = (),
 ) -> Float[np.ndarray, "frames dofs"]:
-    """Joint torques of the dynamics, made anew under these wrenches where a foot's force is missing."""
-    torques = dynamics.joint_torques.copy()
-    some = np.flatnonzero(~mask.all_feet)
-    motion = dynamics.motion.without_derivatives()
-    torques[some] = RigidBodyModel(skeleton).inverse_dynamics(
-        motion.q[some],
-        motion.velocity[some],
-        motion.acceleration[some],
-        wrenches_ground[some],
-        [skeleton.body_index(name) for name in contacts.foot_bodies],
-    )
+    """Joint torques τ − Jᵀ w of the dynamics [N·m or N]: nothing else changes them.
+
+    Args:
+        skeleton: that the dynamics were computed with.
+        dynamics: under the measured wrenches that count.
+        contacts: measured.
+        mask: which feet's forces count.
+        wrenches_ground: of all feet, under which torques are made anew where a foot's force is missing; None:
+            none is.
+        acting: on segments, beside the feet's wrenches.
+    """
+    torques, model = dynamics.joint_torques, RigidBodyModel(skeleton)
+    if wrenches_ground is not None:
+        torques, some = torques.copy(), np.flatnonzero(~mask.all_feet)
+        motion = dynamics.motion.without_derivatives()
+        torques[some] = model.inverse_dynamics(
+            motion.q[some],
+            motion.velocity[some],
+            motion.acceleration[some],
+            wrenches_ground[some],
+            [skeleton.body_index(name) for name in contacts.foot_bodies],
+        )
+    if acting:
+        bodies = [skeleton.body_index(body) for body, _ in acting]
+        stacked = np.stack([wrench for _, wrench in acting], axis=1)
+        q, rest = dynamics.motion.q, np.zeros_like(dynamics.motion.q)
+        torques = torques + (
+            model.inverse_dynamics(q, rest, rest, stacked, bodies)
+            - model.inverse_dynamics(q, rest, rest, np.zeros_like(stacked), bodies)
+        )
     return torques
 
 

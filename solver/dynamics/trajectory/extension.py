@@ -8,12 +8,10 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.dynamics import BodyLoad, Dynamics
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
 from solver.kinematics.label_faults.fault import Exchange
-from solver.skeleton.pinocchio_model import RigidBodyModel
-from solver.skeleton.skeleton import Skeleton
 
 
 @dataclass(frozen=True)
@@ -59,6 +57,10 @@ class TrialExtension:
             for part in self.parts
         )
         return TrialExtension(tuple(parts), self.known[start:end], self.evidence[start:end])
+
+    def loads(self, x: Float[np.ndarray, " extra"]) -> list[BodyLoad]:
+        """What acts on segments, for values of x; what acts on none in particular bends no joint."""
+        return [(part.body, part.at(x)) for part in self.parts if part.body is not None]
 
     @cached_property
     def fixed_ground(self) -> Float[np.ndarray, "frames 6"]:
@@ -129,32 +131,17 @@ class Extension:
         return (*self.causes, *(Cause("marker_swap", pair, {}) for pair in pairs))
 
 
-def with_extra_wrench(
-    dynamics: Dynamics, skeleton: Skeleton, extra: TrialExtension, x: Float[np.ndarray, " extra"]
-) -> Dynamics:
-    """Torques and residuals if this acts as well: τ − Σ J_bᵀ w_b, residual − Σ w_b.
+def with_extra_wrench(dynamics: Dynamics, extra: TrialExtension, x: Float[np.ndarray, " extra"]) -> Dynamics:
+    """Residuals if this acts as well: less Σ w_b. Torques are those under the recorded forces still.
 
     Args:
         dynamics: under the recorded forces.
-        skeleton: that they were computed with.
         extra: of the same trial.
         x: its parameters.
     """
-    wrenches = [(part.body, part.at(x)) for part in extra.parts]
-    total = about_point(np.sum([w for _, w in wrenches], axis=0), dynamics.root_ground)
-    placed = [(skeleton.body_index(body), w) for body, w in wrenches if body is not None]
-    torques = dynamics.joint_torques
-    if placed:
-        bodies, each = zip(*placed, strict=True)
-        q, rest = dynamics.motion.q, np.zeros_like(dynamics.motion.q)
-        model, stacked = RigidBodyModel(skeleton), np.stack(each, axis=1)
-        torques = torques + (
-            model.inverse_dynamics(q, rest, rest, stacked, bodies)
-            - model.inverse_dynamics(q, rest, rest, np.zeros_like(stacked), bodies)
-        )
+    total = about_point(np.sum([part.at(x) for part in extra.parts], axis=0), dynamics.root_ground)
     return replace(
         dynamics,
-        joint_torques=torques,
         residual_root=dynamics.residual_root - total,
         residual_raw_root=dynamics.residual_raw_root - total,
         used=dynamics.used & extra.known,

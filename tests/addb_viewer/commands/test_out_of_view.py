@@ -15,7 +15,7 @@ from addb_viewer import Subject
 from addb_viewer.commands.cli import app
 from addb_viewer.trial_view.replay import BodySize
 from addb_viewer.trial_view.replay_of_fit import fitted_replay
-from solver.fitting.review_stage import without_impossible
+from solver.fitting.result_stage import without_impossible
 from solver.fitting.seen_part import without_guesses
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under

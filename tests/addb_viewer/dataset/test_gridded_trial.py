@@ -7,6 +7,7 @@ import pytest
 
 from addb_viewer.dataset.gridded_trial import on_grid
 from addb_viewer.dataset.segments import Segment, cuts_of
+from solver.dynamics.force_prediction.missing_wrench import torques_under
 from solver.dynamics.trajectory.extension import BodyWrench, TrialExtension, with_extra_wrench
 from solver.fitting.seen_part import in_whole
 from solver.fitting.settings import Settings
@@ -144,7 +145,10 @@ def test_what_an_accepted_cause_adds_acts_on_the_grid_as_well(fit_200, halved):
     body = next(name for name in ("torso", "pelvis") if name in skeleton.body_names)
     everywhere = np.ones(len(load), dtype=bool)
     cause = TrialExtension((BodyWrench(body, load, none),), everywhere, everywhere)
-    loaded = replace(native, dynamics=with_extra_wrench(native.dynamics, skeleton, cause, np.zeros(0)))
+    x = np.zeros(0)
+    explained = with_extra_wrench(native.dynamics, cause, x)
+    torques = torques_under(skeleton, explained, native.contacts, native.mask, acting=cause.loads(x))
+    loaded = replace(native, dynamics=replace(explained, joint_torques=torques))
     got = on_grid(replace(fit_200, trials=(loaded,)), loaded, SETTINGS, 100.0)
 
     there, dynamics, motion = load[::2], got.trial.dynamics, got.trial.motion

@@ -14,7 +14,7 @@ from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import missing_force, sure_ranges
 from solver.contact.settings import ContactSettings
 from solver.fitting.fit import TrialFit
-from solver.fitting.review_stage import _judged
+from solver.fitting.review_stage import propose
 from solver.fitting.settings import Settings
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
@@ -305,5 +305,5 @@ def test_a_mass_that_is_only_a_guess_takes_no_force_away(walk, share):
     markers = Markers(("M",), nothing, walk.motion.rate)
     errors = MarkerErrors(("M",), nothing[:, :, 0])
     fit = TrialFit(Capture("walk", markers, recorded), walk.motion, errors, nothing, contacts)
-    judged = _judged(fit, guess, Settings(), guessed_within=0.2)
+    judged = propose(fit, guess, Settings(), guessed_within=0.2)
     assert not sure_ranges(judged.proposals, Settings().detection.confidence)

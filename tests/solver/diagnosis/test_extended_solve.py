@@ -9,9 +9,9 @@ from solver.capture.subject.subject import open_subject
 from solver.common.errors import FitError
 from solver.common.progress import silent
 from solver.diagnosis.accepting import extension_for
+from solver.fitting.held_out_stage import predicting_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import other_recordings, provenance_of
-from solver.fitting.review_stage import predicting_held_out
 from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under

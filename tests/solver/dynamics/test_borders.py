@@ -22,16 +22,16 @@ from solver.capture.subject.subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.cross_validation.hidden_steps import Step, frames_of, steps_of
 from solver.dynamics.dynamics import Dynamics
-from solver.dynamics.force_prediction.missing_wrench import with_predicted_torques
+from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
 from solver.dynamics.force_prediction.prediction_fit import predicted
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trial_data import TrialData
-from solver.fitting.dynamics_stage import trial_data
 from solver.fitting.pipeline import solve
 from solver.fitting.prediction_stage import with_predicted
 from solver.fitting.settings import Settings
+from solver.fitting.trajectory_stage import trial_data
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint
 from solver.simulate.demo import MARKERS
@@ -81,7 +81,7 @@ class Walk:
         counts[hidden, slice(None) if both else self.foot] = False
         mask = replace(self.mask, counts=counts)
         dynamics = inverse_dynamics(fit.skeleton, fit.motions[0], self.contacts, mask, SETTINGS.dynamics)
-        with_wrenches = with_predicted_torques(fit.skeleton, dynamics, self.contacts, mask, wrench)
+        with_wrenches = with_joint_torques(fit.skeleton, dynamics, self.contacts, mask, wrench)
         return Fitted(fit.skeleton, dynamics, with_wrenches.joint_torques)
 
 

@@ -10,7 +10,7 @@ from solver.capture.subject import readable_trials
 from solver.capture.subject.subject import open_subject
 from solver.common.errors import FitError
 from solver.diagnosis import diagnose as diagnosis
-from solver.fitting import pipeline, review_stage
+from solver.fitting import model_stage, torques_stage, tracking_stage
 from solver.fitting.failing_trials import together, without_failing
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, settings_from
@@ -69,25 +69,25 @@ def is_left_out(fit, alone, reason):
 @pytest.mark.parametrize(
     ("stage", "error"),
     [
-        ("with_labels_repaired", FitError("no pose")),
-        ("tracked_trial", np.linalg.LinAlgError("Singular matrix")),
-        ("with_contacts", IndexError("index 3 is out of bounds")),
+        ((model_stage, "with_labels_repaired"), FitError("no pose")),
+        ((tracking_stage, "tracked_trial"), np.linalg.LinAlgError("Singular matrix")),
+        ((tracking_stage, "with_contacts"), IndexError("index 3 is out of bounds")),
     ],
 )
 def test_one_that_breaks_down_in_a_stage_of_its_own(subject, alone, monkeypatch, stage, error):
     def name_of(given):
         return getattr(given[0], "capture", given[0]).name
 
-    broken = breaks_on("again", getattr(pipeline, stage), name_of, error)
-    monkeypatch.setattr(pipeline, stage, broken)
+    broken = breaks_on("again", getattr(*stage), name_of, error)
+    monkeypatch.setattr(*stage, broken)
     is_left_out(solve(subject, MARKERS_ALONE), alone, str(error))
 
 
 def test_one_that_breaks_down_where_all_are_fitted_together(subject, alone, monkeypatch):
-    whole = review_stage.with_dynamics
+    whole = torques_stage.with_dynamics
     error = np.linalg.LinAlgError("Singular matrix")
     broken = breaks_on("again", whole, lambda given: given[0].capture.name, error)
-    monkeypatch.setattr(review_stage, "with_dynamics", broken)
+    monkeypatch.setattr(torques_stage, "with_dynamics", broken)
     fit = solve(subject, MARKERS_ALONE)
     is_left_out(fit, alone, "the fit breaks down on it (LinAlgError: Singular matrix)")
 
@@ -103,7 +103,7 @@ def test_where_all_fail_the_first_says_why(subject, monkeypatch):
     def fail(capture, *_):
         raise FitError(f"{capture.name} shows nobody")
 
-    monkeypatch.setattr(pipeline, "tracked_trial", fail)
+    monkeypatch.setattr(tracking_stage, "tracked_trial", fail)
     with pytest.raises(FitError, match="shows nobody"):
         solve(subject, MARKERS_ALONE)
 

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
 from solver.dynamics.trajectory.extension import (
@@ -53,9 +54,9 @@ def test_torques_are_those_under_the_wrenches_as_contacts(crane, motion, extra):
     x, settings = np.array([1.5, -0.7]), DynamicsSettings()
     mask = FrameMask(np.ones((FRAMES, 1), dtype=bool))
     foot = np.random.default_rng(1).normal(0, 50, (FRAMES, 1, 6))
-    ours = with_extra_wrench(
-        inverse_dynamics(crane, motion, contacts_of(["foot_r"], foot), mask, settings), crane, extra, x
-    )
+    contacts = contacts_of(["foot_r"], foot)
+    explained = with_extra_wrench(inverse_dynamics(crane, motion, contacts, mask, settings), extra, x)
+    ours = with_joint_torques(crane, explained, contacts, mask, acting=extra.loads(x))
     foot_part, arm_part, nowhere = (part.at(x) for part in extra.parts)
     told = contacts_of(["foot_r", "arm_r"], np.stack([foot[:, 0] + foot_part, arm_part], axis=1))
     mask = FrameMask(np.ones((FRAMES, 2), dtype=bool))

@@ -1,31 +1,42 @@
 """The subject's mass that the trials agree on, and how much more each trial's plates read."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import MassEstimate
+from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.mass import mass_from_forces
+from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.fitting.fit import TrialFit
 from solver.fitting.settings import Settings
+from solver.fitting.state import FitState, MassAndGains
+from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
 
-@dataclass(frozen=True)
-class Weighed:
-    """What plates say of one body."""
-
-    mass_kg: float
-    gains: tuple[float, ...]  # by trial: that its forces are divided by
-    notes: tuple[str, ...] = ()
+def weigh_body(state: FitState, settings: Settings) -> FitState:
+    """Which trials have forces enough for the trajectory fit, and what their plates say of the body."""
+    fitted: tuple[int, ...] = ()
+    if settings.trajectory.enabled:
+        fewest = settings.trajectory.fewest_frames
+        fitted = tuple(i for i, fit in enumerate(state.trials) if fit.forces_known.sum() >= fewest)
+    state = replace(state, fitted=fitted)
+    if not fitted:
+        return state
+    weighed = estimate_mass_and_gains(
+        state.members, state.skeleton, settings, extended=state.extension is not None
+    )
+    return replace(state, weighed=weighed)
 
 
 def estimate_mass_and_gains(
     fits: Sequence[TrialFit], skeleton: Skeleton, settings: Settings, *, extended: bool = False
-) -> Weighed:
+) -> MassAndGains:
     """One body has one mass, and the fit follows every trial's forces in shape only.
 
     What a trial's plates read beyond that mass stays in its residual; else it would bend every motion, most
@@ -40,7 +51,7 @@ def estimate_mass_and_gains(
             mass stays, and one trial alone has nothing to differ from.
     """
     weights, own_mass = settings.trajectory, skeleton.mass
-    nothing = Weighed(own_mass, (1.0,) * len(fits))
+    nothing = MassAndGains(own_mass, (1.0,) * len(fits))
     if extended and len(fits) < 2:
         return nothing
     trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
@@ -68,7 +79,7 @@ def estimate_mass_and_gains(
             )
         elif abs(gain - 1) > weights.notable_gain:
             notes.append(f"{fit.capture.name}: plates read {100 * (gain - 1):+.1f} % compared with {against}")
-    return Weighed(own_mass if extended else reference, tuple(gains), tuple(notes))
+    return MassAndGains(own_mass if extended else reference, tuple(gains), tuple(notes))
 
 
 def agreeing(told: Sequence[MassEstimate | None], own_mass: float, tolerance: float) -> list[bool]:
@@ -90,3 +101,62 @@ def _moved(pooled: MassEstimate, own_mass: float, weights: TrajectorySettings) -
     return float(
         np.clip(trust * (pooled.mass_kg / own_mass - 1), -weights.notable_mass, weights.notable_mass)
     )
+
+
+def mass_notes(nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettings) -> tuple[str, ...]:
+    """What to say of the masses that a fit found.
+
+    Args:
+        nominal: with the mass that the forces were judged with.
+        fit: of it.
+        settings: from which changes on.
+    """
+    notes: tuple[str, ...] = ()
+    if abs(fit.skeleton.mass / nominal.mass - 1) > settings.notable_mass:
+        notes = (
+            f"the fit moved the body's mass from {nominal.mass:.1f} to {fit.skeleton.mass:.1f} kg: is a "
+            "force missing, the plates' gain off, something carried, or the entered mass wrong?",
+        )
+    return (*notes, *segment_mass_notes(with_mass(nominal, fit.skeleton.mass), fit, settings))
+
+
+def segment_mass_notes(
+    nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettings
+) -> tuple[str, ...]:
+    """A note that names segments and ratios where forces ask for more than people's scatter; else nothing.
+
+    Args:
+        nominal: scaled, that the fit's inertias are changes of.
+        fit: of it.
+        settings: from which ratio on.
+    """
+    if not settings.fit_inertias:
+        return ()
+    inertias = inertia_parameters(nominal, settings)
+    asked = inertias.pseudo_inertias(fit.asked_phi)[:, 3, 3]
+    ratios = _ratios(nominal, asked)
+    kept = _ratios(nominal, [body.mass for body in fit.skeleton.bodies])
+    said = []
+    for group in range(len(inertias.names)):
+        bodies = np.flatnonzero(inertias.group == group)
+        first = bodies[0]
+        if max(abs(ratios[first] - 1), abs(kept[first] - 1)) <= settings.notable_segment_mass:
+            continue
+        names = " and ".join(nominal.bodies[b].name for b in bodies)
+        said.append((abs(ratios[first] - 1), f"{names} {ratios[first]:.2f} (the fit has {kept[first]:.2f})"))
+    if not said:
+        return ()
+    listed = ", ".join(text for _, text in sorted(said, reverse=True))
+    return (
+        "the forces would fit better with other segment masses than the tables give, by the factors: "
+        f"{listed}; do forces come late, is a plate turned or misplaced, is something carried, or is the "
+        "body unlike the tables? Soft tissue has the same effect, above all in runs and landings",
+    )
+
+
+def _ratios(
+    nominal: Skeleton, masses: Sequence[float] | Float[np.ndarray, " bodies"]
+) -> Float[np.ndarray, " bodies"]:
+    """To the nominal masses; 1 where a segment has none."""
+    own = np.array([body.mass for body in nominal.bodies])
+    return np.divide(np.asarray(masses), own, out=np.ones(len(own)), where=own > 0)

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject
+from solver.fitting.fit import Groundwork
+from solver.fitting.model_stage import weigh_who_stands
 from solver.fitting.settings import Settings
-from solver.fitting.standing_stage import weighed_standing
+from solver.fitting.state import FitState, Recordings
 from solver.kinematics.marker_matching import match_markers
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
@@ -51,10 +53,10 @@ def plate(name: str, newtons: float, at: np.ndarray, rectangle, rng: np.random.G
 
 
 def weigh(body: Skeleton, markers: Markers, plates, subject: Subject = NOBODY):
-    capture = Capture("trial", markers, tuple(plates))
-    return weighed_standing(
-        subject, [capture], None, skeleton=body, match=match_markers(body, [markers]), settings=Settings()
-    )
+    recordings = Recordings(body, (Capture("trial", markers, tuple(plates)),), None, {})
+    groundwork = Groundwork(body, match_markers(body, [markers]), ())
+    state = FitState(subject, groundwork, body, read=recordings)
+    return weigh_who_stands(state, Settings()).groundwork.standing
 
 
 @pytest.mark.parametrize("shares", [(1.0,), (0.6, 0.4), (0.1, 0.5, 0.22, 0.18)])

@@ -1,0 +1,284 @@
+"""The recordings, and the model scaled to them; what plates read under somebody who stands still on them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import Capture, ForcePlate, Subject, TrialFiles, UnreadTrial
+from solver.capture.plates.conditioning import condition
+from solver.capture.subject.readable_trials import read_trials
+from solver.capture.subject.statics import shown_by
+from solver.capture.trial import read_trial
+from solver.common.cpu_timer import CpuTimer
+from solver.common.errors import SolverError
+from solver.common.memory_release import release_memory
+from solver.common.progress import Progress, silent
+from solver.contact.needed_segments import UPRIGHT, hips_over_ankles
+from solver.contact.sole import independent_feet, soles
+from solver.dynamics.com_mass import MassEstimate, Standing
+from solver.dynamics.mass import LIGHTEST_KG
+from solver.dynamics.root_wrench import centre_of_mass_of
+from solver.dynamics.trajectory.extension import Extension
+from solver.fitting.failing_trials import about
+from solver.fitting.fit import Groundwork
+from solver.fitting.settings import Settings
+from solver.fitting.state import FitState, Recordings
+from solver.kinematics.calibration import calibrate, choose_frames
+from solver.kinematics.hip_width import expected_hip_width
+from solver.kinematics.inverse_kinematics import inverse_kinematics
+from solver.kinematics.label_faults.repair import with_labels_repaired
+from solver.kinematics.marker_matching import MarkerMatch
+from solver.kinematics.marker_naming import name_markers
+from solver.kinematics.model_ownership import Ownership, whose_model
+from solver.kinematics.upright_pelvis import pitch_of_spines
+from solver.markers.mapping_file import chosen_for
+from solver.markers.people import of_one_person
+from solver.skeleton.default_body import default_skeleton
+from solver.skeleton.forward import body_poses
+from solver.skeleton.skeleton import Skeleton
+from solver.skeleton.subject_model import load_subject_model
+
+POSES = 12  # of somebody who stands still
+SHORTEST_S = 0.5
+STEADY = 0.1  # of the weight: how far it spreads over four fifths of the time; who sways keeps within 5 %
+UNDER_M = 0.05  # from below the centre of mass to where it presses: within 2.7 cm there; one of two feet, 10
+PRESSED = 0.75  # of a sole's length and width, about its pieces' middles: pressure spares the rim
+RIM_M = 0.03  # by which soles of the model may be misplaced over a plate's edge
+
+
+def read_recordings(
+    subject: Subject,
+    chosen: Sequence[TrialFiles],
+    settings: Settings,
+    *,
+    instead: Mapping[str, Capture] | None = None,
+    failed: tuple[UnreadTrial, ...] = (),
+    extension: Extension | None = None,
+    progress: Progress = silent,
+) -> FitState:
+    """Where a solve begins: recordings as they are, and which of their labels is which marker of the model.
+
+    Args:
+        subject: whose.
+        chosen: trials to be read.
+        settings: of every stage.
+        instead: recordings in place of those that the files hold, by trial.
+        failed: trials that failed before.
+        extension: what acts beside the recorded forces.
+        progress: told each trial; may raise `Cancelled`.
+    """
+    cpu_timer = CpuTimer()
+    with cpu_timer("load"):
+        generic = _generic(subject)
+        read = read_trials(
+            subject,
+            chosen,
+            settings.reading,
+            instead=instead,
+            progress=lambda name: progress(f"reading {name}", 0.0),
+        )
+        read = replace(read, unread=(*read.unread, *failed))
+    mixed = of_one_person(subject, read.captures, read.static)
+    named = name_markers(
+        generic,
+        [c.markers for c in (*read.captures, *([read.static] if read.static else ()))],
+        default_body=subject.model is None,
+        chosen=chosen_for(subject),
+        settings=settings.naming,
+    )
+    body = named.match.skeleton(named.skeleton)
+    notes = (*read.notes, *mixed, *named.match.notes)
+    return FitState(
+        subject,
+        Groundwork(body, named.match, notes, read.unread),
+        body,
+        extension=extension,
+        read=Recordings(generic, tuple(read.captures), read.static, named.landmarks),
+        seconds=cpu_timer.seconds,
+    )
+
+
+def repair_labels(state: FitState, settings: Settings) -> FitState:
+    """Markers under exchanged or wrong labels are put where they belong, or left out.
+
+    Raises:
+        TrialFailedError: from what a trial alone does.
+    """
+    cpu_timer, recordings, repaired = CpuTimer(), state.recordings, []
+    for capture in recordings.captures:
+        others = [other.markers for other in recordings.shown if other is not capture]
+        with cpu_timer("load"), about(capture.name):
+            repaired.append(
+                with_labels_repaired(
+                    capture,
+                    others,
+                    state.groundwork.match,
+                    state.skeleton,
+                    settings.label_repair,
+                    accepted=state.extension.exchanges if state.extension else (),
+                )
+            )
+    captures, faults = zip(*repaired, strict=True)
+    release_memory()
+    load = state.seconds["load"] + cpu_timer.seconds["load"]
+    return replace(
+        state,
+        read=replace(recordings, captures=captures, label_faults=faults),
+        seconds={**state.seconds, "load": load},
+    )
+
+
+def scale_model(state: FitState, settings: Settings, progress: Progress) -> FitState:
+    """The model with the person's proportions and with markers where they are on the body."""
+    subject, recordings, match = state.subject, state.recordings, state.groundwork.match
+    body, static, cpu_timer = state.skeleton, state.recordings.static, CpuTimer()
+    with cpu_timer("scaling"):
+        frames = choose_frames(
+            [match.observed(c.markers) for c in recordings.captures],
+            match.observed(static.markers) if static else None,
+            settings.kinematics,
+        )
+        ownership = Ownership(is_scaled=False)
+        if subject.model is not None:
+            ownership = whose_model(
+                recordings.generic,
+                body,
+                frames,
+                settings.kinematics,
+                file_name=subject.model.name,
+                mass_kg=subject.mass_kg,
+                said=subject.model_is,
+            )
+        names = recordings.generic.marker_names
+        calibration = calibrate(
+            body,
+            frames,
+            settings.kinematics,
+            registered_std=ownership.offset_std(body, names, settings.kinematics),
+            height_m=subject.height_m,
+            mass_kg=subject.mass_kg,
+            hip_width_m=expected_hip_width(
+                recordings.landmarks, match, [c.markers for c in recordings.shown]
+            ),
+            pitch_of_spines=pitch_of_spines(body, recordings.landmarks) if subject.model is None else None,
+            progress=progress,
+        )
+    notes = (*state.groundwork.notes, *ownership.notes, *calibration.notes)
+    return replace(
+        state,
+        groundwork=replace(state.groundwork, skeleton=calibration.skeleton, notes=notes),
+        skeleton=calibration.skeleton,
+        seconds={**state.seconds, **cpu_timer.seconds},
+    )
+
+
+def weigh_who_stands(state: FitState, settings: Settings) -> FitState:
+    """Whoever stands still, upright, with the whole weight on plates; asked where nobody entered a mass.
+
+    Either both soles are over plates that carry something, or the plates together press where the centre of
+    mass is: of a foot on the floor beside them its force would be missing.
+    """
+    subject, static = state.subject, state.recordings.static
+    if subject.mass_kg is not None:
+        return state
+    found = []
+    for capture in (*_with_plates(subject, static, settings), *state.recordings.captures):
+        what = shown_by(capture.markers)
+        if not capture.plates or not what.is_still or what.seconds < SHORTEST_S:
+            continue
+        try:
+            mass = _weight_of(capture, state.skeleton, state.groundwork.match, subject.foot_bodies, settings)
+        except SolverError:  # too few markers for a pose, or a model without feet
+            continue
+        if mass is not None:
+            found.append(Standing(capture.name, mass))
+    return replace(state, groundwork=replace(state.groundwork, standing=tuple(found)))
+
+
+def _generic(subject: Subject) -> Skeleton:
+    if subject.model is not None:
+        return load_subject_model(subject.model)
+    return default_skeleton(
+        **{k: v for k, v in (("mass_kg", subject.mass_kg), ("height_m", subject.height_m)) if v is not None},
+        sex=subject.sex,
+    )
+
+
+def _with_plates(subject: Subject, static: Capture | None, settings: Settings) -> tuple[Capture, ...]:
+    """The static trial with the forces that its own file holds, where they can be read."""
+    if static is None or subject.static is None:
+        return ()
+    try:
+        return (read_trial(TrialFiles(static.name, subject.static, prefix=subject.prefix), settings.reading),)
+    except SolverError:
+        return ()
+
+
+def _weight_of(
+    capture: Capture, skeleton: Skeleton, match: MarkerMatch, foot_bodies: Sequence[str], settings: Settings
+) -> MassEstimate | None:
+    markers, g = capture.markers, float(np.linalg.norm(skeleton.gravity))
+    plates = [condition(plate, markers.times, settings.conditioning) for plate in capture.plates]
+    known = np.all([plate.observed for plate in plates], axis=0)
+    if known.sum() < SHORTEST_S * markers.rate:
+        return None
+    up = sum(plate.force_ground[known, 1] for plate in plates)
+    low, weight, high = np.percentile(up, [10, 50, 90])
+    if weight < LIGHTEST_KG * g or high - low > STEADY * weight:
+        return None
+    some = np.unique(np.linspace(0, markers.frames - 1, POSES).round().astype(int))
+    rate = markers.rate * len(some) / markers.frames
+    q = inverse_kinematics(skeleton, match.observed(markers)[some], rate, settings.kinematics)
+    q = q[np.isfinite(q).all(axis=1)]
+    upright = hips_over_ankles(skeleton, q)
+    if upright is None or np.median(upright) < UPRIGHT:
+        return None
+    force, moment = (
+        np.median(sum(getattr(plate, name)[known] for plate in plates), axis=0)
+        for name in ("force_ground", "moment_ground")
+    )
+    pressed = np.array([moment[2], -moment[0]]) / force[1]
+    below_com = np.median(centre_of_mass_of(skeleton, q), axis=0)[[0, 2]]
+    loaded = [
+        plate
+        for plate, read in zip(capture.plates, plates, strict=True)
+        if np.median(read.force_ground[known, 1]) > settings.conditioning.threshold_N
+    ]
+    if np.linalg.norm(pressed - below_com) > UNDER_M and not _over(loaded, skeleton, q, foot_bodies):
+        return None
+    blocks = max(1.0, len(up) / (settings.com.block_s * markers.rate))
+    mass, sampling = float(weight) / g, float(np.std(up)) / g / blocks**0.5
+    return MassEstimate(mass, float(np.hypot(sampling, settings.com.plate_gain_std * mass)), sampling)
+
+
+def _over(
+    plates: Sequence[ForcePlate],
+    skeleton: Skeleton,
+    q: Float[np.ndarray, "frames dofs"],
+    foot_bodies: Sequence[str],
+) -> bool:
+    """Whether both soles are over these plates."""
+    R, p = body_poses(skeleton, q)
+    feet = independent_feet(skeleton, foot_bodies)
+    pressed = [sole.middle(PRESSED) for sole in soles(skeleton, feet)]
+    points = [np.median(sole.corners_ground(R, p), axis=0)[:, [0, 2]] for sole in pressed]
+    corners = [plate.corners_ground[:, [0, 2]] for plate in plates if plate.corners_ground is not None]
+    inside = [_within(np.concatenate(points), own) for own in corners]
+    return bool(inside and np.any(inside, axis=0).all())
+
+
+def _within(
+    points: Float[np.ndarray, "points 2"], corners: Float[np.ndarray, "4 2"]
+) -> Bool[np.ndarray, " points"]:
+    """In a plate, or hardly beside it; in the plate's own axes."""
+    along, across = corners[1] - corners[0], corners[-1] - corners[0]
+    offset = points - corners.mean(axis=0)
+    return np.all(
+        [
+            np.abs(offset @ axis) / np.linalg.norm(axis) < np.linalg.norm(axis) / 2 + RIM_M
+            for axis in (along, across)
+        ],
+        axis=0,
+    )

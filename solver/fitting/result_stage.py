@@ -1,0 +1,131 @@
+"""From the trials' parts back to whole recordings; notes on what rests on no measurement; the fit."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from solver.dynamics.person_estimates import person_sex
+from solver.dynamics.trajectory.extension import Extension
+from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.provenance import provenance_of
+from solver.fitting.seen_part import guessed, in_whole
+from solver.fitting.settings import Settings, as_dict
+from solver.fitting.state import FitState
+from solver.kinematics.determined import beyond_people
+from solver.kinematics.marker_matching import MarkerMatch
+from solver.kinematics.unseen_bodies import (
+    guessed_notes,
+    unseen_body_notes,
+    unseen_frame_notes,
+    unseen_mass_notes,
+)
+from solver.skeleton.skeleton import Skeleton
+
+
+def note_what_is_unmeasured(state: FitState, settings: Settings) -> FitState:
+    """Every trial with notes on unseen segments and on a motion without forces."""
+    skeleton, match = state.fitted_skeleton, state.groundwork.match
+    pairs = zip(state.trials, state.whole, strict=True)
+    return replace(state, trials=tuple(_noted(fit, whole, match, skeleton, settings) for fit, whole in pairs))
+
+
+def lay_into_whole(state: FitState) -> FitState:
+    """The trials in their recordings' frames again."""
+    pairs = zip(state.trials, state.whole, strict=True)
+    return replace(state, trials=tuple(in_whole(fit, whole) for fit, whole in pairs))
+
+
+def leave_out_impossible_angles(state: FitState) -> FitState:
+    """The trials without the angles that nobody's joints take."""
+    skeleton = state.fitted_skeleton
+    return replace(state, trials=tuple(without_impossible(trial, skeleton) for trial in state.trials))
+
+
+def as_fit(state: FitState, settings: Settings) -> Fit:
+    """What the solve gives back; its held-out blocks are still due."""
+    subject, groundwork, person, result = state.subject, state.groundwork, state.person, state.result
+    assert person is not None
+    names = {trial.capture.name for trial in state.trials}
+    wanted = names | {trial.name for trial in groundwork.unread}
+    read = [trial for trial in subject.trials if trial.name in wanted]
+    return Fit(
+        subject=subject,
+        skeleton=state.fitted_skeleton,
+        trials=state.trials,
+        mass_kg=math.nan if person.mass.guessed_within == math.inf else state.fitted_skeleton.mass,
+        height_m=person.height_m,
+        settings=as_dict(settings),
+        provenance=provenance_of(subject, read, state.reviews, state.extension),
+        notes=(
+            *groundwork.notes,
+            *person.mass.notes,
+            *state.notes,
+            *person.height_notes,
+            *person_sex(subject, person.height_m),
+            *_extension_notes(state.extension, names),
+        ),
+        groundwork=replace(
+            groundwork,
+            mass_kg=person.mass.kg,
+            phi=result.phi if result else None,
+            learnt=state.prediction.learnt if state.prediction else groundwork.learnt,
+            learnt_on=state.learnt_on,
+            settled=state.settled,
+        ),
+        held_out_due=settings.trajectory.held_out and result is not None,
+    )
+
+
+def without_impossible(trial: TrialFit, skeleton: Skeleton) -> TrialFit:
+    """The trial without the angles that nobody's joints take, told in a note."""
+    motions = (trial.motion, *((trial.dynamics.motion,) if trial.dynamics else ()))
+    beyond = np.any([beyond_people(skeleton, each.q, each.rate) for each in motions], axis=0)
+    if not beyond.any() or trial.left_open is None:
+        return trial
+    why = "markers, here or near, have it bend as nobody's does; look for one that is frozen or exchanged"
+    notes = (*trial.notes, *guessed_notes(trial.motion, beyond, why))
+    return replace(trial, left_open=trial.left_open | beyond, notes=notes)
+
+
+def _noted(
+    fit: TrialFit, whole: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Settings
+) -> TrialFit:
+    """The trial with notes on what rests on no measurement: unseen segments, a motion without forces."""
+    observed = match.observed(whole.capture.markers)
+    notes = (
+        *unseen_frame_notes(whole.motion),
+        *unseen_body_notes(match.skeleton(skeleton), observed, whole.motion),
+        *guessed_notes(whole.motion, guessed(whole)),
+    )
+    without_forces = fit.mask is not None and not fit.mask.counts.any()
+    if without_forces and fit.why_not_predicted:
+        notes += (
+            f"no force counts, none predicted, and there are no torques: {fit.why_not_predicted}. Angles are "
+            "those of the segments that are seen",
+        )
+    elif without_forces:
+        notes += (
+            f"no measured force is used: ground forces and joint torques are predicted from the motion below "
+            f"{settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} kg; no "
+            "measurement confirms them, and there is no residual",
+            *unseen_mass_notes(match.skeleton(skeleton), observed),
+        )
+    elif settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
+        notes += (
+            f"forces count on {int(fit.forces_known.sum())} frames; fewer than "
+            f"{settings.trajectory.fewest_frames} are too few for F = ma, so the motion follows the markers "
+            "alone",
+        )
+    return replace(fit, notes=(*fit.notes, *notes))
+
+
+def _extension_notes(extension: Extension | None, names: set[str]) -> tuple[str, ...]:
+    """What the fit assumes beside the recorded forces."""
+    if extension is None:
+        return ()
+    note = f"extended by what a diagnosis found and a person accepted: {extension.sentence}"
+    without = sorted(names - set(extension.trials)) if extension.causes else []
+    return (note, f"not extended, because that diagnosis did not see them: {', '.join(without)}")[
+        : 2 if without else 1
+    ]
