@@ -71,8 +71,8 @@ def _run(
     assert trial.kinematics_only is not None
     assert trial.dynamics is not None
     assert fit.groundwork is not None
-    markers_alone = trial.kinematics_only.motion
-    motion = trial.motion if kind == "calm" else markers_alone.low_passed(LIVELY_HZ[activity])
+    markers_alone = trial.kinematics_only.motion.filled()
+    motion = trial.motion.filled() if kind == "calm" else markers_alone.low_passed(LIVELY_HZ[activity])
     matched_synthetic = made(fit, trial, motion, settings)
     nominal = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg or fit.mass_kg)
     state = FitState(fit.subject, fit.groundwork, nominal, trials=(matched_synthetic.before,))
@@ -99,7 +99,7 @@ def _run(
         "slow_mm": [1000 * level for level in matched_synthetic.slow],
         "growth_mm": [1000 * level for level in matched_synthetic.growth],
         "gains": {OURS: gains(time_histories[OURS], raw), "truth": gains(matched_synthetic.truth, raw)},
-        "gains_of_recording": gains(time_history_of(trial.motion), time_history_of(markers_alone)),
+        "gains_of_recording": gains(time_history_of(trial.motion.filled()), time_history_of(markers_alone)),
         "errors_by_band": {
             name: error_by_band(time_history, matched_synthetic.truth)
             for name, time_history in time_histories.items()
@@ -129,7 +129,7 @@ def made(fit: Fit, trial: TrialFit, motion: Motion, settings: Settings) -> Match
     assert work is not None
     assert trial.kinematics_only is not None
     recorded = contacts.wrench_ground
-    missed = recorded.sum(axis=1) - required_ground(fit.skeleton, trial.motion)
+    missed = recorded.sum(axis=1) - required_ground(fit.skeleton, trial.motion.filled())
     missed[~trial.forces_known] = 0.0
     true_wrench = recorded + _shared(required_ground(fit.skeleton, motion) - recorded.sum(axis=1), recorded)
     true_wrench[~trial.forces_known] = recorded[~trial.forces_known]
@@ -141,7 +141,7 @@ def made(fit: Fit, trial: TrialFit, motion: Motion, settings: Settings) -> Match
     unseen = ~np.isfinite(observed)
     nominal = with_mass(work.skeleton, work.mass_kg or fit.mass_kg)
     kinematics = ForwardKinematics(nominal)
-    levels = _levels(kinematics, observed, trial.kinematics_only.motion, settings)
+    levels = _levels(kinematics, observed, trial.kinematics_only.motion.filled(), settings)
     exact = marker_positions(nominal, motion.q)
     bodies = kinematics.marker_bodies
     by_angles, shaken = _skin(nominal, list(bodies), motion, recorded[:, :, 1], fit.mass_kg)

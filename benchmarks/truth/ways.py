@@ -70,14 +70,14 @@ def all_ways(
     assert work is not None
     mass = work.mass_kg if work.mass_kg is not None else fit.mass_kg
     skeleton = with_mass(work.skeleton, mass)
-    before = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
+    before = (trial.kinematics_only.motion if trial.kinematics_only else trial.motion).filled()
     counts = trial.dynamics.used if trial.dynamics else np.zeros(before.frames, dtype=bool)
     filters = settings.conditioning
     own_filter = replace(filters, cutoff_Hz=shared_cutoff(before.rate, filters))
     time_histories = {
-        OURS: time_history_of(trial.dynamics.motion, trial.dynamics.joint_torques)
+        OURS: time_history_of(trial.dynamics.motion.filled(), trial.dynamics.joint_torques)
         if trial.dynamics
-        else time_history_of(trial.motion),
+        else time_history_of(trial.motion.filled()),
         MARKER_FIT: _filtered(before, trial, skeleton, own_filter),
     }
     laboratory_skeleton = skeleton if own_model is None else with_mass(work.match.skeleton(own_model), mass)
