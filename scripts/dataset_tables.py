@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
+from addb_viewer.dataset.columns import Table
 from addb_viewer.dataset.schema import TABLES
-from addb_viewer.dataset.table import Table
 
 PAGE = Path(__file__).parent.parent / "docs" / "dataset.md"
 

@@ -17,9 +17,9 @@ from jaxtyping import Float
 import addb_viewer.dataset
 from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.task import FEET, Example, Measured, Seen, SeenMarkers
-from addb_viewer.dataset.frame_columns import COORDINATE_NAMES
+from addb_viewer.dataset.columns import COORDINATE_NAMES
 from addb_viewer.dataset.identifiers import file_name_of
-from addb_viewer.dataset.reader import Release
+from addb_viewer.dataset.reader import Release, column, vector
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
 
@@ -221,18 +221,18 @@ class _SubjectReading:
 
     def _measured(self, frames: pa.Table) -> Measured:
         def feet(pattern: str) -> Float[np.ndarray, "frames 2 3"]:
-            return np.stack([_vector(frames, pattern.format(side, "{}")) for side in FEET], axis=1)
+            return np.stack([vector(frames, pattern.format(side, "{}")) for side in FEET], axis=1)
 
         return Measured(
-            counts=_column(frames, "counts") > 0,
-            phase=np.nan_to_num(_column(frames, "phase"), nan=-1).astype(int),
+            counts=column(frames, "counts") > 0,
+            phase=np.nan_to_num(column(frames, "phase"), nan=-1).astype(int),
             activity=np.array(frames["activity"].to_pylist(), dtype=object),
             mass_kg=float(self.row["mass_kg"]),
             force=feet("grf_{}_{}_N"),
             moment=feet("grm_{}_{}_Nm"),
             foot_ground=feet("foot_{}_{}_m"),
             cop_ground=feet("cop_{}_{}_m"),
-            com_acceleration=_vector(frames, "com_a_{}_m_s2"),
+            com_acceleration=vector(frames, "com_a_{}_m_s2"),
             torque=self._values(frames, "tau"),
         )
 
@@ -244,7 +244,7 @@ class _SubjectReading:
         place = {name: k for k, name in enumerate(known)}
         where = np.full((len(number), len(known), 3), np.nan)
         at = np.searchsorted(number, rows["frame"].to_numpy())
-        where[at, [place[name] for name in names]] = _vector(rows, "measured_{}_m")
+        where[at, [place[name] for name in names]] = vector(rows, "measured_{}_m")
         return SeenMarkers(tuple(known), where)
 
     def _rows(self, table: str, trial_id: str, columns: list[str]) -> pa.Table:
@@ -268,7 +268,7 @@ class _SubjectReading:
         columns = []
         for name in self.skeleton.dofs:
             if name in COORDINATE_NAMES:
-                columns.append(_column(rows, f"{prefix}_{name}"))
+                columns.append(column(rows, f"{prefix}_{name}"))
             elif others is None or name not in self._places:
                 raise BenchmarkError(f"{self.row['subject_id']}: no column for the coordinate {name}")
             else:
@@ -284,15 +284,6 @@ def _measured_columns() -> list[str]:
         for axis in AXES
     ]
     return [*of_feet, *(f"com_a_{axis}_m_s2" for axis in AXES)]
-
-
-def _column(table: pa.Table, name: str) -> Float[np.ndarray, " rows"]:
-    """NaN where it is null."""
-    return np.asarray(pc.fill_null(table[name].cast(pa.float64()), np.nan).to_numpy(), dtype=float)
-
-
-def _vector(table: pa.Table, pattern: str) -> Float[np.ndarray, "rows 3"]:
-    return np.column_stack([_column(table, pattern.format(axis)) for axis in AXES])
 
 
 def _part_of_seen(seen: Seen, markers: SeenMarkers | None, some: slice) -> Seen:

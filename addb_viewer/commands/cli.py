@@ -1,184 +1,157 @@
-"""The command line: one module a command, listed here and loaded when it is run."""
+"""The command line: commands are listed here and loaded when they are run."""
 
 import codecs
 import os
 import sys
+from importlib import import_module
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Any, Protocol
 
 import typer
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
-from addb_viewer.commands.listed import ListedCommand, ListedGroup, listing
 from addb_viewer.jobs.environment import STORE, end_with_parent
 
-DATASET = (
-    ListedCommand(
-        "build",
-        "dataset.build:build",
-        "Make a release of all subjects below some folders, or bring it up to date.",
-    ),
-    ListedCommand(
-        "show",
-        "dataset.show:show",
-        "Say what a release holds; or of a trial where its numbers come from.",
-    ),
-    ListedCommand(
-        "split",
-        "dataset.split:split",
-        "Say which persons of a release are for training, development and test.",
-    ),
-    ListedCommand(
-        "stats",
-        "dataset.stats:stats",
-        "Write the dataset paper's tables and figures of a release, and a page that holds them all.",
-    ),
-    ListedCommand(
-        "check",
-        "dataset.check:check",
-        "Say what is wrong with a release: files, schema, F = ma, torques, plausibility, duplicates, splits.",
-    ),
-    ListedCommand(
-        "synthesize",
-        "dataset.synthesize:synthesize",
-        "Make up a corpus of people, faults and traps, and keep the truth about it aside.",
-    ),
-)
-BENCHMARK = (
-    ListedCommand(
-        "train",
-        "benchmark.train:train",
-        "Let predictors learn from a release's training persons.",
-    ),
-    ListedCommand(
-        "evaluate",
-        "benchmark.evaluate:evaluate",
-        "Hold predictors against the forces of persons whom they have not seen.",
-    ),
-    ListedCommand(
-        "sweep",
-        "benchmark.sweep:sweep",
-        "Draw the error of the total force against the filter's cutoff.",
-    ),
-    ListedCommand(
-        "table",
-        "benchmark.table:table",
-        "Print results as a table, the paper's beside them.",
-    ),
-)
-COMMANDS = (
-    ListedCommand(
-        "demo",
-        "demo:demo",
-        "Make the demo subject, fit it, say what is wrong with it, and open the app on it.",
-    ),
-    ListedCommand(
-        "open",
-        "open:open_subject",
-        "Open the review app; subjects without a fit show what was measured.",
-    ),
-    ListedCommand(
-        "init",
-        "init:init",
-        "Write a subject.toml that says what was understood, commented, for you to correct.",
-    ),
-    ListedCommand(
-        "fit",
-        "fit:fit",
-        "Fit the skeleton to a subject's recordings, keep the results and print the summary.",
-    ),
-    ListedCommand(
-        "markers",
-        "markers:markers",
-        "Print how each label is understood, how sure that is, and write a map that you can correct.",
-    ),
-    ListedCommand(
-        "detect",
-        "detect:detect",
-        "List the frames whose force is missing or wrong: which foot's, why, and how sure that is.",
-    ),
-    ListedCommand(
-        "diagnose",
-        "diagnose:diagnose",
-        "Say what is wrong with the recordings, name the cause, and say how sure that is.",
-    ),
-    ListedCommand(
-        "accept",
-        "accept:accept",
-        "Accept the causes of the last diagnosis: from now on fits use them beside the recorded forces.",
-    ),
-    ListedCommand(
-        "reject",
-        "accept:reject",
-        "Reject the causes of the last diagnosis: from now on fits use the recorded forces alone.",
-    ),
-    ListedCommand(
-        "export",
-        "export:export",
-        "Write the fit for other tools into the results folder; solve first where none is kept.",
-    ),
-    ListedCommand(
-        "convert",
-        "convert:convert",
-        "Write what a file holds in another format, without a fit; says what the other cannot hold.",
-    ),
-    ListedCommand(
-        "record",
-        "record:record",
-        "Record the fit for rerun or Foxglove; solve first where none is kept.",
-    ),
-    ListedCommand(
-        "report",
-        "report:report",
-        "Write a page that says how good a fit is, on which frames, and why not on others.",
-    ),
-    ListedCommand(
-        "flag",
-        "flag:flag",
-        "Flag frames of a trial whose force is missing or wrong; the next fit leaves it out.",
-    ),
-    ListedCommand(
-        "flags",
-        "flags:flags",
-        "List the flagged ranges of a subject, who flagged them, and where reviewers disagree.",
-    ),
-    ListedCommand("undo", "undo:undo", "Take back your last edit of a trial, or the one with that number."),
-    ListedCommand("redo", "undo:redo", "Let the edit that you undid last count again."),
-    ListedCommand(
-        "mark",
-        "mark:mark",
-        "Say how far the review of a trial has come; once it is finished, detection changes nothing in it.",
-    ),
-    ListedCommand(
-        "agreement",
-        "agreement:agreement",
-        "Compare two reviewers' flags, and activities, on the trials that both have judged.",
-    ),
-    ListedCommand(
-        "label", "label:label", "Take in a table of labels; they count wherever nobody has decided here."
-    ),
-    ListedCommand(
-        "share",
-        "share:share",
-        "Copy a subject's edits from its own file into the shared database, authors and dates included.",
-    ),
-    ListedCommand(
-        "ablation",
-        "ablation:ablation",
-        "Hide the forces of right steps, fit without them, and compare with the fit that sees them.",
-    ),
-    ListedCommand(
-        "settings",
-        "settings:settings",
-        "Print the settings as TOML; copy what you change into SUBJECT/settings.toml.",
-    ),
-    ListedGroup("dataset", "Make a release of many subjects for machine learning, and describe it.", DATASET),
-    ListedGroup(
-        "benchmark", "Tell forces from motion alone on a release, and how well that works.", BENCHMARK
-    ),
-)
+PACKAGE = "addb_viewer.commands"
+STOPPED = 130  # by Ctrl-C, as shells count it
+
+COMMANDS = {
+    "open": {
+        "demo": "Make the demo subject, fit it, say what is wrong with it, and open the app on it.",
+        "open": "Open the review app; subjects without a fit show what was measured.",
+    },
+    "describe": {
+        "init": "Write a subject.toml that says what was understood, commented, for you to correct.",
+        "markers": "Print how each label is understood, how sure that is, and write a map that you can "
+        "correct.",
+        "settings": "Print the settings as TOML; copy what you change into SUBJECT/settings.toml.",
+    },
+    "fit": {
+        "fit": "Fit the skeleton to a subject's recordings, keep the results and print the summary.",
+    },
+    "diagnose": {
+        "detect": "List the frames whose force is missing or wrong: which foot's, why, and how sure that is.",
+        "diagnose": "Say what is wrong with the recordings, name the cause, and say how sure that is.",
+        "accept": "Accept the causes of the last diagnosis: from now on fits use them beside the "
+        "recorded forces.",
+        "reject": "Reject the causes of the last diagnosis: from now on fits use the recorded forces alone.",
+    },
+    "export": {
+        "export": "Write the fit for other tools into the results folder; solve first where none is kept.",
+        "convert": "Write what a file holds in another format, without a fit; says what the other cannot "
+        "hold.",
+        "record": "Record the fit for rerun or Foxglove; solve first where none is kept.",
+    },
+    "report": {
+        "report": "Write a page that says how good a fit is, on which frames, and why not on others.",
+    },
+    "reviewing": {
+        "flag": "Flag frames of a trial whose force is missing or wrong; the next fit leaves it out.",
+        "undo": "Take back your last edit of a trial, or the one with that number.",
+        "redo": "Let the edit that you undid last count again.",
+        "mark": "Say how far the review of a trial has come; once it is finished, detection changes "
+        "nothing in it.",
+        "label": "Take in a table of labels; they count wherever nobody has decided here.",
+        "share": "Copy a subject's edits from its own file into the shared database, authors and dates "
+        "included.",
+    },
+    "flags": {
+        "flags": "List the flagged ranges of a subject, who flagged them, and where reviewers disagree.",
+        "agreement": "Compare two reviewers' flags, and activities, on the trials that both have judged.",
+    },
+    "ablation": {
+        "ablation": "Hide the forces of right steps, fit without them, and compare with the fit that "
+        "sees them.",
+    },
+}
+"""First sentence of each command's help, by module below `addb_viewer.commands` and by function."""
+
+GROUPS = {
+    "dataset": {
+        "build": "Make a release of all subjects below some folders, or bring it up to date.",
+        "show": "Say what a release holds; or of a trial where its numbers come from.",
+        "split": "Say which persons of a release are for training, development and test.",
+        "stats": "Write the dataset paper's tables and figures of a release, and a page that holds them all.",
+        "check": "Say what is wrong with a release: files, schema, F = ma, torques, plausibility, "
+        "duplicates, splits.",
+        "synthesize": "Make up a corpus of people, faults and traps, and keep the truth about it aside.",
+    },
+    "benchmark": {
+        "train": "Let predictors learn from a release's training persons.",
+        "evaluate": "Hold predictors against the forces of persons whom they have not seen.",
+        "sweep": "Draw the error of the total force against the filter's cutoff.",
+        "table": "Print results as a table, the paper's beside them.",
+    },
+}
+"""Likewise of the commands that stand below a name of their own, that of their module."""
+
+ABOUT_GROUPS = {
+    "dataset": "Make a release of many subjects for machine learning, and describe it.",
+    "benchmark": "Tell forces from motion alone on a release, and how well that works.",
+}
+
+
+class _Command(Protocol):
+    """What is used of a whole command."""
+
+    params: list[Any]
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        """Read the arguments."""
+
+
+class ListedCommand(TyperCommand):
+    """A command by its name and its help's first sentence; the rest is in the module it comes from."""
+
+    def __init__(self, module: str, name: str, first_sentence: str) -> None:
+        """Nothing is loaded yet.
+
+        Args:
+            module: below `addb_viewer.commands`.
+            name: as people type it, and of the function.
+            first_sentence: the first of the function's docstring.
+        """
+        super().__init__(name, help=first_sentence)
+        self.module, self.function = f"{PACKAGE}.{module}", name
+
+    def loaded(self) -> _Command:
+        """The whole command, with its options."""
+        alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        alone.command(name=self.name)(getattr(import_module(self.module), self.function))
+        return get_command(alone)
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        """Load it and let it read its arguments; the context is that of the whole command."""
+        try:
+            whole = self.loaded()
+        except KeyboardInterrupt:
+            sys.stderr.write("addb-viewer: stopped; nothing was written\n")
+            raise typer.Exit(STOPPED) from None
+        return whole.make_context(info_name, args, parent=parent, **extra)
+
+
+def _group(name: str) -> TyperGroup:
+    commands = {own: ListedCommand(name, own, about) for own, about in GROUPS[name].items()}
+    return TyperGroup(name=name, help=ABOUT_GROUPS[name], commands=commands, no_args_is_help=True)
+
+
+class Listing(TyperGroup):
+    """All commands, in order."""
+
+    def __init__(self, **settings: Any) -> None:
+        """Nothing is loaded yet."""
+        commands: dict[str, Any] = {
+            name: ListedCommand(module, name, about)
+            for module, own in COMMANDS.items()
+            for name, about in own.items()
+        }
+        commands |= {name: _group(name) for name in GROUPS}
+        super().__init__(**settings | {"commands": commands})
+
 
 app = typer.Typer(
-    cls=listing(COMMANDS),
+    cls=Listing,
     name="addb-viewer",
     help="Markers and force plates in, a skeleton that obeys F = ma out; reviewed in the browser.",
     no_args_is_help=True,

@@ -72,8 +72,6 @@ def fit(
 
     Of a folder of several subjects each is fitted in a process of its own; what fails is told at the end.
     """
-    if json is not None and not json.absolute().parent.is_dir():
-        raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
         root = several(subject)
         if root is not None:

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from addb_viewer.commands.options import replaceable
+from addb_viewer.commands.options import written
 from addb_viewer.jobs.errors import FAILED, STOPPED
 from addb_viewer.jobs.processes import THREADS, Processes, Start
 from addb_viewer.jobs.root_folder import RootFolder, open_root, reading_of
@@ -296,7 +296,7 @@ CsvFile = Annotated[
         metavar="FILE",
         help="Of several subjects, write a line each as CSV.",
         dir_okay=False,
-        callback=replaceable,
+        callback=written,
     ),
 ]
 
@@ -314,11 +314,7 @@ def run_on_all(root: RootFolder, work: Work, jobs: int, json: Path | None, csv: 
 
     Raises:
         Exit: some failed, or it was stopped.
-        BadParameter: a file to write has no folder.
     """
-    for option, file in (("--json", json), ("--csv", csv)):
-        if file is not None and not file.absolute().parent.is_dir():
-            raise typer.BadParameter(f"no folder {file.parent} to write into", param_hint=option)
     try:
         outcomes = done_to_all(root, work, jobs, typer.echo)
     except KeyboardInterrupt as stop:

@@ -34,6 +34,13 @@ def replaceable(file: Path | None) -> Path | None:
     return file
 
 
+def written(file: Path | None) -> Path | None:
+    """Likewise, in a folder that is there: what is written comes after hours of work."""
+    if file is not None and not file.absolute().parent.is_dir():
+        raise typer.BadParameter(f"no folder {file.parent} to write into")
+    return replaceable(file)
+
+
 Out = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Results folder; SUBJECT/results by default.", file_okay=False),
@@ -60,7 +67,7 @@ JsonFile = Annotated[
         metavar="FILE",
         help="Write the figures to this file as JSON.",
         dir_okay=False,
-        callback=replaceable,
+        callback=written,
     ),
 ]
 MapFile = Annotated[

@@ -10,7 +10,15 @@ import typer
 
 from addb_viewer.commands.fit import key_findings
 from addb_viewer.commands.many import Jobs, Work, done_to_all, options
-from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, Solve, replaceable
+from addb_viewer.commands.options import (
+    Debug,
+    IgnoreReview,
+    JsonFile,
+    SettingsFile,
+    Solve,
+    Trials,
+    replaceable,
+)
 from addb_viewer.jobs.errors import FAILED, errors_as_lines, warn
 from addb_viewer.jobs.root_folder import RootFolder, open_root
 from addb_viewer.jobs.solving import job_for
@@ -26,7 +34,6 @@ from solver.capture.atomic import made_folder
 from solver.capture.formats.b3d.places import subject_folder_of
 from solver.capture.subject.measured_files import refuse_to_replace
 from solver.common.errors import Cancelled, SolverError
-from solver.common.file_names import readable
 from solver.common.small_files import json_content
 from solver.fitting.results.store import default_folder, has_fit, write_json
 
@@ -43,12 +50,6 @@ OutPlace = Annotated[
         metavar="PLACE",
         help="File to write, SUBJECT/results/report.html by default; of several subjects, a folder.",
         callback=replaceable,
-    ),
-]
-TrialNames = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--trial", metavar="NAME", parser=readable, help="Report this trial only; may be given several times."
     ),
 ]
 Diagnose = Annotated[
@@ -79,7 +80,7 @@ class _Wishes:
 def report(
     subject: Root,
     out: OutPlace = None,
-    trial: TrialNames = None,
+    trial: Trials = None,
     diagnose: Diagnose = False,
     one_page: OnePage = False,
     solve: Solve = False,
@@ -93,8 +94,6 @@ def report(
 
     Solves first where no fit is kept. The page opens without a network, plays and prints.
     """
-    if json is not None and not json.absolute().parent.is_dir():
-        raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
         subject = subject_folder_of(subject)
         check_folder(subject)

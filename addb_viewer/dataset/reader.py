@@ -1,5 +1,6 @@
 """A release for those who load it: Arrow tables and NumPy arrays, counting frames unless asked otherwise."""
 
+import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -11,15 +12,77 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
+from jaxtyping import Float
 
+from addb_viewer.dataset.columns import Table
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.identifiers import file_name_of
-from addb_viewer.dataset.manifest_file import read_manifest
-from addb_viewer.dataset.schema import FRAMES, TABLES
-from addb_viewer.dataset.table import Table
+from addb_viewer.dataset.schema import FORMAT_VERSION, FRAMES, TABLES
+
+MANIFEST = "manifest.json"
+
+
+def read_manifest(release: Path) -> dict[str, Any]:
+    """What a release says of itself.
+
+    Raises:
+        ReleaseError: the folder is no release, or one of a format that this version does not read.
+    """
+    path = release / MANIFEST
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+        written = manifest["format_version"]
+    except FileNotFoundError as error:
+        raise ReleaseError(
+            f"{release}: no release, since it has no {MANIFEST}. Give another folder."
+        ) from error
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ReleaseError(f"{path}: cannot be read ({error}). Build the release anew.") from error
+    if written != FORMAT_VERSION:
+        remedy = "Update addb-viewer." if written > FORMAT_VERSION else "Build it anew into another folder."
+        raise ReleaseError(f"{release}: has format {written}, this version reads {FORMAT_VERSION}. {remedy}")
+    return manifest
+
 
 _TABLES = {table.name: table for table in TABLES}
 _KEYS = ("subject_id", "trial_id", "segment", "frame")
+
+
+def read_table(path: Path) -> pa.Table:
+    """A table of a release.
+
+    Raises:
+        ReleaseError: it is missing or cannot be read.
+    """
+    try:
+        return pq.read_table(path)
+    except FileNotFoundError as error:
+        raise ReleaseError(f"{path}: no such file; give the folder of a release") from error
+    except (pa.ArrowInvalid, OSError) as error:
+        raise ReleaseError(f"{path}: cannot be read as Parquet ({error})") from error
+
+
+def by_trial(table: pa.Table) -> Iterator[tuple[str, pa.Table]]:
+    """Each trial's rows of a table that is sorted by trial."""
+    ids = np.asarray(table["trial_id"].to_pylist(), dtype=object)
+    starts = [0, *(np.flatnonzero(ids[1:] != ids[:-1]) + 1)] if len(ids) else []
+    for start, end in zip(starts, [*starts[1:], len(ids)], strict=True):
+        yield str(ids[start]), table.slice(start, end - start)
+
+
+def column(table: pa.Table, name: str) -> Float[np.ndarray, " rows"]:
+    """One column of numbers; NaN where it is null."""
+    return np.asarray(pc.fill_null(table[name].cast(pa.float64()), np.nan).to_numpy(), dtype=float)
+
+
+def vector(table: pa.Table, pattern: str) -> Float[np.ndarray, "rows 3"]:
+    """Three columns; NaN where they are null.
+
+    Args:
+        table: that has them.
+        pattern: of their names; `{}` is the axis.
+    """
+    return np.column_stack([column(table, pattern.format(axis)) for axis in "xyz"])
 
 
 def open_release(path: Path) -> "Release":

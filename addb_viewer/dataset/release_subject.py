@@ -1,9 +1,12 @@
-"""Who a subject is in a release, and on what terms others may have it."""
+"""Who a subject is in a release, on what terms others may have it, and what a release is built with."""
 
-from dataclasses import dataclass
+import hashlib
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
+from addb_viewer.dataset.grid import RELEASE_RATE_HZ
 from solver.capture.capture import ReleaseWords, Subject
 
 OLDEST_YEARS = 90.0  # told of everybody above 89: few are, so that a number would name them
@@ -90,3 +93,47 @@ def release_subject(subject: Subject, terms: Terms, root: str) -> ReleaseSubject
 def age_told(age_years: float | None) -> float | None:
     """Age as a release tells it [years]."""
     return OLDEST_YEARS if age_years is not None and age_years > OLDEST_YEARS - 1 else age_years
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """All that changes what is in a release, beside its subjects."""
+
+    terms: Terms = field(default_factory=Terms)
+    unreviewed: bool = False  # keep trials whose review nobody has finished
+    rate_hz: float | None = RELEASE_RATE_HZ  # None: each recording's own
+    without: tuple[str, ...] = ()  # persons who are left out: SOURCE/PERSON
+    names: bool = False  # reviewers are told by their own names
+    b3d: bool = True  # write a B3D file a subject
+    withdrawn: tuple[str, ...] = ()  # hashes of those who were left out of an earlier build
+
+    @property
+    def withdrawals(self) -> tuple[str, ...]:
+        """Hashes of all who ever withdrew: what stays with a release, and names nobody."""
+        return tuple(sorted({*self.withdrawn, *map(hash_of_person, self.without)}))
+
+    def leaves_out(self, person_id: str) -> bool:
+        """Whether the person withdrew, now or before an earlier build."""
+        return person_id in self.without or hash_of_person(person_id) in self.withdrawn
+
+    def as_plain(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return asdict(self)
+
+
+def options_from(plain: dict[str, Any]) -> BuildOptions:
+    """The options that `as_plain` was asked of."""
+    return BuildOptions(
+        Terms(**plain["terms"]),
+        plain["unreviewed"],
+        plain["rate_hz"],
+        tuple(plain["without"]),
+        plain["names"],
+        plain["b3d"],
+        tuple(plain["withdrawn"]),
+    )
+
+
+def hash_of_person(person_id: str) -> str:
+    """SHA-256 of SOURCE/PERSON."""
+    return hashlib.sha256(person_id.encode()).hexdigest()

@@ -1,21 +1,27 @@
-"""What there is, before anything is fitted: subjects, trials, and which of them a release takes."""
+"""What there is before anything is fitted: subjects, trials, which a release takes, which deserve a look."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from addb_viewer.dataset.errors import ReleaseError
-from addb_viewer.dataset.grid import grid_of
+from addb_viewer.dataset.grid import SHORTEST, grid_of
 from addb_viewer.dataset.identifiers import labels_without_names, side_of
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import NO_SPDX, ReleaseSubject, is_spdx, release_subject
+from addb_viewer.dataset.release_subject import (
+    NO_SPDX,
+    BuildOptions,
+    ReleaseSubject,
+    is_spdx,
+    release_subject,
+)
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
-from addb_viewer.dataset.segments import SHORTEST
 from addb_viewer.dataset.task import LeftOut, hours_of
-from addb_viewer.dataset.trial_labels import labels_of
+from addb_viewer.dataset.trial_labels import labels_of, named_causes
+from addb_viewer.text.note_kinds import by_kind
 from annotations.errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.reading_settings import ReadingSettings
@@ -24,6 +30,9 @@ from solver.capture.subject.unused_files import MARKERS
 from solver.capture.trial import read_trial
 from solver.common.errors import SolverError
 from solver.common.file_names import readable
+from solver.common.small_files import json_content
+from solver.contact.wrenches import DETECTION
+from solver.fitting.results.store import default_folder
 from solver.fitting.settings import settings_for
 
 BETTER = (
@@ -304,3 +313,62 @@ def wanted_files(one: ScannedSubject) -> list[TrialFiles]:
     """Files of the trials that are wanted."""
     names = {trial.name for trial in one.trials}
     return [trial for trial in one.subject.trials if trial.name in names]
+
+
+NOT_FITTED = "not fitted"
+UNDECIDED = "detection left out frames about which nobody has decided"
+
+
+@dataclass(frozen=True)
+class TriageRow:
+    """One trial; figures are None where there is no kept fit of it."""
+
+    trial_id: str
+    mass_kg: float | None = None
+    mass_entered_kg: float | None = None
+    linear_rms_bw: float | None = None
+    angular_rms_bwh: float | None = None
+    concerns: tuple[str, ...] = ()
+
+
+def triaged(one: ScannedSubject) -> Iterator[TriageRow]:
+    """All trials of a subject, whether they are taken or not, as its kept fit and diagnosis have them."""
+    entered = one.subject.mass_kg
+    file = default_folder(one.subject.folder) / "fit.json"
+    try:
+        figures: dict[str, Any] = json_content(file) if file.is_file() else {"trials": []}
+        causes = named_causes(one.subject)
+        fitted = {trial["name"]: trial for trial in figures["trials"]}
+        for trial in one.subject.trials:
+            trial_id, found = one.who.trial_id(trial.name), fitted.get(trial.name)
+            if found is None:
+                yield TriageRow(trial_id, mass_entered_kg=entered, concerns=(NOT_FITTED,))
+                continue
+            undecided = (UNDECIDED,) if DETECTION in found["mask_source"].split(" + ") else ()
+            yield TriageRow(
+                trial_id,
+                figures["subject"]["mass_kg"],
+                entered,
+                (found["linear_residual"] or {}).get("rms_BW"),
+                (found["angular_residual"] or {}).get("rms_BWh"),
+                (*undecided, *concerns_of(trial.name, figures["notes"], causes)),
+            )
+    except (SolverError, ValueError, KeyError, TypeError, AttributeError, OSError) as error:
+        yield TriageRow(one.who.subject_id, mass_entered_kg=entered, concerns=(f"{file}: {error}",))
+
+
+def concerns_of(trial: str, notes: Sequence[str], causes: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """What somebody should look at: causes that the diagnosis named, then notes of the fit that ask for it.
+
+    Args:
+        trial: its name.
+        notes: of the fit; a trial's begin with its name.
+        causes: as `diagnose --json` has them.
+    """
+    named = [
+        f"{' '.join((cause['id'], cause['target'])).strip()} ({100 * cause['confidence']:.0f} %)"
+        for cause in causes
+        if cause.get("trial") in (None, trial)
+    ]
+    own = [note.removeprefix(f"{trial}: ") for note in notes if note.startswith(f"{trial}: ")]
+    return (*named, *(found.key_findings for found in by_kind(own) if found.kind.decide))

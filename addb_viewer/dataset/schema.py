@@ -6,13 +6,15 @@ Arrow schemas, the metadata of Parquet files, `schema.json`, `croissant.json` an
 
 from typing import Any
 
-from addb_viewer.dataset.frame_columns import (
+from addb_viewer.dataset.columns import (
     FRAME_COLUMNS,
     FRAME_KEYS,
     KINEMATICS_COLUMNS,
     MEASURES,
+    Column,
+    Table,
+    vector,
 )
-from addb_viewer.dataset.table import Column, Table, vector
 
 FORMAT_VERSION = 1  # of tables and files; a reader refuses a newer one
 

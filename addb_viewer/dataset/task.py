@@ -8,8 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.dataset.options import BuildOptions, options_from
-from addb_viewer.dataset.release_subject import ReleaseSubject
+from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject, options_from
 from solver.capture.atomic import write_whole
 
 REASONS = {

@@ -1,12 +1,16 @@
-"""What is said of a trial: whether its review is finished, what the person does, and who or what said so."""
+"""What is said of a trial: by people, by rules, and by the last diagnosis."""
 
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from addb_viewer.dataset.grid import Grid
+from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import whole_log, with_own_file
 from annotations.activities import ERRONEOUS
 from annotations.events import IMPORTED, Edit, Status
@@ -14,6 +18,29 @@ from annotations.folding import folded
 from annotations.suggested_activity import SuggestedActivity, open_suggestions
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
+from solver.fitting.provenance import other_recordings, provenance_of
+from solver.fitting.results.store import default_folder
+
+
+def named_causes(subject: Subject) -> list[dict[str, Any]]:
+    """The effects, as `diagnose --json` has them; none where nobody has asked, or files have changed since.
+
+    Raises:
+        ResultsError: the kept diagnosis cannot be read.
+    """
+    found = kept(default_folder(subject.folder))
+    if found is None:
+        return []
+    figures, made_from = found
+    if other_recordings(made_from["provenance"], provenance_of(subject, subject.trials)):
+        return []
+    return list(figures["effects"])
+
+
+def fingerprint(causes: list[dict[str, Any]]) -> str:
+    """SHA-256 of what they say."""
+    return hashlib.sha256(json.dumps(causes, sort_keys=True).encode()).hexdigest()
+
 
 UNKNOWN = "none"  # activity of a frame of which nobody and no rule has said anything
 NOBODY, BY_PERSON = "nobody", "person"

@@ -54,7 +54,7 @@ FOR_ITSELF = {
     "addb_viewer/benchmark/evaluating.py",
     "addb_viewer/benchmark/learnt/windows.py",
     "addb_viewer/dataset/build.py",
-    "addb_viewer/dataset/synthesis/traps.py",
+    "addb_viewer/dataset/synthesis/corpus.py",
     "addb_viewer/dataset/task.py",
     "addb_viewer/recordings/rerun_program.py",
     "addb_viewer/recordings/rrd_recording.py",

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from addb_viewer.benchmark.differences import central_differences
 from addb_viewer.benchmark.scoring import HISTORY, STRIDE
 from addb_viewer.benchmark.task import Measured, Seen
-from addb_viewer.dataset.frame_columns import COORDINATE_NAMES
+from addb_viewer.dataset.columns import COORDINATE_NAMES
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton

@@ -13,11 +13,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from addb_viewer.dataset.check.finding import Finding, Level, error, warning
+from addb_viewer.dataset.check.findings import Finding, Level, error, warning
+from addb_viewer.dataset.columns import Column, Table
 from addb_viewer.dataset.identifiers import file_name_of
-from addb_viewer.dataset.manifest_file import read_manifest
+from addb_viewer.dataset.reader import read_manifest
 from addb_viewer.dataset.schema import COORDINATES, LEFT_OUT, SUBJECT_TABLES, SUBJECTS, TRIALS
-from addb_viewer.dataset.table import Column, Table
 
 CHECK = "against"
 TOLERANCES = {

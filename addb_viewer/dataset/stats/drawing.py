@@ -1,7 +1,6 @@
 """The figures, drawn with Matplotlib from the rows of `numbers`."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
@@ -12,13 +11,13 @@ from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
-from addb_viewer.dataset.stats.gathering import UNLABELLED, Sample
+from addb_viewer.dataset.columns import COORDINATE_NAMES, TRANSLATIONS
 from addb_viewer.dataset.stats.numbers import (
     ACTIVITY_CLASSES,
     ANGULAR_BWH,
     HICKS_BWH,
     LINEAR_BW,
+    UNLABELLED,
     Rows,
 )
 from addb_viewer.text.amounts import lasting
@@ -66,6 +65,8 @@ INK = 3_000.0  # [pt²] of all points of a panel, between these
 LEAST_RANGE = {"deg": 1.0, "m": 0.01, "N·m": 1.0, "N": 1.0}  # of an axis: what is smaller is no movement
 LEAST_PEOPLE = {"age_years": 20.0, "bmi": 8.0}  # likewise
 DOTS_UP_TO = 30  # persons of a box, who are drawn too
+
+Panel = tuple[str, str, Float[np.ndarray, " points"]]  # name, unit, values
 
 
 def activity_figure(rows: Rows) -> Figure:
@@ -187,38 +188,38 @@ def quality_figure(rows: Rows) -> Figure:
     return figure
 
 
-@dataclass(frozen=True)
-class _Cloud:
-    """What the panels of one figure show: a column each."""
+def scatter_figures(rows: Rows) -> Mapping[str, Figure]:
+    """Angles, moments and joint centres against the share of the right foot and the load; by name.
 
-    names: list[str]
-    units: list[str]
-    values: Float[np.ndarray, "points columns"]
-
-
-def scatter_figures(sample: Sample) -> Mapping[str, Figure]:
-    """Angles, moments and joint centres against the share of the right foot and the load; by name."""
-    slides = np.array([name in TRANSLATIONS for name in COORDINATE_NAMES])
-    names, degrees = list(COORDINATE_NAMES), np.where(slides, 1.0, np.degrees(1.0))
-    angles = _Cloud(names, ["m" if s else "deg" for s in slides], sample.angles * degrees)
-    moments = _Cloud(names, ["N" if s else "N·m" for s in slides], sample.moments)
-    away = [k for k in range(len(sample.joints)) if (sample.distances[:, k] > 0).any()]  # not the root's own
-    distances = sample.distances[:, away] if away else np.zeros((len(sample.trial_id), 0))
-    joints = _Cloud([sample.joints[k] for k in away], ["m"] * len(away), distances)
-    share = ("share of the right foot", sample.right_share)
-    load = ("vertical force / mass [N/kg]", sample.load_N_kg)
+    Args:
+        rows: a frame each.
+    """
+    slides = [name in TRANSLATIONS for name in COORDINATE_NAMES]
+    angles, moments, joints = [], [], []
+    for name, slide in zip(COORDINATE_NAMES, slides, strict=True):
+        angle = _values(rows, f"q_{name}")
+        angles.append((name, "m" if slide else "deg", angle if slide else np.degrees(angle)))
+        moments.append((name, "N" if slide else "N·m", _values(rows, f"tau_{name}")))
+    for column in (name for name in (rows[0] if rows else ()) if name.startswith("distance_")):
+        distance = _values(rows, column)
+        if (distance > 0).any():  # not the root's own
+            joints.append((column.removeprefix("distance_").removesuffix("_m"), "m", distance))
+    share, load = "share of the right foot", "vertical force / mass [N/kg]"
     return {
-        "angles_share": _panels(sample, angles, *share),
-        "moments_share": _panels(sample, moments, *share),
-        "angles_load": _panels(sample, angles, *load),
-        "moments_load": _panels(sample, moments, *load),
-        "joints_load": _panels(sample, joints, *load),
+        "angles_share": _panels(rows, angles, share, "right_share"),
+        "moments_share": _panels(rows, moments, share, "right_share"),
+        "angles_load": _panels(rows, angles, load, "load_N_kg"),
+        "moments_load": _panels(rows, moments, load, "load_N_kg"),
+        "joints_load": _panels(rows, joints, load, "load_N_kg"),
     }
 
 
-def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray, " points"]) -> Figure:
-    names, units, values = cloud.names, cloud.units, cloud.values
-    shown = [k for k in range(len(names)) if len(values) and np.isfinite(values[:, k]).any()]
+def _values(rows: Rows, name: str) -> Float[np.ndarray, " points"]:
+    return np.array([row[name] for row in rows], dtype=float)
+
+
+def _panels(rows: Rows, panels: Sequence[Panel], label: str, across: str) -> Figure:
+    shown = [panel for panel in panels if np.isfinite(panel[2]).any()]
     columns = 6
     lines = max(1, -(-len(shown) // columns))
     height = 1.9 * lines + 0.8
@@ -226,15 +227,15 @@ def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray,
     figure = Figure(figsize=(13, height), layout=by_hand)  # forty panels would take most of the time
     figure.subplots_adjust(0.04, 0.5 / height, 0.99, 1 - 0.55 / height, wspace=0.28, hspace=0.42)
     axes = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
-    labels = np.array(sample.activity, dtype=object)
+    labels, at = [row["activity"] for row in rows], _values(rows, across)
     order = np.random.default_rng(0).permutation(len(labels))  # no class lies on top of the others
     colors = [COLORS[labels[k]] for k in order]
     few, many = POINTS[::-1]
     size = float(np.clip(INK / max(len(labels), 1), many, few))
-    for place, k in zip(axes, shown, strict=False):
-        place.scatter(across[order], values[order, k], s=size, c=colors, linewidths=0, rasterized=True)
-        _not_below(place, LEAST_RANGE[units[k]])
-        place.set_title(f"{names[k]} [{units[k]}]", fontsize=8)
+    for place, (name, unit, values) in zip(axes, shown, strict=False):
+        place.scatter(at[order], values[order], s=size, c=colors, linewidths=0, rasterized=True)
+        _not_below(place, LEAST_RANGE[unit])
+        place.set_title(f"{name} [{unit}]", fontsize=8)
         place.tick_params(labelsize=7)
     for place in axes[len(shown) :]:
         place.set_visible(False)

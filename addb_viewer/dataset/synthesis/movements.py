@@ -1,17 +1,86 @@
-"""What people of a synthetic corpus do: all are simulated, or a few, whom the others follow in similarity."""
+"""Who is in a synthetic corpus, where they are recorded, and what they do."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from addb_viewer.dataset.synthesis.people import MadeUpPerson
+from solver.simulate.demo import MARKERS, STATIC_MARKERS
 from solver.simulate.gait import STYLES, GaitStyle
 from solver.simulate.person import Person, TrueBody, body_of
 from solver.simulate.similar import similar_body, similar_trial
 from solver.simulate.trial import Activity, Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.scaling import with_offsets
 from solver.skeleton.segment_tables import Sex
+
+ARMS = ("SHO", "UPA", "ELB", "ELM", "FRM", "WRA", "WRB", "FIN")
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """A source of recordings."""
+
+    source: str
+    licence: str
+    marker_rate: float  # [Hz]
+    force_rate: float  # [Hz]
+    activities: tuple[str, ...]
+    plates: int | None = None  # along the walkway; None: one under every step
+    treadmill: bool = False
+    arms: bool = True  # whether people wear markers on them
+    prefix: str = ""  # of every marker's label
+
+    def markers(self, *, static: bool = False) -> tuple[str, ...]:
+        """Which of the body's markers people wear here."""
+        names = STATIC_MARKERS if static else MARKERS
+        return tuple(name for name in names if self.arms or name[1:] not in ARMS)
+
+    def labels(self, names: Sequence[str]) -> tuple[str, ...]:
+        """As the files have them."""
+        return tuple(self.prefix + name for name in names)
+
+
+LABORATORIES = (
+    Laboratory("Aare 2019", "CC-BY-4.0", 100.0, 1000.0, ("walk", "squat")),
+    Laboratory("Brook 2021", "CC0-1.0", 120.0, 1200.0, ("walk", "run"), treadmill=True, arms=False),
+    Laboratory("Cove 2016", "CC-BY-SA-4.0", 60.0, 600.0, ("walk", "stand"), plates=3, prefix="subject:"),
+    Laboratory("Dale 2023", "LicenseRef-Dale", 200.0, 2000.0, ("run", "squat", "landing")),
+)
+
+
+YOUNGEST, OLDEST, GROWN = 6.0, 84.0, 18.0  # [years]; the first two are those of the dataset paper
+GROWN_SHARE = 0.85
+AGES = (6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0)
+MEDIAN_M: dict[Sex, tuple[float, ...]] = {
+    "female": (1.15, 1.28, 1.38, 1.51, 1.60, 1.62, 1.63),
+    "male": (1.15, 1.28, 1.39, 1.49, 1.64, 1.73, 1.76),
+}
+"""Stature at those ages, to a centimetre or two: CDC growth charts, 2000."""
+STATURE_SPREAD = 0.04  # relative standard deviation within sex and age
+BMI_AGES = (6.0, 12.0, 18.0, 40.0, 84.0)
+MEDIAN_BMI = (15.4, 18.0, 21.5, 25.5, 26.0)  # [kg/m²] at those
+BMI_SPREAD = 0.12
+
+
+@dataclass(frozen=True)
+class MadeUpPerson:
+    """What is true of somebody."""
+
+    sex: Sex
+    age_years: float
+    height_m: float
+    mass_kg: float
+
+
+def drawn_person(rng: np.random.Generator) -> MadeUpPerson:
+    """Somebody, of any age in the paper's range; most are grown up."""
+    sex: Sex = "female" if rng.random() < 0.5 else "male"
+    grown = rng.random() < GROWN_SHARE
+    age = float(rng.uniform(GROWN, OLDEST) if grown else rng.uniform(YOUNGEST, GROWN))
+    height = float(np.interp(age, AGES, MEDIAN_M[sex]) * np.exp(STATURE_SPREAD * rng.standard_normal()))
+    bmi = float(np.interp(age, BMI_AGES, MEDIAN_BMI) * np.exp(BMI_SPREAD * rng.standard_normal()))
+    return MadeUpPerson(sex, round(age), round(height, 3), round(bmi * height**2, 1))
+
 
 HEIGHT_M: dict[Sex, float] = {"female": 1.63, "male": 1.76}
 DURATION_S = {"static": 0.6, "walk": 2.2, "run": 1.2, "squat": 3.0, "stand": 2.5, "landing": 1.3}

@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 
 from addb_viewer.benchmark.task import FEET, Example, Measured, Seen
-from addb_viewer.dataset.frame_columns import COORDINATE_NAMES
-from addb_viewer.dataset.manifest_file import FILE as MANIFEST
+from addb_viewer.dataset.columns import COORDINATE_NAMES
+from addb_viewer.dataset.reader import MANIFEST
 from addb_viewer.dataset.schema import (
     COORDINATES,
     FORMAT_VERSION,

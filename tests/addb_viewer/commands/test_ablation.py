@@ -33,7 +33,7 @@ def test_table_json_and_figure(command_line, real_data, tmp_path, monkeypatch):
 
 
 def test_a_subject_without_steps_is_one_line(command_line, monkeypatch):
-    monkeypatch.setattr("addb_viewer.commands.ablation_setup.solve", _no_forces)
+    monkeypatch.setattr("addb_viewer.commands.ablation.solve", _no_forces)
     run = command_line("ablation", command_line.subject.folder)
     assert run.exit_code == 1
     assert "no trial with 2 right steps or more" in run.stderr

@@ -92,7 +92,7 @@ def test_what_the_map_leaves_out_is_not_counted(folder):
 
 
 def test_long_reasons_leave_room_for_the_labels(folder, monkeypatch):
-    monkeypatch.setattr("addb_viewer.commands.markers.WIDTH_OF_A_PIPE", 80)
+    monkeypatch.setattr("addb_viewer.commands.describe.WIDTH_OF_A_PIPE", 80)
     lines = run("markers", folder).output.splitlines()
     for label, landmark in (("LKNE", "knee_lateral_l"), ("C7", "c7")):
         assert any(line.split()[:2] == [label, landmark] for line in lines)

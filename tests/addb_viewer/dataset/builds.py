@@ -1,8 +1,7 @@
 """Building a release in a test."""
 
 from addb_viewer.dataset.build import Plan, planned
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import Terms
+from addb_viewer.dataset.release_subject import BuildOptions, Terms
 from addb_viewer.dataset.subject_task import run_task
 from addb_viewer.dataset.task import read_task
 

@@ -2,9 +2,9 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from addb_viewer.dataset.arrow_rows import repeated, rows_of, sorted_rows, table_of
+from addb_viewer.dataset.columns import Column, Table
 from addb_viewer.dataset.errors import ReleaseError
-from addb_viewer.dataset.table import Column, Table
+from addb_viewer.dataset.parquet_files import repeated, rows_of, sorted_rows, table_of
 
 TABLE = Table(
     "things",

@@ -16,8 +16,7 @@ from addb_viewer.dataset import build as building
 from addb_viewer.dataset import subject_files
 from addb_viewer.dataset.build import build, continuing, planned
 from addb_viewer.dataset.errors import ReleaseError
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import Terms
+from addb_viewer.dataset.release_subject import BuildOptions, Terms
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.dataset.task import REASONS
 from addb_viewer.jobs.review_store import open_log

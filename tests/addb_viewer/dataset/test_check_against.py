@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from addb_viewer.commands.cli import app
 from addb_viewer.dataset.build import build, planned
 from addb_viewer.dataset.check.against import TOLERANCES, differences
-from addb_viewer.dataset.options import BuildOptions
+from addb_viewer.dataset.release_subject import BuildOptions
 from addb_viewer.dataset.schema import TABLES
 from tests.addb_viewer.dataset.builds import TERMS, Here
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.dataset.check import refit
-from addb_viewer.dataset.check.b3d_file import b3d_findings
+from addb_viewer.dataset.check import b3d_check
+from addb_viewer.dataset.check.b3d_check import b3d_findings
 from solver.capture.formats.b3d.reader import read_b3d
 from solver.capture.formats.b3d.schema import B3dFile
 from solver.capture.formats.b3d.stored import StoredPass
@@ -117,10 +117,10 @@ def test_refit_sets_what_the_file_says_beside_what_the_fit_finds(fit_100, sound,
     missing[:10] = True  # the file leaves out some more
     capture = replace(trial.capture, stored=(stored,), imported_missing_force=missing)
     fit = replace(fit_100, trials=(replace(trial, capture=capture),))
-    monkeypatch.setattr(refit, "solve", lambda *_, **__: fit)
-    monkeypatch.setattr(refit, "diagnose", lambda *_, **__: None)
-    monkeypatch.setattr(refit, "as_json", lambda _: {"effects": []})
-    (row,), causes = refit.refitted(sound)
+    monkeypatch.setattr(b3d_check, "solve", lambda *_, **__: fit)
+    monkeypatch.setattr(b3d_check, "diagnose", lambda *_, **__: None)
+    monkeypatch.setattr(b3d_check, "as_json", lambda _: {"effects": []})
+    (row,), causes = b3d_check.refitted(sound)
     assert (row.stored_pass, causes) == ("dynamics", [])
     assert row.marker_cm[0] == pytest.approx(2.0)
     assert (row.force_N[0], row.moment_Nm[0]) == (pytest.approx(30.0), pytest.approx(7.0))
@@ -130,7 +130,7 @@ def test_refit_sets_what_the_file_says_beside_what_the_fit_finds(fit_100, sound,
     rms = np.sqrt(np.mean(np.sum(trial.dynamics.residual_root[used, :3] ** 2, axis=1)))
     assert row.force_N[1] == pytest.approx(rms)
     assert 0 < row.kappa < 1
-    head, line, last = refit.in_words([row], causes)
+    head, line, last = b3d_check.in_words([row], causes)
     assert "stored → ours" in head
     assert "30 → " in line
     assert last == "no cause is named"

@@ -8,11 +8,9 @@ import pytest
 
 from addb_viewer.dataset.build import planned
 from addb_viewer.dataset.errors import ReleaseError
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize, truth_folder
-from addb_viewer.dataset.synthesis.movements import Actors
-from addb_viewer.dataset.synthesis.people import MadeUpPerson
-from addb_viewer.dataset.synthesis.traps import REASON_OF
+from addb_viewer.dataset.release_subject import BuildOptions
+from addb_viewer.dataset.synthesis.corpus import REASON_OF, CorpusOptions, synthesize, truth_folder
+from addb_viewer.dataset.synthesis.movements import Actors, MadeUpPerson
 from addb_viewer.jobs.review_store import whole_log
 from annotations.events import FlagRange
 from solver.capture.subject.subject import open_subject

@@ -7,8 +7,7 @@ from functools import partial
 import psutil
 import pytest
 
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import ReleaseSubject
+from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject
 from addb_viewer.dataset.subject_task import done_apart
 from addb_viewer.dataset.task import Task, valid_receipt
 from addb_viewer.jobs.dask_cluster import LOCAL, DaskCluster, SchedulerError

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from addb_viewer.dataset.grid import Segment, cuts_of
 from addb_viewer.dataset.gridded_trial import on_grid
-from addb_viewer.dataset.segments import Segment, cuts_of
 from solver.dynamics.force_prediction.missing_wrench import torques_under
 from solver.dynamics.trajectory.extension import BodyWrench, TrialExtension, with_extra_wrench
 from solver.fitting.seen_part import in_whole

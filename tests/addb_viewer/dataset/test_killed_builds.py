@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from addb_viewer.dataset.build import build, planned
-from addb_viewer.dataset.options import BuildOptions
+from addb_viewer.dataset.release_subject import BuildOptions
 from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize, truth_folder
 from tests.addb_viewer.dataset.builds import Here
 

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from addb_viewer.dataset.errors import ReleaseError
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import ReleaseSubject
+from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject
 from addb_viewer.dataset.subject_task import done_apart
 from addb_viewer.dataset.task import Task, read_task, valid_receipt
 from addb_viewer.jobs.processes import Processes

@@ -5,8 +5,7 @@ import os
 import numpy as np
 import pytest
 
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import Terms
+from addb_viewer.dataset.release_subject import BuildOptions, Terms
 from addb_viewer.dataset.release_texts import citations, licences
 from addb_viewer.dataset.scanning import scan
 from solver.capture.capture import Markers

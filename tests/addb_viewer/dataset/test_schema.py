@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 
-from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
+from addb_viewer.dataset.columns import COORDINATE_NAMES, TRANSLATIONS
 from addb_viewer.dataset.schema import FRAMES, SUBJECT_TABLES, TABLES, schema_json
 from solver.skeleton.default_body import default_skeleton
 

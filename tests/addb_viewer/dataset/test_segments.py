@@ -3,7 +3,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from addb_viewer.dataset.segments import cuts_of
+from addb_viewer.dataset.grid import cuts_of
 
 
 @pytest.mark.parametrize(

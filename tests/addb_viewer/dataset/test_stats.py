@@ -18,9 +18,8 @@ from addb_viewer.dataset.stats.drawing import (
     scatter_figures,
     speed_length_figure,
 )
-from addb_viewer.dataset.stats.gathering import Frames, gathered
-from addb_viewer.dataset.stats.page import PAPER_SOURCES, PAPER_SUM, clinical_percent, page
-from addb_viewer.dataset.stats.writing import as_csv, stats_of
+from addb_viewer.dataset.stats.numbers import Frames, gathered
+from addb_viewer.dataset.stats.page import PAPER_SOURCES, PAPER_SUM, as_csv, clinical_percent, page, stats_of
 from addb_viewer.text.amounts import counted, lasting
 from tests.addb_viewer.dataset.synthetic_release import JOINTS, write, write_release
 
@@ -268,7 +267,7 @@ def test_panels_leave_room_for_the_titles_of_those_below(release):
     """A row of panels ends above the titles of the next."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    figure = scatter_figures(gathered(release[0], Frames.ALL).sample)["joints_load"]
+    figure = scatter_figures(gathered(release[0], Frames.ALL).points)["joints_load"]
     figure.savefig(io.BytesIO(), format="svg")  # which must not lay it out anew
     figure.set_size_inches(13, 4.6)
     upper, lower = figure.subplots(2, 1)  # stand-ins with the figure's own margins
@@ -287,7 +286,7 @@ def test_a_release_without_reviewed_frames_says_so(tmp_path):
     assert "No frame of this release is such a frame" in told
     for figure in (activity_figure(tables["activity"]), quality_figure(tables["segments"])):
         figure.draw_without_rendering()
-    assert {len(figure.axes) for figure in scatter_figures(found.sample).values()} == {6}
+    assert {len(figure.axes) for figure in scatter_figures(found.points).values()} == {6}
 
 
 @pytest.mark.slow

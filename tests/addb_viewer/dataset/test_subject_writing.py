@@ -6,10 +6,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from addb_viewer.dataset import long_rows
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import ReleaseSubject
-from addb_viewer.dataset.subject_writing import SubjectWriting
+from addb_viewer.dataset import frame_rows
+from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject
+from addb_viewer.dataset.subject_files import SubjectWriting
 from addb_viewer.dataset.task import Task
 from addb_viewer.dataset.trial_labels import labels_of
 from solver.capture.formats.b3d.reader import read_b3d
@@ -104,7 +103,7 @@ def test_a_trial_without_a_segment_is_in_no_file(twice, tmp_path):
 
 def test_long_tables_that_come_name_by_name_have_the_same_rows(fit_100, tmp_path, monkeypatch):
     once = written(fit_100, tmp_path / "once")
-    monkeypatch.setattr(long_rows, "FRAMES_AT_ONCE", 10)
+    monkeypatch.setattr(frame_rows, "FRAMES_AT_ONCE", 10)
     apart = written(fit_100, tmp_path / "apart")
 
     assert apart.rows == once.rows

@@ -2,10 +2,8 @@
 
 import json
 
-from addb_viewer.dataset.options import BuildOptions
-from addb_viewer.dataset.release_subject import Terms
-from addb_viewer.dataset.scanning import scan
-from addb_viewer.dataset.triage import NOT_FITTED, UNDECIDED, concerns_of, triaged
+from addb_viewer.dataset.release_subject import BuildOptions, Terms
+from addb_viewer.dataset.scanning import NOT_FITTED, UNDECIDED, concerns_of, scan, triaged
 
 CLOCK = "loads lie under the feet 40 ms later; do both share one clock?"
 NOTES = [f"walk: {CLOCK}", "walk: +y points up (…)", "run: the largest force is 4 kN", "mass not given"]

@@ -1,1 +1,0 @@
-"""`addb-viewer benchmark`: one module a command."""

@@ -1,1 +1,0 @@
-"""`addb-viewer dataset`: one module a command."""
