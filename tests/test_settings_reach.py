@@ -33,7 +33,7 @@ MADE_HERE = {
     ): "of synthetic recordings, which no subject's file changes",
     ("solver/simulate/demo.py", "MeasurementSettings"): "likewise",
     ("addb_viewer/dataset/synthesis/synthetic_subject.py", "MeasurementSettings"): "likewise",
-    ("addb_viewer/benchmark/analytical.py", "ContactSettings"): "a baseline is the same for every release",
+    ("addb_viewer/benchmark/predictors.py", "ContactSettings"): "a baseline is the same for every release",
     ("addb_viewer/benchmark/learnt/predictor.py", "TrainingSettings"): "made of the command's options",
     ("addb_viewer/api/recording.py", "LengthUnitSettings"): "arrays are checked before they are a subject",
     (

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.benchmark.metrics import PHASES
-from addb_viewer.benchmark.scoring import Score
+from addb_viewer.benchmark.scoring import PHASES, Score
 
 DRAWS, SEED = 10_000, 0  # of persons, for intervals and for tests where signs are too many to be counted out
 FEWEST_PERSONS = 5  # for an interval

@@ -6,12 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.outside import OutsideAnswers
 from addb_viewer.benchmark.release_trials import BenchmarkRelease, Parts
-from addb_viewer.benchmark.results import Result, Terms
+from addb_viewer.benchmark.results import OutsideAnswers, Result, Terms
 from addb_viewer.benchmark.scoring import Frames, Score, scores_of
-from addb_viewer.benchmark.task import Example, Predicted, Predictor
+from addb_viewer.benchmark.task import BenchmarkError, Example, Predicted, Predictor
 
 LOG_FILE = "log.csv"
 

@@ -15,8 +15,7 @@ import pyarrow.compute as pc
 from jaxtyping import Float
 
 import addb_viewer.dataset
-from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.task import FEET, Example, Measured, Seen, SeenMarkers
+from addb_viewer.benchmark.task import FEET, BenchmarkError, Example, Measured, Seen, SeenMarkers
 from addb_viewer.dataset.columns import COORDINATE_NAMES
 from addb_viewer.dataset.identifiers import file_name_of
 from addb_viewer.dataset.reader import Release, column, vector

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.benchmark.differences import central_differences
-from addb_viewer.benchmark.task import Example, Trials
+from addb_viewer.benchmark.task import Example, Trials, central_differences
 from solver.capture.atomic import whole_file, write_whole
 from solver.common.filters import low_pass
 from solver.common.runs import runs

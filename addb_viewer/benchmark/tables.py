@@ -9,9 +9,8 @@ from typing import Literal
 import numpy as np
 
 from addb_viewer.benchmark.averages import Average, average, by_person, compared, macro_f1
-from addb_viewer.benchmark.metrics import PAPER, UNITS
 from addb_viewer.benchmark.results import Result
-from addb_viewer.benchmark.scoring import Score
+from addb_viewer.benchmark.scoring import PAPER, UNITS, Score
 
 PAPER_ROWS: tuple[tuple[str, tuple[str, str, str, str]], ...] = (
     ("Analytical (paper)", ("2.79", "6.15", "2.77", "4.47")),

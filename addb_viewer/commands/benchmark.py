@@ -165,9 +165,12 @@ def evaluate(
     with errors_as_lines(debug):
         from addb_viewer.benchmark import evaluating, predictors  # noqa: PLC0415 (slow to load)
         from addb_viewer.benchmark.averages import average  # noqa: PLC0415
-        from addb_viewer.benchmark.outside import read_outside  # noqa: PLC0415
         from addb_viewer.benchmark.release_trials import open_for_benchmark  # noqa: PLC0415
-        from addb_viewer.benchmark.results import Result, write_result  # noqa: PLC0415
+        from addb_viewer.benchmark.results import (  # noqa: PLC0415
+            Result,
+            read_outside,
+            write_result,
+        )
 
         source = open_for_benchmark(release, skeleton, unweighed=without_mass)
         time_history, folder = time_history_of(source, split, part, frames), results_folder(release, out)

@@ -132,7 +132,7 @@ class ListedCommand(TyperCommand):
 
 
 def _group(name: str) -> TyperGroup:
-    commands = {own: ListedCommand(name, own, about) for own, about in GROUPS[name].items()}
+    commands: dict[str, Any] = {own: ListedCommand(name, own, about) for own, about in GROUPS[name].items()}
     return TyperGroup(name=name, help=ABOUT_GROUPS[name], commands=commands, no_args_is_help=True)
 
 

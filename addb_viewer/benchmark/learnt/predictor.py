@@ -8,20 +8,27 @@ import torch
 from torch import nn
 
 from addb_viewer.benchmark.bands import ErrorBands, error_bands
-from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.learnt.features import SIZES, Features, features_of, wrenches_of
-from addb_viewer.benchmark.learnt.networks import GroundLinkNet, Scaled, mlp
 from addb_viewer.benchmark.learnt.training import (
     CHECKPOINT,
     Data,
+    GroundLinkNet,
+    Scaled,
     Start,
     TrainingSettings,
+    mlp,
     start_of,
     told,
     trained,
 )
-from addb_viewer.benchmark.learnt.windows import ends_of_all, windows_of
-from addb_viewer.benchmark.task import Log, Predicted, Seen, Trials
+from addb_viewer.benchmark.learnt.windows import (
+    SIZES,
+    Features,
+    ends_of_all,
+    features_of,
+    windows_of,
+    wrenches_of,
+)
+from addb_viewer.benchmark.task import BenchmarkError, Log, Predicted, Seen, Trials
 
 NETWORKS: dict[str, Callable[[int], nn.Module]] = {"mlp": mlp, "groundlinknet": GroundLinkNet}
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from addb_viewer.benchmark.analytical import Analytical, feet_on_ground, filtered
-from addb_viewer.benchmark.completing import completed
-from addb_viewer.benchmark.differences import central_differences
-from addb_viewer.benchmark.metrics import frame_errors
+from addb_viewer.benchmark.predictors import Analytical, feet_on_ground, filtered
+from addb_viewer.benchmark.scoring import completed, frame_errors
+from addb_viewer.benchmark.task import central_differences
 from solver.dynamics.root_wrench import centre_of_mass_of
 from tests.addb_viewer.benchmark.simulated_release import GRAVITY, example
 

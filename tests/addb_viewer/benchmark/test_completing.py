@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.benchmark.completing import completed
-from addb_viewer.benchmark.errors import BenchmarkError
-from addb_viewer.benchmark.task import Predicted
+from addb_viewer.benchmark.scoring import completed
+from addb_viewer.benchmark.task import BenchmarkError, Predicted
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings

@@ -11,16 +11,13 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.benchmark.analytical import filtered
 from addb_viewer.benchmark.averages import average
-from addb_viewer.benchmark.completing import completed
-from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.evaluating import TimeHistory, evaluate, evaluate_outside, train
-from addb_viewer.benchmark.outside import answer_rows, read_outside
-from addb_viewer.benchmark.predictors import predictor
+from addb_viewer.benchmark.predictors import filtered, predictor
 from addb_viewer.benchmark.release_trials import open_for_benchmark, shown_skeleton
-from addb_viewer.benchmark.results import read_results, write_result
-from addb_viewer.benchmark.task import Predicted
+from addb_viewer.benchmark.results import answer_rows, read_outside, read_results, write_result
+from addb_viewer.benchmark.scoring import completed
+from addb_viewer.benchmark.task import BenchmarkError, Predicted
 from addb_viewer.commands.cli import app
 from tests.addb_viewer.benchmark.simulated_release import GRAVITY, NOISE_RAD, truth
 

@@ -5,12 +5,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-from addb_viewer.benchmark.analytical import filtered
 from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.evaluating import FolderLog, TimeHistory, evaluate
 from addb_viewer.benchmark.from_angles import CUTOFFS_HZ, REACHES, FromAngles
-from addb_viewer.benchmark.metrics import centre_of_pressure
+from addb_viewer.benchmark.predictors import filtered
 from addb_viewer.benchmark.release_trials import open_for_benchmark
+from addb_viewer.benchmark.scoring import centre_of_pressure
 from solver.contact.sole import soles
 from solver.dynamics.force_prediction.divided_wrench import going_with_the_ground
 from solver.skeleton.forward import body_poses

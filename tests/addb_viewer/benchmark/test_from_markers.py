@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.from_angles import FromAngles
 from addb_viewer.benchmark.predictors import FromMarkers
-from addb_viewer.benchmark.task import SeenMarkers
+from addb_viewer.benchmark.task import BenchmarkError, SeenMarkers
 from solver.skeleton.forward import marker_positions
 from tests.addb_viewer.benchmark.simulated_release import example
 

@@ -11,11 +11,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from addb_viewer.benchmark.averages import average
-from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.evaluating import FolderLog, TimeHistory, evaluate
-from addb_viewer.benchmark.learnt.features import BELOW_ROOT, SIZES, features_of, targets_of, wrenches_of
-from addb_viewer.benchmark.learnt.windows import LENGTH, ends_of_all, windows_of
+from addb_viewer.benchmark.learnt.windows import (
+    BELOW_ROOT,
+    LENGTH,
+    SIZES,
+    ends_of_all,
+    features_of,
+    targets_of,
+    windows_of,
+    wrenches_of,
+)
 from addb_viewer.benchmark.release_trials import open_for_benchmark
+from addb_viewer.benchmark.task import BenchmarkError
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import body_poses
 from tests.addb_viewer.benchmark.simulated_release import example

@@ -6,9 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.benchmark.completing import WholeAnswer
-from addb_viewer.benchmark.metrics import centre_of_pressure, frame_errors, phases_of
-from addb_viewer.benchmark.scoring import scored_frames, scores_of
+from addb_viewer.benchmark.scoring import (
+    WholeAnswer,
+    centre_of_pressure,
+    frame_errors,
+    phases_of,
+    scored_frames,
+    scores_of,
+)
 from addb_viewer.benchmark.task import Measured, Predicted
 from tests.addb_viewer.benchmark.simulated_release import example
 
