@@ -6,7 +6,7 @@
     fit = subject.fit()
     fit["walk"].torques["knee_angle_r"]           # [N·m] over time
 
-docs/api.md is the page about it. Names are loaded when they are first used.
+docs/reference/api.md is the page about it. Names are loaded when they are first used.
 """
 
 from importlib import import_module

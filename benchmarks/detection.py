@@ -5,7 +5,7 @@
 Forces are hidden in the plates as recorded: whole stances; one of two feet in double support; the late half
 of a stance (a foot that leaves a plate's edge); a stance scaled down by 30 to 60 % (a foot half on the
 plate). Truth: frames on which more than 20 N was removed; two frames beside its borders do not count.
-What differs from people's labels, and why: [contact](../docs/contact.md#how-good-it-is).
+What differs from people's labels, and why: [contact](../docs/explanation/contact.md#how-good-it-is).
 """
 
 import argparse

@@ -149,7 +149,7 @@ def fits_section(of: list[Row]) -> str:
         "the mass, against the recorded one: RMS over frames whose forces count, N/kg. The mass is what the "
         f"trial's own plates read. *Plain*: the motion low-passed at {PLAIN_HZ:g} Hz, nothing else. The "
         "others: smooth momentum, and no force in flight "
-        "([dynamics.md](../docs/dynamics.md#no-force-at-all-unmeasured_forcespy)). "
+        "([how](../docs/explanation/force-prediction.md#trials-without-any-force)). "
         "Bold: the cut-off that is used. † some of the body's mass carries no marker.",
         "",
         f"| recording | trial | activity | plain | {' | '.join(f'{hz:g} Hz' for hz in CUTOFFS_HZ)} |",
@@ -278,8 +278,9 @@ def baselines_section(found: Sequence[Result]) -> str:
     left = "\n".join(f"- {name}: {why}" for name, why in LEFT_OUT.items())
     return (
         "## Beside the dataset paper's baselines\n\n"
-        "Made by `python -m benchmarks.no_plates baselines`; [docs/benchmark.md](../docs/benchmark.md) says "
-        "what the figures are. Each person is tested once; networks, cutoffs and standard deviations are "
+        "Made by `python -m benchmarks.no_plates baselines`; [the benchmark's page]"
+        "(../docs/reference/benchmark.md) says what the figures are. "
+        "Each person is tested once; networks, cutoffs and standard deviations are "
         "learnt or chosen by the others. Three rules of our own entries' division between the feet were kept "
         "after comparisons on these persons: that only soles that move with the ground carry and that "
         "pressure stays under them on seven of the ten, that pressure may spare a sole's rim on all ten (how "

@@ -1,4 +1,4 @@
-"""What the site has beside docs/: README, CHANGELOG, CONTRIBUTING, benchmark pages, and the API reference.
+"""What the site has beside docs/: README, CHANGELOG, CONTRIBUTING, benchmarks, settings, the API reference.
 
 A hook of MkDocs (mkdocs.yml). Links are written as the repository needs them: one to a page of the site leads
 there, one to another file leads to the repository.
@@ -9,6 +9,7 @@ import logging
 import posixpath
 import re
 import tomllib
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
@@ -16,7 +17,10 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
+from solver.fitting.settings import Settings, tables
+
 PROJECT = Path(__file__).resolve().parent.parent
+SETTINGS = "reference/settings.md"
 REFERENCE = {
     "addb_viewer": "__init__.py",
     "addb_viewer/api": "*.py",
@@ -63,6 +67,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for source in (*MOVED, *_benchmarks()):
         text = (PROJECT / source).read_text(encoding="utf-8")
         files.append(File.generated(config, _place(source), content=text))
+    files.append(File.generated(config, SETTINGS, content=_settings()))
     for package, pattern in _packages().items():
         files.append(File.generated(config, _reference_page(package), content=_reference(package, pattern)))
     return files
@@ -111,6 +116,22 @@ def _title(source: str) -> str:
     return (PROJECT / source).read_text(encoding="utf-8").partition("\n")[0].strip("# ").partition(":")[0]
 
 
+def _settings() -> str:
+    """A table of settings for each stage, as `addb-viewer settings` prints them."""
+    parts = [
+        "# Settings",
+        "`addb-viewer settings` prints these. Copy the lines that you change into `SUBJECT/settings.toml`.",
+    ]
+    for name, stage in tables(Settings()):
+        rows = [
+            f"| `{own.name}` | {getattr(stage, own.name)} | {own.metadata['unit']} | {own.metadata['why']} |"
+            for own in fields(stage)
+            if not is_dataclass(getattr(stage, own.name))
+        ]
+        parts += [f"## [{name}]", "\n".join(["| setting | value | unit | why |", "|---|---|---|---|", *rows])]
+    return "\n\n".join(parts)
+
+
 def _packages() -> dict[str, str]:
     """Packages of the API reference by their folder, and which files it describes."""
     return {
@@ -125,7 +146,7 @@ def _dotted(path: str) -> str:
 
 
 def _reference_page(package: str) -> str:
-    return f"reference/{_dotted(package)}.md"
+    return f"api/{_dotted(package)}.md"
 
 
 def _reference(package: str, pattern: str) -> str:

@@ -24,7 +24,7 @@ class Estimate(NamedTuple):
 class Cause:
     """Something that is wrong, or acts unseen: a plate's clock, a missed step, a load that is carried."""
 
-    id: str  # of the catalogue (docs/diagnosis.md lists them)
+    id: str  # of the catalogue (docs/reference/causes.md lists them)
     target: str  # what it is about: a plate, a body, a marker, "all"
     title: str  # in a few words
     sentence: str  # what it means

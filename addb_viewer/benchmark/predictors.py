@@ -189,5 +189,7 @@ def _from_file(file: str, name: str) -> Predictor:
     made: Predictor = getattr(module, name)()
     for wanted in ("name", "fit", "predict"):
         if not hasattr(made, wanted):
-            raise BenchmarkError(f"{file}: {name} has no '{wanted}'; docs/benchmark.md shows what it needs")
+            raise BenchmarkError(
+                f"{file}: {name} has no '{wanted}'; docs/how-to/benchmark.md shows what it needs"
+            )
     return made

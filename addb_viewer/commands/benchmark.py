@@ -21,7 +21,7 @@ Predictors = Annotated[
     typer.Option(
         "--predictor",
         metavar="NAME",
-        help="By its name (docs/benchmark.md), or FILE.py:CLASS; may be given several times.",
+        help="By its name (docs/reference/benchmark.md), or FILE.py:CLASS; may be given several times.",
     ),
 ]
 Out = Annotated[

@@ -1,7 +1,7 @@
 """The tables of a release: the one place where columns are described.
 
 Arrow schemas, the metadata of Parquet files, `schema.json`, `croissant.json` and the tables of
-`docs/dataset.md` are made from it.
+`docs/reference/dataset.md` are made from it.
 """
 
 from typing import Any
@@ -242,7 +242,7 @@ CAUSES = Table(
     (
         _SUBJECT,
         Column("trial_id", "text", "null: of all the subject's trials", nullable=True),
-        Column("cause", "text", "its name in docs/diagnosis.md"),
+        Column("cause", "text", "its name in docs/reference/causes.md"),
         Column("target", "text", "what it is about: a plate, a body …"),
         Column("parameters", "text", "JSON: value by name, the unit ends the name"),
         Column("std", "text", "JSON: standard deviation by name"),
@@ -260,7 +260,7 @@ LEFT_OUT = Table(
     (
         Column("level", "text", "subject, trial, range or segment"),
         Column("id", "text", "of the subject, trial or segment"),
-        Column("reason", "text", "in one word; docs/dataset.md lists them"),
+        Column("reason", "text", "in one word; docs/reference/dataset.md lists them"),
         Column("detail", "text", "one line"),
         Column("start_frame", "i32", "of a range or segment, on the release's grid", nullable=True),
         Column("end_frame", "i32", "the first frame after it", nullable=True),

@@ -52,9 +52,9 @@ class DiagnosisSettings:
     laboratory: tuple[tuple[str, float], ...] = setting(
         (),
         unit="cause, its unit",
-        why="what tared and calibrated plates are off by all the same, in place of what stands beside the "
-        "cause (docs/diagnosis.md), less than half of what anybody acts on. Not gains: with them free, "
-        "however little, the entered mass holds nothing",
+        why="what tared and calibrated plates are off by all the same, in place of what stands beside "
+        "the cause (docs/reference/causes.md), less than half of what anybody acts on. Not gains: with them "
+        "free, however little, the entered mass holds nothing",
     )
     tissue_least_share: float = setting(0.02, unit="", why="of body mass; lighter segments hardly matter")
     model_force_share: float = setting(
@@ -98,7 +98,7 @@ class DiagnosisSettings:
         (),
         unit="cause, nats",
         why="less is asked of such a first cause than `least_gain`, since no model's error looks like it; in "
-        "place of what stands beside the cause (docs/diagnosis.md)",
+        "place of what stands beside the cause (docs/reference/causes.md)",
     )
     least_further_gain: float = setting(
         10.0,
@@ -150,7 +150,7 @@ class DiagnosisSettings:
         unit="cause, nats",
         least=-math.inf,
         why="log prior odds against causes that are rare, or that generic models imitate on sound "
-        "recordings, in place of those that stand beside the cause (docs/diagnosis.md)",
+        "recordings, in place of those that stand beside the cause (docs/reference/causes.md)",
     )
     start_margin: float = setting(
         6.0,

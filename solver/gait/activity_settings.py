@@ -7,7 +7,7 @@ from solver.common.settings_field import setting
 
 @dataclass(frozen=True)
 class ActivitySettings:
-    """How stretches of one activity are found; docs/gait.md says how often it is right."""
+    """How stretches of one activity are found; docs/explanation/gait.md says how often it is right."""
 
     window_s: float = setting(2.0, unit="s", why="about two strides of a walk, one squat")
     hop_s: float = setting(0.5, unit="s", why="borders of stretches are no sharper than a step")

@@ -57,7 +57,7 @@ def _chosen(file: Path, entries: Mapping[str, object], lines: list[str]) -> dict
             near = ", ".join(get_close_matches(action, actions) or ["undo", "finish", "next"])
             raise KeyFileError(
                 f"{where}: no command is called '{action}'. Nearest: {near}. "
-                "docs/app.md lists all, under Keys."
+                "docs/reference/app.md lists all, under Keys."
             )
         texts = value if isinstance(value, list) else [value]
         if not all(isinstance(text, str) for text in texts):

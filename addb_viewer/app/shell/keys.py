@@ -102,7 +102,7 @@ def page_html(commands: Sequence[Command], file: str) -> str:
         "<b>Scene:</b> drag turns, wheel zooms. <b>Lists:</b> a click goes there.</p>"
         "<p>Every decision is on the disk before you see it; labels do not ask: Undo takes them back.</p>"
         f"<p>Other keys: in <code>{html.escape(file)}</code>, read at the start, with lines such as "
-        '<code>undo = ["U", "Ctrl+Z"]</code>; docs/app.md has the names.</p>'
+        '<code>undo = ["U", "Ctrl+Z"]</code>; docs/reference/app.md has the names.</p>'
     )
 
 

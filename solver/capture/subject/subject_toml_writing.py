@@ -13,12 +13,12 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _HEAD = """\
 # How addb-viewer understood this folder. Correct what is wrong: from now on this file is used, and files
 # that it does not name are not. Paths are relative to this folder.
-# All keys: docs/command-line.md, The subject's folder.
+# All keys: docs/reference/inputs.md.
 """
 
 _HEAD_OF_B3D = """\
 # What the .b3d file says about the person. Correct what is wrong: values here replace those of the file.
-# Its trials are those inside it. All keys: docs/b3d-input.md.
+# Its trials are those inside it. All keys: docs/reference/inputs.md.
 """
 
 _ABOUT_PLATES = (

@@ -1,4 +1,4 @@
-"""docs/api.md names everything that is public."""
+"""docs/reference/api.md names everything that is public."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,7 @@ import pytest
 import addb_viewer
 from addb_viewer import Cause, Diagnosis, Fit, FittedTrial, Series, Subject, Table
 
-PAGE = (Path(__file__).parents[3] / "docs" / "api.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "reference" / "api.md").read_text(encoding="utf-8")
 CODE = " ".join(a or b for a, b in re.findall(r"`([^`\n]+)`|```python(.*?)```", PAGE, re.S))
 NAMED = set(re.findall(r"\w+", CODE))
 ON_ANY = {

@@ -18,7 +18,6 @@ from addb_viewer.dataset.build import build, continuing, planned
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.release_subject import BuildOptions, Terms
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
-from addb_viewer.dataset.task import REASONS
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
 from solver.capture.formats.b3d.reader import read_b3d
@@ -444,16 +443,6 @@ def test_a_folder_that_cannot_be_written_to_is_said_at_once(walks, fitted, read_
     with pytest.raises(ReleaseError, match=r"(?i)read-only|not be written|cannot be written"):
         build(planned_apart(walks), place / "release", ALL, engine)
     assert not engine.did
-
-
-def test_the_page_lists_every_reason():
-    page = (Path(__file__).parents[3] / "docs" / "dataset.md").read_text(encoding="utf-8")
-    told = [
-        f"| {level} | `{reason}` | {words} |"
-        for level, reasons in REASONS.items()
-        for reason, words in reasons.items()
-    ]
-    assert "\n".join(told) in page
 
 
 def test_an_unloaded_foot_has_a_force_of_exactly_zero(frames):

@@ -1,8 +1,6 @@
 """One description of the tables; Arrow, JSON and the page of documentation all come from it."""
 
 import json
-import re
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -13,7 +11,6 @@ from addb_viewer.dataset.columns import COORDINATE_NAMES, TRANSLATIONS
 from addb_viewer.dataset.schema import FRAMES, SUBJECT_TABLES, TABLES, schema_json
 from solver.skeleton.default_body import default_skeleton
 
-PAGE = (Path(__file__).parents[3] / "docs" / "dataset.md").read_text(encoding="utf-8")
 NAMES = [table.name for table in TABLES]
 UNITS = {
     "_m": "m",
@@ -25,18 +22,6 @@ UNITS = {
     "_m_s": "m/s",
     "_m_s2": "m/s^2",
 }
-
-
-@pytest.mark.parametrize("table", TABLES, ids=NAMES)
-def test_the_page_shows_each_table_as_it_is(table):
-    shown = PAGE.split(f"\n### {table.name}\n")[1].split("\n#")[0]
-    rows = "\n".join(line for line in shown.splitlines() if line.startswith("|"))
-    assert rows == table.as_markdown()
-    assert f"`{table.path.format(subject='SUBJECT', name='NAME')}`" in shown
-
-
-def test_the_page_shows_no_other_table():
-    assert re.findall(r"^### (\w+)$", PAGE.split("\n## Tables\n")[1].split("\n## ")[0], re.M) == NAMES
 
 
 @pytest.mark.parametrize("table", TABLES, ids=NAMES)

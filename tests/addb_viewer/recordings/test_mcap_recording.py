@@ -241,7 +241,7 @@ def test_a_clock_that_starts_below_zero_is_shifted_and_says_so(make_fit, tmp_pat
 
 
 def test_the_page_names_every_topic_schema_and_attachment(read):
-    page = (Path(__file__).parents[3] / "docs" / "recordings.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "recordings.md").read_text(encoding="utf-8")
     for topic in read.schemas:
         assert f"`{topic.replace('/walk/', '/TRIAL/')}`" in page
     for schema in read.schemas.values():

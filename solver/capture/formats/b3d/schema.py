@@ -148,7 +148,7 @@ class SensorFrames:
 
 @dataclass(frozen=True, eq=False)
 class PassFrames:
-    """One processing pass of one trial, at its frames. docs/export.md says what each series means exactly.
+    """One processing pass of one trial, at its frames; docs/reference/export.md says what each series means.
 
     A wrench is [moment, force]: about the ground origin, or in the root frame about the root body's origin.
     """

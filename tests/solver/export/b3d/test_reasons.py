@@ -1,8 +1,5 @@
 """Our reasons against the format's numbers."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 
 from annotations import reasons as spoken
@@ -22,15 +19,6 @@ def test_the_numbers_of_the_format():
         "extendedToNearestPeakForce": 18,
     }
     assert {name: reason_number(name) for name in numbers} == numbers
-
-
-def test_the_table_in_the_docs():
-    page = (Path(__file__).parents[4] / "docs" / "export.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (\d+) \| (\w+) \|(.*)\|$", page, re.M)
-    assert [(int(number), name) for number, name, _ in rows] == list(enumerate(REASONS))
-    said = {name: words for _, name, words in rows}
-    for own, name in NEAREST.items():
-        assert own in said[name]
 
 
 def test_people_choose_from_the_same_list():

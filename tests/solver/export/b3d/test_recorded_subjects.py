@@ -84,7 +84,7 @@ def test_its_model_moves_as_ours_does(sample, model):
 
 
 def test_its_derivatives_and_residuals(sample):
-    """As docs/export.md says: backward differences, no gravity in the acceleration, names exchanged."""
+    """As the page on exports says: backward differences, no gravity in the acceleration, names exchanged."""
     for trial in read_b3d(sample).trials:
         frames, about = inner(trial.passes[0]), trial.header.processing_pass_header[0]
         com, dt = frames["com_pos"], trial.header.trial_timestep

@@ -25,7 +25,7 @@ from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
-PAGE = (Path(__file__).parents[4] / "docs" / "export.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[4] / "docs" / "reference" / "export.md").read_text(encoding="utf-8")
 FLOAT = 2e-7  # relative, of the four bytes that C3D stores
 
 
