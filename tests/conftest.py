@@ -19,6 +19,7 @@ from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.functions import CubicSpline, Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
+from solver.common.notes import Kind, noted
 
 PROJECT = Path(__file__).resolve().parent.parent
 
@@ -96,7 +97,9 @@ def small_fit(tmp_path: Path) -> Fit:
         TrialFiles(name=name, markers=folder / "trials" / name / "markers.trc")
         for name in ("walk", "no/forces")
     )
-    subject = Subject(folder=folder, trials=trials, mass_kg=98.5, notes=("height read from the model",))
+    subject = Subject(
+        folder=folder, trials=trials, mass_kg=98.5, notes=noted(Kind.OTHER, "height read from the model")
+    )
     with_forces, without = (
         Capture(name=trial.name, markers=_markers(), files=(trial.markers,)) for trial in trials
     )
@@ -107,7 +110,7 @@ def small_fit(tmp_path: Path) -> Fit:
             replace(
                 _moved(with_forces), **_forces(), seconds={"load": 0.5, "kinematics": 2.0, "dynamics": 0.25}
             ),
-            replace(_moved(without), notes=("no forces found",)),
+            replace(_moved(without), notes=noted(Kind.OTHER, "no forces found")),
         ),
         mass_kg=100.0,
         height_m=2.0,
@@ -175,7 +178,7 @@ def _forces() -> dict[str, object]:
             in_contact=np.zeros((4, 1), dtype=bool),
             plate=np.full((4, 1), -1),
             wrench_raw_ground=np.zeros((4, 1, 6)),
-            notes=("plate 1 was not tared",),
+            notes=noted(Kind.PLATES, "plate 1 was not tared"),
         ),
         "mask": FrameMask(
             counts=used[:, None], reasons=((1, 2, "thigh", "manualReview"),), source="review.json"

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from addb_viewer.text.diagnosis_vocabulary import amounts, ranges_of, sentence, title
 from addb_viewer.text.diagnosis_words import page, screen
 from addb_viewer.text.sections import as_text
+from solver.common.notes import Note
 
 NOT_KNOWN = float("nan")
 
@@ -58,9 +59,9 @@ class Diagnosis:
         return tuple(self.figures["trials"])
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """What was assumed, converted or ignored."""
-        return tuple(self.figures["notes"])
+        return tuple(map(Note.from_json, self.figures["notes"]))
 
     @cached_property
     def causes(self) -> tuple[Cause, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 from addb_viewer.api.cycle_curves import RESTS_ON_FORCES, CycleCurves, curves, foot_of
 from addb_viewer.api.fitted_trial import FittedTrial
 from addb_viewer.api.labelled import Table, UnknownNameError
+from solver.common.notes import Note
 from solver.export.gait_tables import CYCLE_COLUMNS, EVENT_COLUMNS, cycle_rows, event_rows, gaits_of
 from solver.fitting.summary import all_notes, summary
 
@@ -81,7 +82,7 @@ class Fit:
         return summary(self.solved)
 
     @cached_property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """What was assumed, converted or ignored."""
         return all_notes(self.solved)
 

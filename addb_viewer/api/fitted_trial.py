@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from addb_viewer.api.labelled import AXES, Series, Table
+from solver.common.notes import Note
 from solver.export.column_units import UNITS
 from solver.export.tables import trial_columns
 from solver.fitting.fit import TrialFit
@@ -65,7 +66,7 @@ class FittedTrial:
         return _frozen(self._motion.times)
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """What was assumed, converted or ignored in this trial."""
         return (*self._trial.capture.notes, *self._trial.notes)
 

@@ -16,6 +16,7 @@ from solver.capture.capture import Subject as OpenedSubject
 from solver.capture.capture import UnusedFile
 from solver.capture.formats.b3d.places import subject_folder_of
 from solver.common.errors import CaptureError
+from solver.common.notes import Note
 from solver.fitting.results.store import default_folder
 from solver.fitting.settings import settings_from
 
@@ -205,7 +206,7 @@ class OpenedRecordings:
         return self._opened.height_m
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """What was assumed or ignored about the folder."""
         return self._job().subject.notes
 

@@ -25,6 +25,7 @@ from solver.capture.subject.subject_layout import DESCRIBED_BY_HAND
 from solver.capture.subject.subject_toml_writing import described_as_toml
 from solver.capture.trial import read_static, read_trial
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note
 from solver.fitting.results.store import write_json
 from solver.fitting.settings import Settings, as_toml, read_settings, settings_for
 from solver.kinematics.bare_model import is_bare
@@ -115,19 +116,19 @@ def _describe(subject: Subject, said: frozenset[str]) -> frozenset[str]:
     return said | {*subject.notes}
 
 
-def _why_unread(subject: Subject, damaged: list[str]) -> Iterator[str]:
+def _why_unread(subject: Subject, damaged: list[str]) -> Iterator[Note]:
     reading = settings_for(subject.folder).reading
     for trial in subject.trials:
         if trial.name in damaged:
             try:
                 read_trial(trial, reading)
             except CaptureError as error:
-                yield f"{trial.name}: a fit will leave it out: {error}"
+                yield Note(Kind.NOT_READ, f"a fit will leave it out: {error}", trial=trial.name)
     if subject.static is not None and f"{subject.static.stem} (static)" in damaged:
         try:
             read_static(subject.static, reading, subject.prefix)
         except CaptureError as error:
-            yield f"static trial: a fit will leave it out: {error}"
+            yield Note(Kind.NOT_READ, f"static trial: a fit will leave it out: {error}")
 
 
 WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is

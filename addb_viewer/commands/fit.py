@@ -34,9 +34,10 @@ from addb_viewer.jobs.holding_out import FitReplacedError, HoldingOut
 from addb_viewer.jobs.solving import Job, KeptFit, job_for, solved
 from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.text.held_out_words import rest_words
-from addb_viewer.text.note_kinds import by_kind
+from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.summary_table import print_held_out, print_summary
 from solver.capture.capture import UnusedFile
+from solver.common.notes import Note
 from solver.fitting.fit import Fit
 from solver.fitting.results.store import write_json
 from solver.fitting.summary import summary
@@ -142,7 +143,7 @@ def key_findings(figures: dict[str, Any], _: str = "") -> Row:
         "marker RMS cm": None if rms is None else 100 * rms,
         "force BW": worst("linear_residual", "rms_BW"),
         "moment BW·h": worst("angular_residual", "rms_BWh"),
-        "to decide": sum(found.kind.decide for found in by_kind(figures["notes"])),
+        "to decide": sum(found.needs_decision for found in by_kind(map(Note.from_json, figures["notes"]))),
     }
 
 

@@ -1,6 +1,6 @@
 """What there is before anything is fitted: subjects, trials, which a release takes, which deserve a look."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,7 +21,7 @@ from addb_viewer.dataset.release_subject import (
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
 from addb_viewer.dataset.task import LeftOut, hours_of
 from addb_viewer.dataset.trial_labels import labels_of, named_causes
-from addb_viewer.text.note_kinds import by_kind
+from addb_viewer.text.note_words import by_kind
 from annotations.errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.reading_settings import ReadingSettings
@@ -30,6 +30,7 @@ from solver.capture.subject.unused_files import MARKERS
 from solver.capture.trial import read_trial
 from solver.common.errors import SolverError
 from solver.common.file_names import readable
+from solver.common.notes import Note
 from solver.common.small_files import json_content
 from solver.contact.wrenches import DETECTION
 from solver.fitting.results.store import default_folder
@@ -351,13 +352,13 @@ def triaged(one: ScannedSubject) -> Iterator[TriageRow]:
                 entered,
                 (found["linear_residual"] or {}).get("rms_BW"),
                 (found["angular_residual"] or {}).get("rms_BWh"),
-                (*undecided, *concerns_of(trial.name, figures["notes"], causes)),
+                (*undecided, *concerns_of(trial.name, map(Note.from_json, figures["notes"]), causes)),
             )
     except (SolverError, ValueError, KeyError, TypeError, AttributeError, OSError) as error:
         yield TriageRow(one.who.subject_id, mass_entered_kg=entered, concerns=(f"{file}: {error}",))
 
 
-def concerns_of(trial: str, notes: Sequence[str], causes: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+def concerns_of(trial: str, notes: Iterable[Note], causes: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     """What somebody should look at: causes that the diagnosis named, then notes of the fit that ask for it.
 
     Args:
@@ -370,5 +371,7 @@ def concerns_of(trial: str, notes: Sequence[str], causes: Sequence[Mapping[str, 
         for cause in causes
         if cause.get("trial") in (None, trial)
     ]
-    own = [note.removeprefix(f"{trial}: ") for note in notes if note.startswith(f"{trial}: ")]
-    return (*named, *(found.key_findings for found in by_kind(own) if found.kind.decide))
+    own = [
+        note.reworded(lambda text: text.removeprefix(f"{trial}: ")) for note in notes if note.trial == trial
+    ]
+    return (*named, *(found.key_findings for found in by_kind(own) if found.needs_decision))

@@ -47,6 +47,7 @@ from solver.capture.formats.b3d.reader import read_b3d
 from solver.capture.formats.b3d.schema import B3dFile, B3dTrial, TrialType
 from solver.capture.subject.subject import open_subject
 from solver.common.memory_release import release_memory
+from solver.common.notes import Kind, Note, noted
 from solver.dynamics.trajectory.extension import Extension
 from solver.export.b3d.cutting import cut
 from solver.export.b3d.from_fit import fit_to_b3d, unfitted
@@ -326,12 +327,18 @@ class SubjectWriting:
         place.parent.mkdir(parents=True, exist_ok=True)
         return place
 
-    def _notes(self) -> list[str]:
+    def _notes(self) -> list[Note]:
         """What the fit assumed, and what the command line filled in; nobody's name in it."""
-        filled = [f"{key}: from the command line, subject.toml does not say" for key in self.task.who.filled]
+        keys = self.task.who.filled
+        filled = noted(
+            Kind.OTHER, *(f"{key}: from the command line, subject.toml does not say" for key in keys)
+        )
         labels = {name for one in self.fit.trials for name in one.capture.markers.names}
         prefixes = sorted({name.rsplit(":", 1)[0] for name in labels if ":" in name})
-        said = [without_names(note, self.fit.subject.folder, prefixes) for note in all_notes(self.fit)]
+        folder = self.fit.subject.folder
+        said = [
+            note.reworded(lambda text: without_names(text, folder, prefixes)) for note in all_notes(self.fit)
+        ]
         return [*filled, *dict.fromkeys(said)]
 
 

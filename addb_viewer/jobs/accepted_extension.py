@@ -9,6 +9,7 @@ from typing import Any
 
 from solver.capture.capture import Subject, TrialFiles
 from solver.common.errors import ResultsError
+from solver.common.notes import Kind, Note
 from solver.common.small_files import json_content
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.provenance import other_recordings, provenance_of
@@ -18,7 +19,7 @@ from solver.fitting.results.store import write_json
 
 def extension_for_solve(
     subject: Subject, trials: Sequence[TrialFiles], results: Path
-) -> tuple[Extension | None, tuple[str, ...]]:
+) -> tuple[Extension | None, tuple[Note, ...]]:
     """What a solve takes as acting beside the recorded forces, and what people should know about it.
 
     Args:
@@ -35,11 +36,11 @@ def extension_for_solve(
     decision, extension = kept
     changed = other_recordings(decision.made_from, provenance_of(subject, trials))
     if changed:
-        note = (
+        text = (
             f"the accepted extension ({extension.sentence}) is not used, because these have changed since: "
-            f"{', '.join(changed)}; diagnose the subject anew"
+            f"{', '.join(changed)}"
         )
-        return None, (note,)
+        return None, (Note(Kind.REVIEWS, text, advice="diagnose the subject anew"),)
     return extension, ()
 
 

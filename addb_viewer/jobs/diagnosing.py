@@ -24,7 +24,7 @@ def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> 
     }
     found = diagnosis_of(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
     figures = as_json(found, why)
-    figures["notes"] = list(dict.fromkeys([*job.subject.notes, *found.notes]))
+    figures["notes"] = [note.as_json() for note in dict.fromkeys([*job.subject.notes, *found.notes])]
     read = [t for t in chosen if t.name in found.trials]
     if len(read) < len(chosen):  # the others cannot be read
         made_from["provenance"] = provenance_of(job.subject, read, job.reviews)

@@ -15,6 +15,7 @@ from annotations.events import IMPORTED, Edit, Proposal
 from annotations.folding import folded
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
+from solver.common.notes import Kind, Note, noted
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import ERRONEOUS
 from solver.contact.proposals import Proposal as Found
@@ -96,7 +97,7 @@ def undecided(
 
 def reviews_for_solve(
     subject: Subject, trials: Sequence[TrialFiles]
-) -> tuple[dict[str, ForceReview], tuple[str, ...]]:
+) -> tuple[dict[str, ForceReview], tuple[Note, ...]]:
     """What people decided about trials, as the solver takes it, and what they should know about it.
 
     Args:
@@ -117,15 +118,22 @@ def reviews_for_solve(
     reviews = [folded(name, said.edits, subject.foot_bodies, said.unreadable) for name, said in about.items()]
     known = {trial.name for trial in subject.trials}
     gone = sorted({edit.trial for edit in found.edits} - known)
-    notes = [f"{review.trial}: {conflict}" for review in reviews for conflict in review.conflicts]
+    notes = [
+        Note(Kind.REVIEWS, str(conflict)).in_trial(review.trial)
+        for review in reviews
+        for conflict in review.conflicts
+    ]
     wanted = {trial.name for trial in trials} | {""}
-    notes += unreadable_notes([r for r in found.unreadable if r.trial in wanted or r.trial not in known])
+    unreadable = [r for r in found.unreadable if r.trial in wanted or r.trial not in known]
+    notes += noted(Kind.NOT_READ, *unreadable_notes(unreadable))
     if gone:
         place = FILE if store_url() is None else "the shared database"
-        notes.append(f"{place}: has edits of trials that the subject does not have: {', '.join(gone)}")
+        text = f"{place}: has edits of trials that the subject does not have: {', '.join(gone)}"
+        notes += noted(Kind.REVIEWS, text)
     if store_url() is not None and (subject.folder / FILE).is_file():
-        notes.append(
-            f"{FILE}: not used, because reviews are kept in a shared database; `share` copies it there"
+        notes += noted(
+            Kind.REVIEWS,
+            f"{FILE}: not used, because reviews are kept in a shared database; `share` copies it there",
         )
     said = {review.trial: force_review(review) for review in reviews}
     return {trial: review for trial, review in said.items() if review != ForceReview()}, tuple(notes)

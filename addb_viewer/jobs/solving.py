@@ -14,6 +14,7 @@ from addb_viewer.jobs.subject_checks import check_folder, check_trials
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject.subject import open_subject
 from solver.common.errors import FitError, ResultsError
+from solver.common.notes import Kind, Note
 from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
 from solver.dynamics.trajectory.extension import Extension
@@ -324,6 +325,6 @@ def _wanted(subject: Subject, trials: Sequence[str] | None) -> list[TrialFiles]:
 
 
 def _without_reviews(subject: Subject) -> Subject:
-    note = "reviews are ignored: detection alone says which forces count"
+    note = Note(Kind.OTHER, "reviews are ignored: detection alone says which forces count")
     trials = tuple(replace(trial, reviews=(), inner_review_finished=None) for trial in subject.trials)
     return replace(subject, trials=trials, notes=(*subject.notes, note))

@@ -14,9 +14,10 @@ from addb_viewer.text.diagnosis_vocabulary import about, title
 from addb_viewer.text.direct_check_words import what_the_files_say
 from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.remainder_words import what_next, what_remains
-from addb_viewer.text.residual_words import looked_for, what_is_wrong, without_advice
+from addb_viewer.text.residual_words import looked_for, what_is_wrong
 from addb_viewer.text.sections import Section
 from addb_viewer.text.verdict_words import verdict
+from solver.common.notes import Kind, Note
 
 ON_A_SCREEN = ("how large", "when", "what to do")  # of a cause
 MOST_CAUSES = 4  # on a screen of 40 lines
@@ -80,10 +81,11 @@ def _short(text: str) -> str:
 
 def notes(figures: Figures) -> Section:
     """What reading and fitting noted; empty where they noted nothing."""
-    noted = tuple(figures.get("notes", ()))
+    noted = tuple(map(Note.from_json, figures.get("notes", ())))
     if not (noted and figures["effects"]):
         return Section(NOTES, noted)
-    return Section(NOTES, (BEFORE_THE_CAUSES, *map(without_advice, noted)))
+    said = (note.without_advice if note.kind is Kind.ENTERED_MASS else note for note in noted)
+    return Section(NOTES, (BEFORE_THE_CAUSES, *said))
 
 
 def how_to_read(figures: Figures) -> Section:

@@ -16,9 +16,9 @@ from addb_viewer.text.diagnosis_vocabulary import (
     upward,
 )
 from addb_viewer.text.sections import Section
+from solver.common.notes import Kind, Note
 from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 
 WITHIN = 1.5  # times the noise floor: what is still ordinary
 WORST_WITHIN = 2.0  # likewise of the worst half second, which is the worst of many
@@ -70,19 +70,14 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
         lines.append(_of_the_markers(figures))
     if corrected_causes(figures):
         lines.append("That is with the fault left in, as in the files: the unloaded plate itself shows it.")
-    weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
+    notes = map(Note.from_json, figures.get("notes", ()))
+    weighed = [note for note in notes if note.kind is Kind.ENTERED_MASS]
     if figures["verdict"] == "explained":
-        lines += [
-            f"{capital(without_advice(note))}; that is before any cause is corrected." for note in weighed
-        ]
+        before = "; that is before any cause is corrected."
+        lines += [f"{capital(note.without_advice)}{before}" for note in weighed]
     elif figures["verdict"] != "clean":
         lines += [f"{capital(note)}." for note in weighed]
     return lines
-
-
-def without_advice(note: str) -> str:
-    """A note that forces tell another mass than was entered, less what to check; any other as it is."""
-    return note.split(";", maxsplit=1)[0] if WEIGHED_BY_FORCES in note else note
 
 
 def is_whole(figures: Figures) -> bool:

@@ -12,8 +12,9 @@ from rich.text import Text
 
 from addb_viewer.text.change_words import change_sentence
 from addb_viewer.text.held_out_words import cutoff_words, held_out_words, worse_words
-from addb_viewer.text.note_kinds import by_kind
+from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.stored_words import stored_words
+from solver.common.notes import Note
 from solver.dynamics.thresholds import Thresholds
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
@@ -72,8 +73,8 @@ def _print_all(console: Console, figures: dict[str, Any]) -> None:
     for trial in figures["trials"]:
         if changed := change_sentence(trial.get("change")):
             console.print(Text(f"{trial['name']}: {changed[0].lower()}{changed[1:]}"), soft_wrap=True)
-    for found in by_kind(figures["notes"]):
-        console.print(Text(f"{found.heading}:"), style="bold" if found.kind.decide else "")
+    for found in by_kind(map(Note.from_json, figures["notes"])):
+        console.print(Text(f"{found.heading}:"), style="bold" if found.needs_decision else "")
         for note in found.notes:
             console.print(Text(f"  note: {note}"), soft_wrap=True)
 
@@ -84,17 +85,17 @@ def after_table(figures: dict[str, Any]) -> list[str]:
     Args:
         figures: as `solver.fitting.summary.summary` found them.
     """
-    kinds = by_kind(figures["notes"])
+    kinds = by_kind(map(Note.from_json, figures["notes"]))
     decisions = [
         *_about_trials(figures["trials"]),
-        *(found.key_findings for found in kinds if found.kind.decide),
+        *(found.key_findings for found in kinds if found.needs_decision),
     ]
     shown, left = decisions[:_MOST_DECISIONS], len(decisions) - _MOST_DECISIONS
     rest = [f"{left} more to decide"] if left > 0 else []
     rest += _chosen_by_people(figures["trials"])
     if any(trial.get("stored") for trial in figures["trials"]):
         rest.append("figures stored in the file")
-    rest += [found.heading for found in kinds if not found.kind.decide]
+    rest += [found.heading for found in kinds if not found.needs_decision]
     return [
         *_held_out_at_worst(figures["trials"]),
         *(f"! {line}" for line in shown),

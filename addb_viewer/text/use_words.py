@@ -17,8 +17,9 @@ from addb_viewer.text.diagnosis_vocabulary import (
     trials_of_causes,
 )
 from addb_viewer.text.gain_words import is_tentative, now_and_then
-from addb_viewer.text.note_kinds import FAR_MARKERS, PELVIS, by_kind
+from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.residual_words import corrected_causes, corrected_on_reading, is_whole, nothing_corrects
+from solver.common.notes import Kind, Note
 from solver.diagnosis.causes.about import CorrectedBy
 
 Figures = Mapping[str, Any]
@@ -44,10 +45,10 @@ def _doubted_angles(figures: Figures) -> str:
     """Markers that the fit hardly followed, or lacked, which no verdict on the forces tells."""
     near = "Joint angles near them may be wrong; the notes say in which frames."
     said = ""
-    for of_kind in by_kind(figures.get("notes", ())):
-        if of_kind.kind is FAR_MARKERS:
+    for of_kind in by_kind(map(Note.from_json, figures.get("notes", ()))):
+        if of_kind.kind is Kind.FAR_MARKERS:
             said += f" But there are {of_kind.key_findings} {near}"
-        elif of_kind.kind is PELVIS:
+        elif of_kind.kind is Kind.PELVIS:
             said += f" But there is {of_kind.key_findings}."
     return said
 

@@ -11,6 +11,7 @@ from jaxtyping import Float
 from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay
 from annotations.events import Edit
+from solver.common.notes import Note
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import from_dict
@@ -48,7 +49,7 @@ class Recording:
     meshes: Mapping[str, trimesh.Trimesh]  # by body
     diagnosis: Mapping[str, Any] | None = None  # in the shape of `diagnose --json`
     edits: tuple[Edit, ...] = ()  # of the subject's review
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[Note, ...] = field(default=())
 
     @property
     def subject(self) -> str:

@@ -15,6 +15,7 @@ from addb_viewer.trial_view.joint_loads import JointLoads
 from addb_viewer.trial_view.missing_force import LargestMissing, MissingForce
 from addb_viewer.trial_view.palette import UNSEEN, error_colors
 from annotations.suggested_activity import SuggestedActivity
+from solver.common.notes import Note
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import Proposal
@@ -218,7 +219,7 @@ class Replay:
     forces: ForceUse = field(default_factory=ForceUse)
     label_faults: tuple[LabelFault, ...] = ()  # repaired in the measured markers
     suggested: tuple[SuggestedActivity, ...] = ()  # what the person seems to do; nobody has said so
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @property
     def frames(self) -> int:

@@ -93,7 +93,7 @@ def lines_of(record: TrialRecord, recording: Recording) -> tuple[Line, ...]:
     """
     name, last = record.replay.name, record.replay.frames - 1
     others = [other.replay.name for other in recording.trials if other is not record]
-    notes = [note for note in recording.notes if not note.startswith(tuple(f"{o}: " for o in others))]
+    notes = [note for note in recording.notes if note.trial not in others]
     lines = [Line(0, "note", note.removeprefix(f"{name}: ")) for note in notes]
     for k, (start, end, foot, reason) in enumerate(record.replay.forces.missing):
         feet = foot or "all feet"

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate, Markers
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 from solver.common.plate_figures import FEWEST_JUDGED, JUDGED_N, UNTARED_SHARE
 from solver.common.settings_field import setting
 
@@ -84,13 +85,16 @@ class VerticalAxis:
         x_ground = np.eye(3)[1 if self.axis == 0 else 0]
         return np.stack([x_ground, self.up_lab, np.cross(x_ground, self.up_lab)])
 
-    def notes(self, source: str) -> tuple[str, ...]:
+    def notes(self, source: str) -> tuple[Note, ...]:
         """What was found, for the capture's notes."""
         because = f" ({'; '.join(self.evidence)})" if self.evidence else ""
         if not self.certain:
             remedy = "`up` in the trial's table of subject.toml overrides this"
-            return (f"{source}: which axis points up is ambiguous; {self.name} assumed{because}; {remedy}",)
-        return (f"{source}: {self.name} points up{because}",)
+            return noted(
+                Kind.GUESS,
+                f"{source}: which axis points up is ambiguous; {self.name} assumed{because}; {remedy}",
+            )
+        return noted(Kind.PLATES, f"{source}: {self.name} points up{because}")
 
 
 def vertical_axis_named(name: str) -> VerticalAxis:

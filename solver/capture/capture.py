@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.formats.b3d.stored import StoredPass
 from solver.common.file_names import readable
+from solver.common.notes import Note
 
 Side = Literal["Left", "Right", "General"]
 FootEventLabel = Literal["Foot Strike", "Foot Off"]
@@ -109,7 +110,7 @@ class Capture:
     name: str
     markers: Markers
     plates: tuple[ForcePlate, ...] = ()
-    notes: tuple[str, ...] = ()  # what was assumed, converted or ignored on the way in
+    notes: tuple[Note, ...] = ()  # what was assumed, converted or ignored on the way in
     files: tuple[Path, ...] = ()
     imported_missing_force: Bool[np.ndarray, " frames"] | None = None  # review.json: true = force missing
     imported_reviewed: Bool[np.ndarray, " frames"] | None = None  # frames that it is about; None: all
@@ -204,7 +205,7 @@ class Subject:
     marker_map: Path | None = None  # what labels mean, as a person corrected it
     foot_bodies: tuple[str, ...] = ("calcn_r", "calcn_l")
     tags: tuple[str, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[Note, ...] = field(default=())
     unused: tuple[UnusedFile, ...] = ()  # the most harmful first
     recording: Path | None = None  # the one file that holds all trials; `folder` then keeps decisions only
     release: ReleaseWords | None = None

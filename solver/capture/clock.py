@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from solver.capture.clock_settings import CLOCK, ClockSettings
 from solver.capture.clock_steps import fits, hides_gaps, off_beat, resolution_of, uneven, with_gaps
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 from solver.common.runs import runs
 
 
@@ -27,7 +28,7 @@ class Clock:
     start_time: float  # [s]
     sample: Int[np.ndarray, " rows"]
     keep: Bool[np.ndarray, " rows"]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     moments: Float[np.ndarray, " rows"] | None = None
 
     @property
@@ -105,8 +106,9 @@ def find_clock(
             f"{others}. Are these two recordings in one file? Export them one by one."
         )
     if header_rate and abs(header_rate - 1) > 0.5 and np.allclose(steps, 1, rtol=0, atol=1e-9):
-        note = (
-            f"{path.name}: the time column counts frames; times follow from the header's {header_rate:g} Hz"
+        note = Note(
+            Kind.OTHER,
+            f"{path.name}: the time column counts frames; times follow from the header's {header_rate:g} Hz",
         )
         return Clock(header_rate, 0.0, np.arange(rows), np.ones(rows, bool), (note,))
 
@@ -125,7 +127,8 @@ def find_clock(
     if header_rate and abs(header_rate - rate) <= max(1e-9, rate * resolution / span):
         rate = header_rate  # the same within what rounding of the times can tell
     elif header_rate and abs(header_rate / rate - 1) > settings.rate_tolerance:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{path.name}: the header says {header_rate:g} Hz, the time column {rate:.6g} Hz; "
             "the time column is used",
         )
@@ -137,7 +140,8 @@ def find_clock(
     moments = (times - start_time) * rate
     off = np.abs(moments - sample)
     worst = int(np.argmax(off))
-    notes += (
+    notes += noted(
+        Kind.OTHER,
         f"{path.name}: the time steps are irregular (up to {off[worst]:.2f} of a step of "
         f"{1000 / rate:.4g} ms off, line {lines[worst]}); resampled at {rate:.6g} Hz",
     )
@@ -191,14 +195,14 @@ def _with_stamps_missing(
         settings=settings,
     )
     place = np.maximum(np.cumsum(known) - 1, 0)  # a row left out stands with the one before it, not kept
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     for rows, what in (
         (np.isnan(times) & known, "it follows from the rows before and after"),
         (~known, "it does not follow from the rows around, so these rows are left out"),
     ):
         if rows.any():
             where = _listed([lines[int(i)] for i in np.flatnonzero(rows)])
-            notes += (f"{path.name}: {where}, column 'time': the time is missing; {what}",)
+            notes += noted(Kind.OTHER, f"{path.name}: {where}, column 'time': the time is missing; {what}")
     return replace(
         clock,
         sample=clock.sample[place],
@@ -234,9 +238,10 @@ def _header_clock(times: Float[np.ndarray, " rows"], path: Path, header_rate: fl
         if rows == 1:
             return Clock(float("nan"), start, np.zeros(1, int), np.ones(1, bool))
         raise CaptureError(f"{path}: the time column holds only one time, or none. Export it again.")
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if rows > 1:
-        notes = (
+        notes = noted(
+            Kind.OTHER,
             f"{path.name}: the time column is unusable; times follow from the header's {header_rate:g} Hz",
         )
     return Clock(header_rate, start, np.arange(rows), np.ones(rows, bool), notes)
@@ -277,19 +282,21 @@ def _gap_notes(
     keep: Bool[np.ndarray, " rows"],
     lines: Sequence[int],
     source: str,
-) -> tuple[str, ...]:
-    notes: tuple[str, ...] = ()
+) -> tuple[Note, ...]:
+    notes: tuple[Note, ...] = ()
     jumps = np.diff(sample)
     if jumps.max(initial=0) > 1:
         first = times[int(np.argmax(jumps > 1))]
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{source}: {int((jumps[jumps > 1] - 1).sum())} rows are missing in "
             f"{int((jumps > 1).sum())} places (first after {first:g} s); they stay gaps",
         )
     if not keep.all():
         repeated = np.flatnonzero(~keep)
         where = _listed([lines[int(i)] for i in repeated])
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{source}: {len(repeated)} rows repeat the time before them ({where}, "
             f"first at {times[repeated[0]]:g} s); the first of each is used",
         )

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
+from solver.common.notes import Kind, Note, noted
 from solver.common.settings_field import setting
 
 LISTED = 8  # frames named in a note; the rest is counted
@@ -38,7 +39,7 @@ class MarkerCleaningSettings:
 
 def clean_markers(
     markers: Markers, settings: MarkerCleaningSettings = MarkerCleaningSettings()
-) -> tuple[Markers, tuple[str, ...]]:
+) -> tuple[Markers, tuple[Note, ...]]:
     """Take out what is no movement; nothing is filled in.
 
     Args:
@@ -59,7 +60,7 @@ def clean_markers(
         *_listed("spikes removed", spikes, markers.names),
         *_listed("jumps there and back removed", slips, markers.names),
         *_listed("jumps that last, perhaps to another marker; left as they are", lasting, markers.names),
-        *((f"left out, never seen: {', '.join(never)}",) if never else ()),
+        *(noted(Kind.LEFT_OUT, f"left out, never seen: {', '.join(never)}") if never else ()),
     )
     names = tuple(markers.names[k] for k in seen)
     cleaned = replace(markers, names=names, positions_ground=positions[:, seen])
@@ -119,7 +120,7 @@ def _returns(
     return bool(gap < settings.return_share * outside)
 
 
-def _copies(markers: Markers, settings: MarkerCleaningSettings) -> tuple[str, ...]:
+def _copies(markers: Markers, settings: MarkerCleaningSettings) -> tuple[Note, ...]:
     """Markers whose trajectories are one and the same wherever both were seen."""
     positions = markers.positions_ground
     found: list[str] = []
@@ -132,18 +133,18 @@ def _copies(markers: Markers, settings: MarkerCleaningSettings) -> tuple[str, ..
             found += [
                 f"{markers.names[k]} and {markers.names[k + 1 + other]}" for other in np.flatnonzero(copies)
             ]
-    return (f"{some_of(found, 3)} have the same trajectory",) if found else ()
+    return noted(Kind.OTHER, f"{some_of(found, 3)} have the same trajectory") if found else ()
 
 
 def _listed(
     what: str,
     where: Bool[np.ndarray, "frames markers"],
     names: Sequence[str],
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     found = []
     for k in np.flatnonzero(where.any(axis=0)).tolist():
         frames = np.flatnonzero(where[:, k])
         shown = ", ".join(map(str, frames[:LISTED]))
         more = f" and {len(frames) - LISTED} more" if len(frames) > LISTED else ""
         found.append(f"{names[k]} (frame {shown}{more})")
-    return (f"{what}: {'; '.join(found)}",) if found else ()
+    return noted(Kind.OTHER, f"{what}: {'; '.join(found)}") if found else ()

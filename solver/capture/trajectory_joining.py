@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
+from solver.common.notes import Kind, Note
 from solver.common.settings_field import setting
 
 _REPEATED = re.compile(r"(.+)#\d+")  # the reader's mark of a name that the file has more than once
@@ -28,7 +29,7 @@ class JoiningSettings:
 
 def join_trajectories(
     markers: Markers, settings: JoiningSettings = JoiningSettings()
-) -> tuple[Markers, tuple[str, ...]]:
+) -> tuple[Markers, tuple[Note, ...]]:
     """Give pieces of one marker's trajectory one label.
 
     Pieces of one name that no frame shows together are one marker. So are two labels when one of them says
@@ -75,7 +76,7 @@ def join_trajectories(
     if not joined:
         return markers, ()
     listed = some_of([f"{name} with {', '.join(pieces)}" for name, pieces in joined.items()])
-    note = f"pieces of one trajectory under several labels, joined: {listed}"
+    note = Note(Kind.LABELS, f"pieces of one trajectory under several labels, joined: {listed}")
     return replace(markers, names=tuple(names), positions_ground=positions), (note,)
 
 

@@ -49,6 +49,7 @@ from solver.capture.subject.trial_ranges import outside_ranges
 from solver.capture.trajectory_joining import join_trajectories
 from solver.common.errors import CaptureError
 from solver.common.file_names import readable
+from solver.common.notes import Kind, Note, noted
 
 STANDING_M_S, STEP_S = 0.2, 0.3  # of a marker of a foot that stands, and for how long a step does
 
@@ -101,7 +102,7 @@ def read_trial(
     notes = (
         *recording.notes,
         *cleaning_notes,
-        *(f"{source}: {note}" for note in level_notes),
+        *(note.of(source) for note in level_notes),
         *_overlap_notes(recording),
         *_rate_notes(recording, settings.clock),
         *_distance_notes(recording, settings),
@@ -111,7 +112,7 @@ def read_trial(
         name=files.name,
         markers=markers,
         plates=plates,
-        notes=tuple(readable(note) for note in (*notes, *review_notes, *range_notes)),
+        notes=tuple(note.reworded(readable) for note in (*notes, *review_notes, *range_notes)),
         files=(files.markers, *(force_files(files.forces) if files.forces else ()), *files.reviews),
         imported_missing_force=mask,
         imported_reviewed=reviewed,
@@ -137,7 +138,7 @@ def read_static(path: Path, settings: ReadingSettings = READING, prefix: str | N
     lab = read_markers(path, None, settings, prefix)
     markers, notes = _cleaned(lab.upright, path, settings)
     notes = (*lab.notes, *lab.up.notes(path.name), *notes)
-    said = tuple(readable(note) for note in notes)
+    said = tuple(note.reworded(readable) for note in notes)
     return Capture(readable(path.stem), markers, (), said, (path,), prefix=lab.whose)
 
 
@@ -147,7 +148,7 @@ class Recording:
 
     markers: Markers
     plates: tuple[ForcePlate, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     review: B3dReview | None = None  # in the recording's own file
     stored: tuple[StoredPass, ...] = ()
     prefix: str = ""  # before the labels in the file
@@ -179,7 +180,10 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
     if files.forces is None:
         return Recording(lab.upright, (), lab.notes + lab.up.notes(files.markers.name), prefix=lab.whose)
     if kind == ".c3d":
-        note = f"{files.markers.name}: forces inside it, if any, are not used: {files.forces.name} is named"
+        note = Note(
+            Kind.NOT_READ,
+            f"{files.markers.name}: forces inside it, if any, are not used: {files.forces.name} is named",
+        )
         lab = replace(lab, notes=(*lab.notes, note))
     if files.forces.suffix.lower() == ".c3d":
         c3d = read_c3d(files.forces, up, settings)
@@ -192,11 +196,11 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
     return _with_table(lab, files, up, settings)
 
 
-def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[Markers, tuple[str, ...]]:
+def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[Markers, tuple[Note, ...]]:
     cleaned, notes = clean_markers(markers, settings.cleaning)
     refuse_no_markers(cleaned, path)
     joined, joining_notes = join_trajectories(cleaned, settings.joining)
-    return joined, tuple(f"{path.name}: {note}" for note in (*notes, *joining_notes))
+    return joined, tuple(note.of(path.name) for note in (*notes, *joining_notes))
 
 
 def _with_table(
@@ -249,10 +253,12 @@ def _turned(
     return Recording(markers_y_up(lab.markers, ups[0]), plates, notes, prefix=lab.whose)
 
 
-def _unloaded(plates: tuple[ForcePlate, ...], feet: Feet, settings: ReadingSettings) -> tuple[str, ...]:
+def _unloaded(plates: tuple[ForcePlate, ...], feet: Feet, settings: ReadingSettings) -> tuple[Note, ...]:
     """Said of plates that measured nothing at all, and where no plate carried anything."""
     blank = [plate.name for plate in plates if not np.isfinite(plate.force_ground).all(axis=1).any()]
-    notes = tuple(f"{name}: not one sample has a force: the plate was not recorded" for name in blank)
+    notes = tuple(
+        Note(Kind.OTHER, f"{name}: not one sample has a force: the plate was not recorded") for name in blank
+    )
     largest_N = max(
         (float(np.nanmax(plate_loads(plate, settings.conditioning).wrench_ground[:, 1])) for plate in plates),
         default=0.0,
@@ -263,12 +269,19 @@ def _unloaded(plates: tuple[ForcePlate, ...], feet: Feet, settings: ReadingSetti
     if stood_on:
         return (
             *notes,
-            f"no plate carries a load at any time, though feet stand on {', '.join(stood_on)}: the plates "
-            "were not recorded. No force of this trial counts; were the amplifiers on?",
+            Note(
+                Kind.OTHER,
+                f"no plate carries a load at any time, though feet stand on {', '.join(stood_on)}: the "
+                "plates were not recorded. No force of this trial counts; were the amplifiers on?",
+            ),
         )
     return (
         *notes,
-        "no plate carries a load at any time: did the person step on none, or is the file of another trial?",
+        Note(
+            Kind.OTHER,
+            "no plate carries a load at any time: did the person step on none, or is the file of "
+            "another trial?",
+        ),
     )
 
 
@@ -284,39 +297,44 @@ def _stands_on(feet: Feet, plate: ForcePlate) -> bool:
     return bool(stands.sum() >= STEP_S * feet.rate)
 
 
-def _overlap_notes(recording: Recording) -> tuple[str, ...]:
+def _overlap_notes(recording: Recording) -> tuple[Note, ...]:
     times = recording.markers.times
     apart = [p.name for p in recording.plates if p.times[0] > times[-1] or p.times[-1] < times[0]]
     if not apart:
         return ()
-    return (
+    return noted(
+        Kind.OTHER,
         f"{', '.join(apart)}: recorded at other times than the markers ({times[0]:g} to {times[-1]:g} s): "
         "do the files belong together?",
     )
 
 
-def _rate_notes(recording: Recording, settings: ClockSettings) -> tuple[str, ...]:
+def _rate_notes(recording: Recording, settings: ClockSettings) -> tuple[Note, ...]:
     """Plates are sampled at least as fast as cameras; a slower one may have sample numbers for times."""
     least = recording.markers.rate * (1 - settings.rate_tolerance)
     return tuple(
-        f"{plate.name}: sampled at {plate.rate:.6g} Hz, more slowly than the markers "
-        f"({recording.markers.rate:.6g} Hz): is its time column in seconds?"
+        Note(
+            Kind.OTHER,
+            f"{plate.name}: sampled at {plate.rate:.6g} Hz, more slowly than the markers "
+            f"({recording.markers.rate:.6g} Hz): is its time column in seconds?",
+        )
         for plate in recording.plates
         if plate.rate < least
     )
 
 
-def _distance_notes(recording: Recording, settings: ReadingSettings) -> tuple[str, ...]:
+def _distance_notes(recording: Recording, settings: ReadingSettings) -> tuple[Note, ...]:
     distance = _distance(recording, settings)
     if not np.isfinite(distance) or distance < settings.pairing.near_m:
         return ()
-    return (
+    return noted(
+        Kind.OTHER,
         f"the centres of pressure are {distance:.1f} m from the nearest marker: are markers and forces in "
         "the same axes, and do the files belong together?",
     )
 
 
-def _contradiction(recording: Recording, files: TrialFiles, settings: UnderFeetSettings) -> tuple[str, ...]:
+def _contradiction(recording: Recording, files: TrialFiles, settings: UnderFeetSettings) -> tuple[Note, ...]:
     """Said of a force file whose loads do not lie under the feet that the markers show."""
     loads = loads_of(recording.plates, settings)
     if files.forces is None or loads is None:
@@ -327,7 +345,8 @@ def _contradiction(recording: Recording, files: TrialFiles, settings: UnderFeetS
         return ()
     lag_s = best_lag_s(feet, loads, settings)
     moved = f" They would fit {abs(lag_s):.2f} s {'later' if lag_s > 0 else 'earlier'}." if lag_s else ""
-    return (
+    return noted(
+        Kind.OTHER,
         f"{files.forces.name}: its loads do NOT lie under the feet of {files.markers.name} (typically "
         f"{100 * found.off_m:.0f} cm off): are they of another trial or clock, or in other axes?{moved} "
         "Check which files belong together before you use any torque.",

@@ -5,10 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.notes import Kind, Note, noted
+
 
 def unseen_as_nan(
     positions: Float[np.ndarray, "frames markers 3"], names: Sequence[str], source: str
-) -> tuple[Float[np.ndarray, "frames markers 3"], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "frames markers 3"], tuple[Note, ...]]:
     """NaN where a marker stands at exactly 0 0 0, lies piled up with two others or lacks a coordinate.
 
     Args:
@@ -26,13 +28,13 @@ def unseen_as_nan(
     cleaned = np.where((zero | piled | ~written.all(axis=2))[:, :, None], np.nan, positions)
     never = [name for k, name in enumerate(names) if not np.isfinite(cleaned[:, k]).any()]
     if never:
-        notes += (f"{source}: never seen: {', '.join(never)}",)
+        notes += noted(Kind.LEFT_OUT, f"{source}: never seen: {', '.join(never)}")
     return cleaned, notes
 
 
 def far_as_nan(
     positions_m: Float[np.ndarray, "frames markers 3"], names: Sequence[str], source: str, farthest_m: float
-) -> tuple[Float[np.ndarray, "frames markers 3"], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "frames markers 3"], tuple[Note, ...]]:
     """NaN where a marker lies farther off than any laboratory is wide [m]."""
     far = (np.abs(positions_m) > farthest_m).any(axis=2)
     notes = _listed(far, names, f"{source}: more than {farthest_m:g} m away counts as not seen")
@@ -69,9 +71,11 @@ def _lie_apart(positions: Float[np.ndarray, "frames markers 3"], group: tuple[in
     return parted.size > 0 and bool(np.median(parted) > 0.02 * np.nanmedian(whole))
 
 
-def _listed(where: Bool[np.ndarray, "frames markers"], names: Sequence[str], heading: str) -> tuple[str, ...]:
+def _listed(
+    where: Bool[np.ndarray, "frames markers"], names: Sequence[str], heading: str
+) -> tuple[Note, ...]:
     if not where.any():
         return ()
     counts = where.sum(axis=0)
     listed = ", ".join(f"{name} ({count} frames)" for name, count in zip(names, counts, strict=True) if count)
-    return (f"{heading}: {listed}",)
+    return noted(Kind.LEFT_OUT, f"{heading}: {listed}")

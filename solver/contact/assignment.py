@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.capture.plates.conditioning import ConditionedPlate
+from solver.common.notes import Kind, Note, noted
 from solver.common.runs import runs
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole, independent_feet, soles
@@ -52,7 +53,7 @@ def assign(
     feet = independent_feet(skeleton, foot_bodies)
     notes = [note for plate in plates for note in plate.notes]
     notes += [
-        f"foot body '{name}' is part of another foot's sole; its forces count for that foot"
+        Note(Kind.OTHER, f"foot body '{name}' is part of another foot's sole; its forces count for that foot")
         for name in foot_bodies
         if name not in feet
     ]
@@ -221,7 +222,7 @@ def _gathered(
     plates: Sequence[ConditionedPlate],
     owners: Int[np.ndarray, "frames plates"],
     feet: tuple[str, ...],
-    notes: Sequence[str],
+    notes: Sequence[Note],
 ) -> ContactWrenches:
     frames = len(owners)
     filtered = [np.nan_to_num(np.hstack([p.force_ground, p.moment_ground])) for p in plates]
@@ -280,21 +281,23 @@ def _notes(
     loaded: Bool[np.ndarray, " frames"],
     distances: Float[np.ndarray, "frames feet"],
     times: Float[np.ndarray, " frames"],
-) -> list[str]:
+) -> list[Note]:
     called = plate if plate.lower().startswith("plate") else f"plate {plate}"
-    notes = []
+    notes: list[Note] = []
     for start, end in runs(owners == TWO_FEET):
-        notes.append(
+        notes += noted(
+            Kind.OTHER,
             f"{called}: two feet from {times[start]:.2f} to {times[end - 1]:.2f} s; "
-            "its force cannot be divided and is assigned to neither"
+            "its force cannot be divided and is assigned to neither",
         )
     for start, end in runs(loaded & (owners == NO_FOOT)):
         nearest = distances[start:end].min(axis=1)
         where = "unknown"
         if np.isfinite(nearest).any():
             where = f"{np.nanmedian(nearest):.2f} m from the nearest sole"
-        notes.append(
+        notes += noted(
+            Kind.OTHER,
             f"{called}: loaded from {times[start]:.2f} to {times[end - 1]:.2f} s, but its centre of "
-            f"pressure is {where}; its force is assigned to no foot"
+            f"pressure is {where}; its force is assigned to no foot",
         )
     return notes

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from solver.common.notes import Note
+
 NO_FOOT = -1  # no foot is near the centre of pressure, or the plate is never loaded
 TWO_FEET = -2  # two feet stand on the loaded plate, and one wrench cannot be divided between them
 
@@ -32,7 +34,7 @@ class ContactWrenches:
     unassigned: Bool[np.ndarray, " frames"] | None = (
         None  # a load that changes goes to no foot; None: nowhere
     )
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @property
     def frames(self) -> int:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from solver.common.notes import Note
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.chances import Chances
 from solver.diagnosis.direct_checks.statement import Statement
@@ -113,7 +114,7 @@ class Diagnosis:
     ended_early: bool = False  # the search, before all was tried, at the most evaluations
     rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
     starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[Note, ...] = field(default=())
     chances: Chances | None = None  # where nothing is named
     decisions: tuple[CauseDecisions, ...] = field(default=())  # of every cause that was proposed
     detectable: tuple[Detectable, ...] = field(default=())  # in a recording in which nothing is wrong

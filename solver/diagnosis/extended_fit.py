@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from solver.common.errors import FitError
+from solver.common.notes import Kind, Note, noted
 from solver.common.progress import Progress, part, silent
 from solver.common.runs import runs
 from solver.contact.wrenches import FrameMask
@@ -59,7 +60,7 @@ class ExtendedGain:
     fit: TrajectoryFit  # of all evidence, with the extension
     before: tuple[Dynamics, ...]  # of the trials of all evidence, without the extension
     after: tuple[Dynamics, ...]  # with it
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def extended_fit(
@@ -264,19 +265,20 @@ def _torque_rms(skeleton: Skeleton, fitted: _Fitted, dofs: Sequence[str]) -> dic
     return {name: float(rms[skeleton.dofs.index(name)]) for name in dofs}
 
 
-def _placing_notes(cases: Sequence[_Case], fitted: _Fitted) -> tuple[str, ...]:
+def _placing_notes(cases: Sequence[_Case], fitted: _Fitted) -> tuple[Note, ...]:
     """Where torques hear of a cause only through the motion."""
     lost = [p.at(fitted.fit.extra)[:, :3] for case in cases for p in case.extra.parts if p.body is None]
     size = max((float(np.abs(force).max()) for force in lost), default=0.0)
     if size < LEAST_PLACED_N:
         return ()
-    return (
+    return noted(
+        Kind.OTHER,
         f"up to {size:.0f} N of what the causes add act on no segment in particular: joint torques change "
         "only through the motion there",
     )
 
 
-def _cancelling_notes(cases: Sequence[_Case], fitted: _Fitted) -> tuple[str, ...]:
+def _cancelling_notes(cases: Sequence[_Case], fitted: _Fitted) -> tuple[Note, ...]:
     """Where the causes take away what was recorded, residuals fall whatever is true."""
     recorded, left = 0.0, 0.0
     for case in cases:
@@ -287,7 +289,8 @@ def _cancelling_notes(cases: Sequence[_Case], fitted: _Fitted) -> tuple[str, ...
     share = np.sqrt(left / recorded) if recorded else 1.0
     if share >= LEAST_LEFT:
         return ()
-    return (
+    return noted(
+        Kind.OTHER,
         f"the causes leave {100 * share:.0f} % of the recorded force: a residual that falls because the "
         "force is gone is no gain",
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.capture.capture import Capture
+from solver.common.notes import Kind, Note
 from solver.contact.force_review import ForceReview
 from solver.diagnosis.causes import marker_slip, marker_swap, soft_tissue
 from solver.diagnosis.causes.effect import Estimate
@@ -31,7 +32,7 @@ class SeenInMarkers:
     findings: tuple[MarkerFinding, ...] = ()
     marker_rms_before_m: float = float("nan")
     marker_rms_after_m: float = float("nan")
-    notes: tuple[str, ...] = ()  # on jumps that are nobody's slip
+    notes: tuple[Note, ...] = ()  # on jumps that are nobody's slip
 
 
 NOTHING_SEEN = SeenInMarkers()
@@ -55,7 +56,7 @@ def with_markers_repaired(
     fit = fitted({})
     before = _rms(fit)
     found: list[MarkerFinding] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     repaired: dict[str, Capture] = {}
     for _ in range(ROUNDS):
         seen = scenes_of(fit, settings, reviews)
@@ -118,7 +119,7 @@ def _as_distances_tell(
 
 
 def _findings(
-    trial: TrialFit, scene: Scene, before: Sequence[MarkerFinding], notes: list[str]
+    trial: TrialFit, scene: Scene, before: Sequence[MarkerFinding], notes: list[Note]
 ) -> list[MarkerFinding]:
     """Exchanged markers, else those whose paths are cut, else slips by the pose; notes on other jumps.
 
@@ -140,7 +141,7 @@ def _touches_the_fit(findings: Sequence[MarkerFinding]) -> bool:
 
 
 def _with_cut_paths(
-    trial: TrialFit, scene: Scene, before: Sequence[MarkerFinding], notes: list[str]
+    trial: TrialFit, scene: Scene, before: Sequence[MarkerFinding], notes: list[Note]
 ) -> list[MarkerFinding]:
     """By the recording alone, of all its markers; what was told before is not told again."""
     markers, found = trial.capture.markers, []
@@ -153,9 +154,8 @@ def _with_cut_paths(
         if finding is None:
             names = ", ".join(markers.names[m] for m in leap.markers)
             time_s = leap.frame / scene.rate
-            notes.append(
-                f"{scene.name}: at {time_s:.2f} s {names} move together; the model does not use them"
-            )
+            text = f"at {time_s:.2f} s {names} move together; the model does not use them"
+            notes.append(Note(Kind.OTHER, text, trial=scene.name))
         else:
             found.append(finding)
     return found

@@ -61,7 +61,7 @@ def as_json(diagnosis: Diagnosis, why: str | None = None) -> dict[str, object]:
         "trials": list(diagnosis.trials),
         "rates_Hz": dict(diagnosis.rates_Hz),
         "starts_s": dict(diagnosis.starts_s),
-        "notes": list(diagnosis.notes),
+        "notes": [note.as_json() for note in diagnosis.notes],
         "evidence_nats": _finite(diagnosis.evidence_nats),
         "certain_nats": diagnosis.certain_nats,
         "ended_early": diagnosis.ended_early,

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solver.common.notes import Kind, Note
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_system import REFERENCE_KG, Projection
 
-WEIGHED_BY_FORCES = "the forces carry"  # begins the warning where they tell another mass than was entered
 NOMINAL_BLOCKS = 2  # what the expected error counts for beside the scatter between blocks
 
 
@@ -108,15 +108,16 @@ def _sampling_variance(projection: Projection, ratio: float, rate: float, settin
     return float((NOMINAL_BLOCKS * expected + spare * scatter) / (NOMINAL_BLOCKS + spare))
 
 
-def disagreement(estimate: MassEstimate, entered_kg: float, settings: ComSettings) -> str | None:
+def disagreement(estimate: MassEstimate, entered_kg: float, settings: ComSettings) -> Note | None:
     """A warning where the forces tell another mass than somebody entered; None where they agree."""
     apart = estimate.mass_kg - entered_kg
     std = float(np.hypot(estimate.std_kg, settings.entered_mass_std_kg))
     if abs(apart) <= settings.disagreement * std:
         return None
     how, suspect = ("more", "loads carried") if apart > 0 else ("less", "steps beside the plates")
-    return (
-        f"{WEIGHED_BY_FORCES} {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg, {abs(apart):.1f} kg {how} "
-        f"than the {entered_kg:.1f} kg that were entered; check the entered mass, the plates' gain, and "
-        f"{suspect}"
+    return Note(
+        Kind.ENTERED_MASS,
+        f"the forces carry {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg, {abs(apart):.1f} kg {how} "
+        f"than the {entered_kg:.1f} kg that were entered",
+        advice=f"check the entered mass, the plates' gain, and {suspect}",
     )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from solver.capture.capture import Subject
+from solver.common.notes import Kind, Note, noted
 from solver.dynamics.com_mass import MassEstimate, Standing, disagreement
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.mass import pooled
@@ -30,7 +31,7 @@ class PersonMass(NamedTuple):
     """What the body weighs, and what to say of it."""
 
     kg: float
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     guessed_within: float | None = None  # standard deviation over it where nothing weighed the person
 
 
@@ -64,35 +65,41 @@ def person_mass(
         weight = pooled([one.mass for one in standing], settings)
         told = f"{weight.mass_kg:.1f} ± {weight.std_kg:.1f} kg stand still on the plates"
         where = ", ".join(one.name for one in standing)
-        return PersonMass(weight.mass_kg, (f"mass not given; {told} ({where})", *leaning))
+        return PersonMass(weight.mass_kg, (Note(Kind.PERSON, f"mass not given; {told} ({where})"), *leaning))
     if plates.told is not None:
         mass = plates.told.mass_kg
         notes = (
-            f"mass not given; {mass:.1f} ± {plates.told.std_kg:.1f} kg estimated from the forces",
+            Note(
+                Kind.PERSON,
+                f"mass not given; {mass:.1f} ± {plates.told.std_kg:.1f} kg estimated from the forces",
+            ),
             *leaning,
         )
         if not _is_a_persons(mass, height_m, subject):
             notes += (_hardly_a_persons(mass, height_m, subject),)
         return PersonMass(mass, notes)
-    why = "and no forces to estimate it from"
+    why, kind = "and no forces to estimate it from", Kind.GUESS
     if plates.read_something:
         why = "and the recorded forces do not tell it, as none counts that carries the body"
     if subject.model is not None:
         told = f"the model's own {skeleton.mass:.1f} kg is used"
-        return PersonMass(skeleton.mass, (f"mass not given, {why}; {told}",), _INDEX_SPREAD)
+        return PersonMass(skeleton.mass, noted(kind, f"mass not given, {why}; {told}"), _INDEX_SPREAD)
     if math.isnan(height_m):
-        return PersonMass(skeleton.mass, (f"mass not given, {why}, nor a height: it is unknown",), math.inf)
+        return PersonMass(
+            skeleton.mass, noted(kind, f"mass not given, {why}, nor a height: it is unknown"), math.inf
+        )
     mass, std = mass_of_height(height_m, subject.sex)
     if subject.height_m is None:
         std = math.hypot(std, 2 * mass * STATURE_STD_M / height_m)
     told = f"people of {height_m:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
-    return PersonMass(mass, (f"mass not given, {why}; {told}",), std / mass)
+    return PersonMass(mass, noted(kind, f"mass not given, {why}; {told}"), std / mass)
 
 
-def _leaning(told: MassEstimate | None) -> tuple[str, ...]:
+def _leaning(told: MassEstimate | None) -> tuple[Note, ...]:
     if told is None or not told.lean_deg:
         return ()
-    return (
+    return noted(
+        Kind.FORCES_AGAINST_BODY,
         f"the forces lean {told.lean_deg:.0f}° on average although nobody is accelerated, so they weigh "
         "along their own direction: does the belt slope, and are forces given in its axes? `diagnose` tells",
     )
@@ -105,27 +112,30 @@ def _is_a_persons(mass_kg: float, height_m: float, subject: Subject) -> bool:
     return _LEAST_SHARE < mass_kg / mass_of_height(height_m, subject.sex)[0] < _MOST_SHARE
 
 
-def _hardly_a_persons(mass_kg: float, height_m: float, subject: Subject) -> str:
+def _hardly_a_persons(mass_kg: float, height_m: float, subject: Subject) -> Note:
     """Said of forces that ask for more or less than anybody of that height weighs."""
     usual_kg, _ = mass_of_height(height_m, subject.sex)
-    return (
+    return Note(
+        Kind.FORCES_AGAINST_BODY,
         f"the forces ask for a body of {mass_kg:.0f} kg, and people of {height_m:.2f} m weigh about "
         f"{usual_kg:.0f} kg: do plates hold more than this person's forces, in other units, or was one tared "
-        "under a load? Do not use any torque before that is known; enter mass_kg"
+        "under a load? Do not use any torque before that is known; enter mass_kg",
     )
 
 
 def person_height(
     subject: Subject, skeleton: Skeleton, legs_are_seen: bool = True
-) -> tuple[float, tuple[str, ...]]:
+) -> tuple[float, tuple[Note, ...]]:
     """The entered height, else the scaled body's [m], NaN where nothing tells it; and what to say."""
     if subject.height_m is not None:
         return subject.height_m, ()
     height = _height_of_body(subject, skeleton) if legs_are_seen else None
     if height is None:
-        return math.nan, ("height not given, and no leg is seen to estimate it from",)
+        return math.nan, noted(Kind.PERSON, "height not given, and no leg is seen to estimate it from")
     of = "legs and trunk" if subject.model is None else "legs"
-    return height, (f"height not given; {height:.2f} ± {STATURE_STD_M:.2f} m from the scaled model's {of}",)
+    return height, noted(
+        Kind.PERSON, f"height not given; {height:.2f} ± {STATURE_STD_M:.2f} m from the scaled model's {of}"
+    )
 
 
 def _height_of_body(subject: Subject, skeleton: Skeleton) -> float | None:
@@ -136,7 +146,7 @@ def _height_of_body(subject: Subject, skeleton: Skeleton) -> float | None:
     return HIP_HEIGHT * legs + (1 - HIP_HEIGHT) * trunk
 
 
-def person_sex(subject: Subject, height_m: float) -> tuple[str, ...]:
+def person_sex(subject: Subject, height_m: float) -> tuple[Note, ...]:
     """What to say of a sex that nobody entered, where the body was made from tables that have one.
 
     Args:
@@ -147,12 +157,16 @@ def person_sex(subject: Subject, height_m: float) -> tuple[str, ...]:
         return ()
     used = "masses of the segments are the mean of both sexes' tables"
     if height_m < _CHILDRENS_STATURE or (height_m < _GROWN_UP_STATURE and _is_child(subject)):
-        return (f"sex not given, and a child's height does not show it; {used}",)
+        return noted(Kind.PERSON, f"sex not given, and a child's height does not show it; {used}")
     male = probability_male(height_m, 0.0 if subject.height_m is not None else STATURE_STD_M)
     likely, p = ("male", male) if male > 0.5 else ("female", 1 - male)
     if p < _LIKELY:
-        return (f"sex not given, and the height does not show it ({likely}: {100 * p:.0f} %); {used}",)
-    return (f"sex not given; {likely} with a probability of {100 * p:.0f} %, by the height; {used}",)
+        return noted(
+            Kind.PERSON, f"sex not given, and the height does not show it ({likely}: {100 * p:.0f} %); {used}"
+        )
+    return noted(
+        Kind.PERSON, f"sex not given; {likely} with a probability of {100 * p:.0f} %, by the height; {used}"
+    )
 
 
 def mass_of_height(height_m: float, sex: str | None) -> tuple[float, float]:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Capture, Subject, UnreadTrial, UnusedFile
+from solver.common.notes import Note
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.com_mass import Standing
@@ -48,7 +49,7 @@ class TrialFit:
     )
     costs: tuple[float, ...] = ()  # of the trajectory fit of all trials: at first, after each iteration
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     label_faults: tuple[LabelFault, ...] = ()  # that were repaired in the capture, in the order of time
     left_open: Bool[np.ndarray, "frames dofs"] | None = None  # coordinates that the markers seen leave open
     unseen_coordinates: tuple[str, ...] = ()  # of joints beyond which no marker is ever seen
@@ -74,7 +75,7 @@ class SettledFit:
     mass_kg: float  # of the skeleton that the fit began with
     gains: Mapping[str, float]  # by trial, that its forces were divided by
     asked_phi: Float[np.ndarray, " parameters"]  # inertias that the forces would like better
-    prediction_notes: tuple[str, ...]  # on what the fit that predicted forces learnt
+    prediction_notes: tuple[Note, ...]  # on what the fit that predicted forces learnt
     known: Mapping[str, tuple[tuple[int, int], ...]]  # by trial, stretches of known forces
     known_to_all: Mapping[str, tuple[tuple[int, int], ...]]  # likewise, at the last fit of all frames
 
@@ -85,7 +86,7 @@ class Groundwork:
 
     skeleton: Skeleton  # scaled, with fitted marker offsets; its mass is still the model's
     match: MarkerMatch
-    notes: tuple[str, ...]  # of matching and scaling
+    notes: tuple[Note, ...]  # of matching and scaling
     unread: tuple[UnreadTrial, ...] = ()  # that the solve went without
     standing: tuple[Standing, ...] = ()  # what plates read under a person whose mass nobody entered
     mass_kg: float | None = None  # that forces were judged with
@@ -110,7 +111,7 @@ class Fit:
     height_m: float
     settings: dict[str, object] = field(default_factory=dict)
     provenance: dict[str, str] = field(default_factory=dict)  # input hashes and versions
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     groundwork: Groundwork | None = None
     held_out_due: bool = False  # the held-out blocks are still to be predicted for these reviews
     held_out_layouts: tuple[HeldOutLayout, ...] = ()  # judged so far, one after the other

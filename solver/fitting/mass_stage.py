@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.notes import Kind, Note, noted
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import MassEstimate
 from solver.dynamics.inertia_parameters import inertia_parameters
@@ -63,7 +64,7 @@ def estimate_mass_and_gains(
     reference = pooled.mass_kg
     if not extended:
         reference = own_mass * (1 + _moved(pooled, own_mass, weights))
-    gains, notes = [], []
+    gains, notes = [], list[Note]()
     against = "the other trials" if len(fits) > 1 else "the body's mass"
     for fit, own, kept in zip(fits, told, agree, strict=True):
         gain = 1.0
@@ -72,13 +73,15 @@ def estimate_mass_and_gains(
             gain += trust * (own.mass_kg / reference - 1)
         gains.append(gain)
         if own is not None and not kept:
-            notes.append(
-                f"{fit.capture.name}: its forces correspond to {own.mass_kg:.1f} kg, those of the other "
-                f"trials to {pooled.mass_kg:.1f} kg, so it is not used for the body's mass: does something "
-                "stand on a plate, is a gain wrong, is something carried, or is it another person?"
+            text = (
+                f"its forces correspond to {own.mass_kg:.1f} kg, those of the other trials to "
+                f"{pooled.mass_kg:.1f} kg, so it is not used for the body's mass: does something stand on a "
+                "plate, is a gain wrong, is something carried, or is it another person?"
             )
+            notes.append(Note(Kind.FORCES_AGAINST_BODY, text, trial=fit.capture.name))
         elif abs(gain - 1) > weights.notable_gain:
-            notes.append(f"{fit.capture.name}: plates read {100 * (gain - 1):+.1f} % compared with {against}")
+            text = f"plates read {100 * (gain - 1):+.1f} % compared with {against}"
+            notes.append(Note(Kind.FORCES_AGAINST_BODY, text, trial=fit.capture.name))
     return MassAndGains(own_mass if extended else reference, tuple(gains), tuple(notes))
 
 
@@ -103,7 +106,7 @@ def _moved(pooled: MassEstimate, own_mass: float, weights: TrajectorySettings) -
     )
 
 
-def mass_notes(nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettings) -> tuple[str, ...]:
+def mass_notes(nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettings) -> tuple[Note, ...]:
     """What to say of the masses that a fit found.
 
     Args:
@@ -111,9 +114,10 @@ def mass_notes(nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettin
         fit: of it.
         settings: from which changes on.
     """
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if abs(fit.skeleton.mass / nominal.mass - 1) > settings.notable_mass:
-        notes = (
+        notes = noted(
+            Kind.OTHER,
             f"the fit moved the body's mass from {nominal.mass:.1f} to {fit.skeleton.mass:.1f} kg: is a "
             "force missing, the plates' gain off, something carried, or the entered mass wrong?",
         )
@@ -122,7 +126,7 @@ def mass_notes(nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettin
 
 def segment_mass_notes(
     nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettings
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """A note that names segments and ratios where forces ask for more than people's scatter; else nothing.
 
     Args:
@@ -147,7 +151,8 @@ def segment_mass_notes(
     if not said:
         return ()
     listed = ", ".join(text for _, text in sorted(said, reverse=True))
-    return (
+    return noted(
+        Kind.MODEL_AGAINST_MARKERS,
         "the forces would fit better with other segment masses than the tables give, by the factors: "
         f"{listed}; do forces come late, is a plate turned or misplaced, is something carried, or is the "
         "body unlike the tables? Soft tissue has the same effect, above all in runs and landings",

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from solver.common.notes import Kind, Note, noted
 from solver.dynamics.person_estimates import person_sex
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.fit import Fit, TrialFit
@@ -100,19 +101,24 @@ def _noted(
     )
     without_forces = fit.mask is not None and not fit.mask.counts.any()
     if without_forces and fit.why_not_predicted:
-        notes += (
+        notes += noted(
+            Kind.SOLVE,
             f"no force counts, none predicted, and there are no torques: {fit.why_not_predicted}. Angles are "
             "those of the segments that are seen",
         )
     elif without_forces:
         notes += (
-            f"no measured force is used: ground forces and joint torques are predicted from the motion below "
-            f"{settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} kg; no "
-            "measurement confirms them, and there is no residual",
+            Note(
+                Kind.SOLVE,
+                f"no measured force is used: ground forces and joint torques are predicted from the motion "
+                f"below {settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} "
+                "kg; no measurement confirms them, and there is no residual",
+            ),
             *unseen_mass_notes(match.skeleton(skeleton), observed),
         )
     elif settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"forces count on {int(fit.forces_known.sum())} frames; fewer than "
             f"{settings.trajectory.fewest_frames} are too few for F = ma, so the motion follows the markers "
             "alone",
@@ -120,12 +126,11 @@ def _noted(
     return replace(fit, notes=(*fit.notes, *notes))
 
 
-def _extension_notes(extension: Extension | None, names: set[str]) -> tuple[str, ...]:
+def _extension_notes(extension: Extension | None, names: set[str]) -> tuple[Note, ...]:
     """What the fit assumes beside the recorded forces."""
     if extension is None:
         return ()
-    note = f"extended by what a diagnosis found and a person accepted: {extension.sentence}"
+    note = Note(Kind.OTHER, f"extended by what a diagnosis found and a person accepted: {extension.sentence}")
     without = sorted(names - set(extension.trials)) if extension.causes else []
-    return (note, f"not extended, because that diagnosis did not see them: {', '.join(without)}")[
-        : 2 if without else 1
-    ]
+    left = f"not extended, because that diagnosis did not see them: {', '.join(without)}"
+    return (note, *(noted(Kind.REVIEWS, left) if without else ()))

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from solver.capture.capture import Capture, Subject
+from solver.common.notes import Note
 from solver.contact.force_review import ForceReview
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.dynamics.force_prediction.prediction_fit import Predicted
@@ -44,7 +45,7 @@ class Person:
     """How tall and heavy, measured or estimated."""
 
     height_m: float  # NaN where nothing tells it
-    height_notes: tuple[str, ...]
+    height_notes: tuple[Note, ...]
     mass: PersonMass
 
 
@@ -54,7 +55,7 @@ class MassAndGains:
 
     mass_kg: float
     gains: tuple[float, ...]  # by trial: that its forces are divided by
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ class FitState:
     motion_only: TrajectoryFit | None = None  # the fit that a first prediction fit begins with
     prediction: Predicted | None = None  # None: no force is missing
     result: TrajectoryFit | None = None
-    notes: tuple[str, ...] = ()  # on the trajectories, the masses and what is learnt
+    notes: tuple[Note, ...] = ()  # on the trajectories, the masses and what is learnt
     settled: SettledFit | None = None  # what the next re-solve goes by
     learnt_on: Mapping[str, Stretches] = field(default_factory=dict)
     # by trial, the stretches of known frames that chose the kinds of learnt terms

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.formats.b3d.stored import StoredPass
 from solver.common.gravity import GRAVITY
+from solver.common.notes import Kind, Note
 from solver.common.runs import runs
 from solver.dynamics.band_gain import BandGain
 from solver.dynamics.cross_validation.held_out import HeldOutBlocks
@@ -20,7 +21,7 @@ from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.skeleton.skeleton import Skeleton
 
-HELD_OUT_DUE = "the held-out blocks have not been predicted yet for the present flags"
+HELD_OUT_DUE = Note(Kind.OTHER, "the held-out blocks have not been predicted yet for the present flags")
 
 Numbers = dict[str, float | None]
 
@@ -48,19 +49,18 @@ def summary(fit: Fit, files: Sequence[str] = ()) -> dict[str, object]:
             for trial in fit.trials
         ],
         "files": list(files),
-        "notes": list(all_notes(fit)),
+        "notes": [note.as_json() for note in all_notes(fit)],
         "unused": [{"file": file.file, "reason": file.reason} for file in fit.unused],
     }
 
 
-def all_notes(fit: Fit) -> tuple[str, ...]:
+def all_notes(fit: Fit) -> tuple[Note, ...]:
     """What the fit assumed or ignored, the subject's first; a trial's carry its name. None twice."""
     notes = [*fit.subject.notes, *fit.skeleton.notes, *fit.notes]
     for trial in fit.trials:
         contacts = trial.contacts.notes if trial.contacts else ()
         for note in (*trial.capture.notes, *contacts, *trial.notes):
-            prefix = f"{trial.capture.name}: "
-            notes.append(note if note.startswith(prefix) else prefix + note)
+            notes.append(note.in_trial(trial.capture.name))
     if fit.held_out_due:
         notes.append(HELD_OUT_DUE)
     return tuple(dict.fromkeys(notes))

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.common.cpu_timer import CpuTimer
+from solver.common.notes import Kind, Note, noted
 from solver.dynamics.dynamics import BodyLoad, Dynamics
 from solver.dynamics.force_prediction.divided_wrench import distances_to_soles
 from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
@@ -126,7 +127,7 @@ def _which_foot(
     wrench_ground: Float[np.ndarray, "frames 6"],
     skeleton: Skeleton,
     settings: Settings,
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """A note where the predicted force passes far from every sole, so that no foot is its obvious bearer."""
     assert fit.contacts is not None
     apart = distances_to_soles(skeleton, fit.contacts.foot_bodies, dynamics.motion.q, wrench_ground)
@@ -136,7 +137,8 @@ def _which_foot(
     unsure[:ends] = unsure[len(unsure) - ends :] = False
     if unsure.sum() < NOTABLE_SHARE * len(unsure):
         return ()
-    return (
+    return noted(
+        Kind.OTHER,
         f"on {100 * unsure.mean():.0f} % of the frames the predicted force acts on the floor more than "
         f"{100 * UNSURE_FOOT_M:.0f} cm outside every sole: it is uncertain there which foot carries it, or "
         "whether something else does, and so are the torques",

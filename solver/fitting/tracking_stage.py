@@ -10,6 +10,7 @@ from solver.capture.plates.conditioning import condition
 from solver.common.cpu_timer import CpuTimer
 from solver.common.errors import ModelError
 from solver.common.memory_release import release_memory
+from solver.common.notes import Kind, Note
 from solver.common.progress import Progress, part
 from solver.contact.assignment import assign
 from solver.contact.needed_segments import seen_legs, unseen_coordinates, why_not_predicted
@@ -46,7 +47,7 @@ def track_markers(state: FitState, settings: Settings, progress: Progress) -> Fi
             trial = tracked_trial(capture, state.groundwork, settings, told)
             tracked.append(replace(trial, label_faults=own, seconds=shared | trial.seconds))
     leaning = [
-        f"{trial.capture.name}: {note}"
+        note.in_trial(trial.capture.name)
         for trial in tracked
         if state.subject.model is not None
         for note in posture_notes(trial.motion, settings.kinematics)
@@ -149,5 +150,7 @@ def _without_forces(fit: TrialFit, skeleton: Skeleton, subject: Subject) -> Tria
         soles(skeleton, feet)
         root_joint(skeleton)
     except ModelError as error:
-        return replace(fit, notes=(*fit.notes, f"no forces are recorded and none predicted: {error}"))
+        return replace(
+            fit, notes=(*fit.notes, Note(Kind.SOLVE, f"no forces are recorded and none predicted: {error}"))
+        )
     return replace(fit, contacts=unmeasured(feet, fit.motion.frames))

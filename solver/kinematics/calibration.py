@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from threadpoolctl import threadpool_limits
 
+from solver.common.notes import Kind, Note, noted
 from solver.common.progress import Progress, silent
 from solver.kinematics.frame_solver import PoseProblem, solve_frames
 from solver.kinematics.initial_pose import initial_poses
@@ -43,7 +44,7 @@ class Calibration:
     skeleton: Skeleton
     factors: Float[np.ndarray, "bodies 3"]
     offsets_body: Float[np.ndarray, "markers 3"]  # [m] added to the scaled model's marker positions
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True)
@@ -299,18 +300,22 @@ class _BorderedSolver:
 
 def _notes(
     generic: Skeleton, groups: ScaleGroups, shared: _Shared, settings: KinematicsSettings
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """Scales and offsets far from what was expected, named."""
-    notes = []
+    notes: list[Note] = []
     factors = groups.axes(shared.log_scale)
     for name, factor in zip(groups.names, factors, strict=True):
         if factor.min() < 0.7 or factor.max() > 1.4:
-            notes.append(f"scale of {name} is unusual: {' × '.join(f'{f:.2f}' for f in factor)}")
+            notes += noted(
+                Kind.MODEL_AGAINST_MARKERS,
+                f"scale of {name} is unusual: {' × '.join(f'{f:.2f}' for f in factor)}",
+            )
     length = np.linalg.norm(shared.offsets, axis=1)
     std = offset_std(generic.markers, settings)
     far = (length > 3 * std) & (std < settings.cluster_offset_std_m)
     for i in np.flatnonzero(far):
-        notes.append(
-            f"marker {generic.markers[i].name} is {100 * length[i]:.1f} cm from its usual place on the model"
+        notes += noted(
+            Kind.MODEL_AGAINST_MARKERS,
+            f"marker {generic.markers[i].name} is {100 * length[i]:.1f} cm from its usual place on the model",
         )
     return tuple(notes)

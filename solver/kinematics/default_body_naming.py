@@ -7,6 +7,7 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
+from solver.common.notes import Kind, Note, noted
 from solver.kinematics.flat_foot import on_flat_feet
 from solver.kinematics.hip_width import LEG_LANDMARKS
 from solver.kinematics.label_reading import read_labels
@@ -57,7 +58,7 @@ def on_default_body(
 
 def _named(
     generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
-) -> tuple[Skeleton, dict[str, str], tuple[str, ...]]:
+) -> tuple[Skeleton, dict[str, str], tuple[Note, ...]]:
     read = read_labels(generic, recordings, settings=settings)
     by_itself = {r.label: r.landmark if r.used else LEFT_OUT for r in read.understanding.labels}
     word = {label: target for label, target in word.items() if target != by_itself.get(label)}
@@ -141,23 +142,25 @@ def seen_together(one: str, other: str, recordings: Sequence[Markers]) -> bool:
 
 def _notes(
     rows: Sequence[UnderstoodLabel], named: Mapping[str, str], word: Mapping[str, str], new: set[str]
-) -> tuple[str, ...]:
-    notes = []
+) -> tuple[Note, ...]:
+    notes: list[Note] = []
     atlas_named = [r.label for r in rows if r.label in new and r.label not in word]
     if atlas_named:
-        notes.append(
-            f"labels understood by the atlas: {some_of(atlas_named)} (`addb-viewer markers` says how)"
+        notes += noted(
+            Kind.LABELS,
+            f"labels understood by the atlas: {some_of(atlas_named)} (`addb-viewer markers` says how)",
         )
     if word:
-        notes.append(f"labels that the marker map explains: {some_of(list(word))}")
+        notes += noted(Kind.LABELS, f"labels that the marker map explains: {some_of(list(word))}")
     doubtful = [
         f"{r.label} ({r.landmark}, {r.confidence:.2f})"
         for r in rows
         if r.label not in word and r.landmark is not None and not r.used and not named.get(r.label)
     ]
     if doubtful:
-        notes.append(
+        notes += noted(
+            Kind.UNUSED_LABELS,
             f"labels not understood with enough confidence, or of a place that another label has: "
-            f"{some_of(doubtful)}; `addb-viewer markers` lists the alternatives"
+            f"{some_of(doubtful)}; `addb-viewer markers` lists the alternatives",
         )
     return tuple(notes)

@@ -12,6 +12,7 @@ from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
 from solver.capture.trajectory_joining import JoiningSettings
 from solver.common.errors import FitError
+from solver.common.notes import Kind, Note, noted
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name
 from solver.kinematics.scale_prior import stature
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
@@ -54,7 +55,7 @@ class ReadLabels:
 
     understanding: Understanding
     found: dict[str, Marker]  # on the default body
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def read_labels(
@@ -219,27 +220,34 @@ def _region(body: str) -> str:
     return f"{_REGION[stem]}_{side}" if side else _REGION[stem]
 
 
-def _computed_notes(computed: Sequence[str], unknown: Sequence[str]) -> tuple[str, ...]:
+def _computed_notes(computed: Sequence[str], unknown: Sequence[str]) -> tuple[Note, ...]:
     if not computed:
         return ()
     notes = [
-        f"{len(computed)} points that software computed from others are no markers and left out: "
-        f"{some_of(computed, 3)}; `addb-viewer markers` lists them"
+        Note(
+            Kind.LABELS,
+            f"{len(computed)} points that software computed from others are no markers and left out: "
+            f"{some_of(computed, 3)}; `addb-viewer markers` lists them",
+        )
     ]
     if unknown:
-        notes.append(
+        notes += noted(
+            Kind.LABELS,
             f"labels that no table has, left out because such a file may hold more computed points: "
-            f"{some_of(unknown)}; what is a marker can be named in a map (`addb-viewer markers`)"
+            f"{some_of(unknown)}; what is a marker can be named in a map (`addb-viewer markers`)",
         )
     return tuple(notes)
 
 
 def _notes(
     found: Mapping[str, FoundMarker], rows: Sequence[UnderstoodLabel], contradicted: bool
-) -> tuple[str, ...]:
-    notes = []
+) -> tuple[Note, ...]:
+    notes: list[Note] = []
     if contradicted:
-        notes.append("the names of most labels contradict the distances between the markers: not used")
+        notes += noted(
+            Kind.MODEL_AGAINST_MARKERS,
+            "the names of most labels contradict the distances between the markers: not used",
+        )
     by_body: dict[str, list[str]] = {}
     for f in found.values():
         if f.confidence >= SURE_ENOUGH:
@@ -247,14 +255,19 @@ def _notes(
             by_body.setdefault(f.body, []).append(f"{f.label}{at}")
     if by_body:
         listed = some_of([f"{body}: {', '.join(labels)}" for body, labels in by_body.items()])
-        notes.append(f"labels without a meaning, attached to the bodies that they move with: {listed}")
+        notes += noted(
+            Kind.LABELS, f"labels without a meaning, attached to the bodies that they move with: {listed}"
+        )
     doubtful = [
         f"{f.label} ({' or '.join(f'{b} {p:.2f}' for b, p in ((f.body, f.confidence), *f.alternatives))})"
         for f in found.values()
         if f.confidence < SURE_ENOUGH
     ]
     if doubtful:
-        notes.append(f"labels without a meaning, on several bodies or on none, left out: {some_of(doubtful)}")
+        notes += noted(
+            Kind.LABELS,
+            f"labels without a meaning, on several bodies or on none, left out: {some_of(doubtful)}",
+        )
     return tuple(notes)
 
 

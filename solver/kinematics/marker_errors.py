@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.notes import Kind, Note
 from solver.common.runs import runs
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.forward import ForwardKinematics
@@ -72,7 +73,7 @@ def marker_errors(
     settings: KinematicsSettings,
     *,
     first_frame: int = 0,
-) -> tuple[MarkerErrors, tuple[str, ...]]:
+) -> tuple[MarkerErrors, tuple[Note, ...]]:
     """Distances of every shared marker, and a note on each that looks slipped, swapped or mislabelled.
 
     Args:
@@ -87,17 +88,16 @@ def marker_errors(
     suspect = distance > settings.robust_scale_m
     on_shoulders = shoulder_markers(skeleton) if suspect.any() else frozenset()
     shoulders = [i for i, name in enumerate(names) if name in on_shoulders]
-    notes = []
+    notes: list[Note] = []
     for i in np.flatnonzero(suspect.any(axis=0)).tolist():
         name, far = names[i], suspect[:, i]
         stretches = ", ".join(f"{first_frame + start}-{first_frame + end - 1}" for start, end in runs(far))
-        why = "slipped, swapped or mislabelled?"
+        kind, why = Kind.FAR_MARKERS, "slipped, swapped or mislabelled?"
         if i in shoulders and shrugged(i, shoulders, model_ground[far], measured_ground[far]):
-            why = "the shoulder rose? The model has no shoulder girdle."
-        notes.append(
-            f"marker {name} is up to {100 * np.nanmax(distance[:, i]):.0f} cm off in frames {stretches}: "
-            f"{why}"
-        )
+            kind, why = Kind.BARE_BODIES, "the shoulder rose? The model has no shoulder girdle."
+        cm = round(100 * float(np.nanmax(distance[:, i])))
+        text = f"marker {name} is up to {cm} cm off in frames {stretches}: {why}"
+        notes.append(Note(kind, text, values={"marker": name, "cm": cm}))
     return MarkerErrors(tuple(names), distance), tuple(notes)
 
 

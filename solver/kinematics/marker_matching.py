@@ -11,6 +11,7 @@ from jaxtyping import Float
 from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
 from solver.common.errors import FitError
+from solver.common.notes import Kind, Note, noted
 from solver.kinematics.unseen_bodies import untold_dofs
 from solver.skeleton.skeleton import Skeleton
 
@@ -27,7 +28,7 @@ class MarkerMatch:
 
     model: tuple[str, ...]
     measured: tuple[tuple[str, ...], ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     def observed(self, markers: Markers) -> Float[np.ndarray, "frames markers 3"]:
         """The recording's positions of the shared markers [m]; NaN for those this trial lacks."""
@@ -55,7 +56,9 @@ class MarkerMatch:
             seen |= np.isfinite(self.observed(markers)).all(axis=2).any(axis=0)
         keep = np.flatnonzero(seen)
         lost = [self.measured[i][0] for i in np.flatnonzero(~seen)]
-        notes = self.notes + ((f"never seen in any frame, so left out: {', '.join(lost)}",) if lost else ())
+        notes = self.notes + (
+            noted(Kind.LEFT_OUT, f"never seen in any frame, so left out: {', '.join(lost)}") if lost else ()
+        )
         return replace(
             self,
             model=tuple(self.model[i] for i in keep),
@@ -69,7 +72,7 @@ def match_markers(
     recordings: Sequence[Markers],
     *,
     named: Mapping[str, str] | None = None,
-    notes: Sequence[str] = (),
+    notes: Sequence[Note] = (),
 ) -> MarkerMatch:
     """Markers that the model and at least one of the recordings share; each recording by its own names.
 
@@ -95,17 +98,20 @@ def match_markers(
     renamed = [f"{name} = {model}" for model in order for name in spellings[model] if name != model]
     said = list(notes)
     if renamed:
-        said.append(f"markers matched by similar names: {some_of(renamed)}")
+        said += noted(Kind.LABELS, f"markers matched by similar names: {some_of(renamed)}")
     untold = [name for name in unknown if (named or {}).get(name) != LEFT_OUT]
     if untold:
-        said.append(f"markers that the model '{skeleton.name}' does not know, left out: {some_of(untold)}")
+        said += noted(
+            Kind.LABELS,
+            f"markers that the model '{skeleton.name}' does not know, left out: {some_of(untold)}",
+        )
     match = MarkerMatch(tuple(order), tuple(tuple(spellings[name]) for name in order), tuple(said))
     match = match.seen_in(recordings)
     _require_enough(skeleton, match, unknown)
     return replace(match, notes=(*match.notes, *_bare_body_notes(skeleton, match)))
 
 
-def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[str, ...]:
+def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[Note, ...]:
     """Segments that no marker of the recordings tells, and others on which the model alone has markers."""
     untold = {d for d, u in zip(skeleton.dofs, untold_dofs(match.skeleton(skeleton)), strict=True) if u}
     shared = {marker.body for marker in skeleton.markers if marker.name in match.model}
@@ -115,14 +121,18 @@ def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[str, ...]:
         if body not in shared and any(a.coordinate in untold for a in joint.axes)
     ]
     bare = sorted({marker.body for marker in skeleton.markers} - shared - set(free))
-    notes = []
+    notes: list[Note] = []
     if free:
-        notes.append(
+        notes += noted(
+            Kind.BARE_BODIES,
             f"no marker of the recordings shows the motion of {_listed(skeleton, free)}; they are kept near "
-            "the neutral pose, and have no angles"
+            "the neutral pose, and have no angles",
         )
     if bare:
-        notes.append(f"no marker of the recordings is on {_listed(skeleton, bare)}: how they move is a guess")
+        notes += noted(
+            Kind.BARE_BODIES,
+            f"no marker of the recordings is on {_listed(skeleton, bare)}: how they move is a guess",
+        )
     return tuple(notes)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.common.errors import FitError
+from solver.common.notes import Kind, Note, noted
 from solver.kinematics.bare_model import is_bare
 from solver.kinematics.default_body_naming import NamedMarkers, on_default_body, seen_together
 from solver.kinematics.marker_matching import LEFT_OUT, match_markers
@@ -79,14 +80,18 @@ def with_computed_centres(model: Skeleton, landmarks: Mapping[str, str]) -> Skel
     )
 
 
-def strangers(word: Mapping[str, str], labels: Collection[str]) -> tuple[str, ...]:
+def strangers(word: Mapping[str, str], labels: Collection[str]) -> tuple[Note, ...]:
     """A note on lines of a map that speak of labels which no recording has."""
     lines = []
     for label in word:
         if label not in labels:
             near = get_close_matches(label, sorted(labels), n=1)
             lines.append(f"{label!r}" + (f" (nearest: {near[0]!r})" if near else ""))
-    return (f"the marker map names labels that no recording has: {', '.join(lines)}",) if lines else ()
+    return (
+        noted(Kind.UNUSED_LABELS, f"the marker map names labels that no recording has: {', '.join(lines)}")
+        if lines
+        else ()
+    )
 
 
 def _named(

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from threadpoolctl import threadpool_limits
 
+from solver.common.notes import Kind, Note, noted
 from solver.kinematics.calibration import CalibrationFrames
 from solver.kinematics.frame_solver import PoseProblem, solve_frames
 from solver.kinematics.initial_pose import initial_poses
@@ -34,7 +35,7 @@ class Ownership:
 
     is_scaled: bool
     refuted: tuple[str, ...] = ()  # markers of a kept model that sit elsewhere on most frames
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def offset_std(
         self, body: Skeleton, own: Collection[str], settings: KinematicsSettings
@@ -162,20 +163,25 @@ def whose_model(
     why += ["its name says so"] if says_scaled else []
     why = ["subject.toml says so"] if said else why
     notes = [
-        f"{file_name} is taken for this person's own scaled model ({', '.join(why)}): its scales and marker "
-        'places are kept; model_is = "generic" in subject.toml scales it again'
+        Note(
+            Kind.PERSON,
+            f"{file_name} is taken for this person's own scaled model ({', '.join(why)}): its scales and "
+            'marker places are kept; model_is = "generic" in subject.toml scales it again',
+        )
     ]
     if refuted:
         listed = ", ".join(
             f"{name} ({100 * found.standing_m[body.marker_names.index(name)]:.0f} cm)" for name in refuted
         )
-        notes.append(
-            f"of that model, these markers sit elsewhere on most frames and are placed again: {listed}"
+        notes += noted(
+            Kind.MODEL_AGAINST_MARKERS,
+            f"of that model, these markers sit elsewhere on most frames and are placed again: {listed}",
         )
     if said and typical > settings.registered_m:
-        notes.append(
+        notes += noted(
+            Kind.OTHER,
             f"subject.toml says that {file_name} is this person's scaled model, but {measured}: "
-            "is it of another person, or were the markers put on again since?"
+            "is it of another person, or were the markers put on again since?",
         )
     return Ownership(True, refuted, tuple(notes))
 
@@ -183,19 +189,21 @@ def whose_model(
 def _of_the_recording(file_name: str, measured: str, own: frozenset[str], is_near: bool) -> Ownership:
     """A model that was scaled to these markers; its markers stay, unless most of them sit elsewhere."""
     places = "are kept" if is_near else f"are fitted again, because {measured}"
-    note = (
+    note = Note(
+        Kind.OTHER,
         f"{file_name}: the scales of the model in it are kept, its markers' places {places}; "
-        'model_is = "generic" in subject.toml scales it again, "default" uses the program\'s own body'
+        'model_is = "generic" in subject.toml scales it again, "default" uses the program\'s own body',
     )
     return Ownership(True, () if is_near else tuple(sorted(own)), (note,))
 
 
-def _of_another(file_name: str, measured: str, says_scaled: bool, same_mass: bool) -> tuple[str, ...]:
+def _of_another(file_name: str, measured: str, says_scaled: bool, same_mass: bool) -> tuple[Note, ...]:
     """Said of a model that seems to be somebody's, but does not fit this person."""
     if not says_scaled and not same_mass:
         return ()
     why = " and ".join(["its name says so"] * says_scaled + ["it weighs what was entered"] * same_mass)
-    return (
+    return noted(
+        Kind.MODEL_AGAINST_MARKERS,
         f"{file_name} seems to be a scaled model ({why}), but {measured}: of another person, or without "
         'registered markers? It is scaled and registered again; model_is = "scaled" in subject.toml keeps it',
     )

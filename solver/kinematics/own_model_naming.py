@@ -6,6 +6,7 @@ from dataclasses import replace
 from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
 from solver.common.errors import FitError
+from solver.common.notes import Kind, Note, noted
 from solver.kinematics.bare_model import is_bare, placed_on_model
 from solver.kinematics.default_body_naming import on_default_body
 from solver.kinematics.label_reading import read_labels
@@ -31,7 +32,7 @@ def own_names(model: Skeleton, recordings: Sequence[Markers]) -> dict[str, str]:
 
 def in_own_model(
     generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
-) -> tuple[Skeleton, dict[str, str], tuple[str, ...]]:
+) -> tuple[Skeleton, dict[str, str], tuple[Note, ...]]:
     """Labels that the model knows by name; where these are too few, by the motion or by landmarks.
 
     Args:
@@ -46,7 +47,9 @@ def in_own_model(
     own = set(generic.marker_names)
     named = _other_names(generic, recordings, word)
     found = {label: name for label, name in named.items() if label not in word}
-    notes = (f"markers that the model has under other names: {_listed(found)}",) if found else ()
+    notes = (
+        noted(Kind.LABELS, f"markers that the model has under other names: {_listed(found)}") if found else ()
+    )
     known = known_by_name(generic, recordings) | named
     paired = {label: name for label, name in known.items() if name in own}
     if len(paired) < FEWEST_SHARED:
@@ -85,7 +88,7 @@ def _other_names(generic: Skeleton, recordings: Sequence[Markers], word: Mapping
 
 def _by_the_motion(
     generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
-) -> tuple[Skeleton, dict[str, str], tuple[str, ...]] | None:
+) -> tuple[Skeleton, dict[str, str], tuple[Note, ...]] | None:
     """Labels that mean nothing: found on the default body, and paired with the model's markers by landmark.
 
     The model's bodies get markers for others that move with them, where they are like the default body's.
@@ -105,12 +108,18 @@ def _by_the_motion(
         return None
     new = carried_over(read, [label for label in places if label not in pairs], default, generic)
     lost = [label for label in places if label not in pairs and label not in new]
-    notes = [f"labels without a meaning, found by the motion: {_listed(pairs)}"]
+    notes = [Note(Kind.LABELS, f"labels without a meaning, found by the motion: {_listed(pairs)}")]
     if new:
         on = {label: generic.bodies[marker.body].name for label, marker in new.items()}
-        notes.append(f"labels without a meaning, attached to the bodies that they move with: {_listed(on)}")
+        notes += noted(
+            Kind.LABELS,
+            f"labels without a meaning, attached to the bodies that they move with: {_listed(on)}",
+        )
     if lost:
-        notes.append(f"labels without a meaning that match no marker of the model, left out: {some_of(lost)}")
+        notes += noted(
+            Kind.UNUSED_LABELS,
+            f"labels without a meaning that match no marker of the model, left out: {some_of(lost)}",
+        )
     kept = [marker for marker in generic.markers if marker.name not in new]
     named = {**dict.fromkeys(lost, LEFT_OUT), **pairs, **{label: label for label in new}, **word}
     return generic.with_markers([*kept, *new.values()]), named, tuple(notes)
@@ -122,7 +131,7 @@ def _by_landmarks(
     word: Mapping[str, str],
     paired: Mapping[str, str],
     settings: NamingSettings,
-) -> tuple[Skeleton, dict[str, str], tuple[str, ...]] | None:
+) -> tuple[Skeleton, dict[str, str], tuple[Note, ...]] | None:
     """A model without markers for the labels gets them where the default body has them, as it would be read.
 
     Labels that are paired with markers of its own keep these. None where the labels say too little, or its
@@ -152,10 +161,16 @@ def _by_landmarks(
     }
     lost = [label for label, marker in named.items() if not marker]
     on = {label: generic.bodies[placed[m].body].name for label, m in named.items() if m}
-    notes = [f"labels that the model has no markers for, put where the atlas has them: {_listed(on)}"]
+    notes = [
+        Note(
+            Kind.LABELS,
+            f"labels that the model has no markers for, put where the atlas has them: {_listed(on)}",
+        )
+    ]
     if lost:
-        notes.append(
-            f"labels on segments that the model lacks or defines differently, left out: {some_of(lost)}"
+        notes += noted(
+            Kind.OTHER,
+            f"labels on segments that the model lacks or defines differently, left out: {some_of(lost)}",
         )
     kept = [marker for marker in generic.markers if marker.name not in placed]
     unused = dict.fromkeys((label for label in _labels(recordings) if label not in named), LEFT_OUT)

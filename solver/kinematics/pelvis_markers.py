@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 
+from solver.common.notes import Kind, Note, noted
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.markers.understanding import understand
 from solver.skeleton.skeleton import Skeleton
@@ -14,7 +15,7 @@ SPINES = {
 }
 
 
-def pelvis_notes(skeleton: Skeleton, match: MarkerMatch, known: Collection[str] = ()) -> tuple[str, ...]:
+def pelvis_notes(skeleton: Skeleton, match: MarkerMatch, known: Collection[str] = ()) -> tuple[Note, ...]:
     """A note where a spine of the pelvis has no marker; the sacrum stands for both posterior ones.
 
     Args:
@@ -38,7 +39,7 @@ def pelvis_notes(skeleton: Skeleton, match: MarkerMatch, known: Collection[str] 
     by_how_much = "its angles and the hips' may be off by some degrees"
     if {"asis_r", "asis_l"} <= set(missing) or {"psis_r", "psis_l"} <= set(missing):
         by_how_much = "only legs and trunk tell its tilt: it, and the hips' flexion, may be off by 15°"
-    return (f"no marker at the {where}: the pelvis is held by {held}, and {by_how_much}",)
+    return noted(Kind.PELVIS, f"no marker at the {where}: the pelvis is held by {held}, and {by_how_much}")
 
 
 def landmarks_by_name(match: MarkerMatch) -> dict[str, str]:

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.common.notes import Kind, Note, noted
 from solver.common.runs import runs
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
@@ -16,7 +17,7 @@ def unseen_body_notes(
     skeleton: Skeleton,
     observed_ground: Float[np.ndarray, "frames markers 3"],
     motion: Motion,
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """A note for all segments that lose their markers on the same frames.
 
     Args:
@@ -31,19 +32,22 @@ def unseen_body_notes(
         stretches = _long(~seen[:, own].any(axis=1), motion)
         if stretches:
             bodies_by_stretches.setdefault(stretches, []).append(skeleton.bodies[body].name)
-    notes = []
+    notes: list[Note] = []
     for stretches, bodies in bodies_by_stretches.items():
         if sum(end - start for start, end in stretches) == motion.posed.sum():
-            notes.append(f"no marker on {', '.join(bodies)} is ever seen: how they move is a guess")
+            notes += noted(
+                Kind.BARE_BODIES, f"no marker on {', '.join(bodies)} is ever seen: how they move is a guess"
+            )
             continue
-        notes.append(
+        notes += noted(
+            Kind.BARE_BODIES,
             f"no marker on {', '.join(bodies)} is seen in frames {_listed(stretches)}: "
-            "their pose is interpolated"
+            "their pose is interpolated",
         )
     return tuple(notes)
 
 
-def unseen_frame_notes(motion: Motion) -> tuple[str, ...]:
+def unseen_frame_notes(motion: Motion) -> tuple[Note, ...]:
     """A note on the frames without a pose."""
     lost = runs(~motion.posed)
     if not lost:
@@ -53,7 +57,8 @@ def unseen_frame_notes(motion: Motion) -> tuple[str, ...]:
         for start, end in lost[:LISTED]
     )
     more = f" and {len(lost) - LISTED} more stretches" if len(lost) > LISTED else ""
-    return (
+    return noted(
+        Kind.OUT_OF_VIEW,
         f"no pose on {int((~motion.posed).sum())} of {motion.frames} frames, where too few markers are "
         f"seen to determine one: {listed}{more}. Nothing is said of these frames",
     )
@@ -63,7 +68,7 @@ def guessed_notes(
     motion: Motion,
     guessed: Bool[np.ndarray, "frames dofs"],
     why: str = "markers that would show it are out of view for too long",
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """A note for all coordinates that are guessed on the same frames.
 
     Args:
@@ -76,8 +81,11 @@ def guessed_notes(
         if there.any():
             by_stretches.setdefault(tuple(runs(there)), []).append(dof)
     return tuple(
-        f"no angle of {', '.join(dofs)} in frames {_listed(stretches)}: {why}. "
-        "Files that need whole poses hold a guess there"
+        Note(
+            Kind.OUT_OF_VIEW,
+            f"no angle of {', '.join(dofs)} in frames {_listed(stretches)}: {why}. "
+            "Files that need whole poses hold a guess there",
+        )
         for stretches, dofs in by_stretches.items()
     )
 
@@ -89,7 +97,7 @@ def _listed(stretches: tuple[tuple[int, int], ...]) -> str:
 
 def unseen_mass_notes(
     skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"]
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """A note on how much of the body's mass moves by guess; forces that a motion demands lack its share.
 
     Args:
@@ -116,7 +124,8 @@ def unseen_mass_notes(
     if mass < NOTABLE_MASS * skeleton.mass:
         return ()
     names = ", ".join(skeleton.bodies[body].name for body in guessed)
-    return (
+    return noted(
+        Kind.OTHER,
         f"no marker shows how {100 * mass / skeleton.mass:.0f} % of the mass moves ({names}): the predicted "
         "forces lack their share",
     )

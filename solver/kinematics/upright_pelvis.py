@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Markers
+from solver.common.notes import Kind, Note, noted
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion
 from solver.kinematics.settings import KinematicsSettings
@@ -173,7 +174,7 @@ def _complete(choices: Sequence[Sequence[str]], marked: Mapping[str, str]) -> li
     return []
 
 
-def posture_notes(motion: Motion, settings: KinematicsSettings) -> tuple[str, ...]:
+def posture_notes(motion: Motion, settings: KinematicsSettings) -> tuple[Note, ...]:
     """Warnings of a walk or run whose mean pelvis tilt or lumbar extension people do not have.
 
     Args:
@@ -182,7 +183,7 @@ def posture_notes(motion: Motion, settings: KinematicsSettings) -> tuple[str, ..
     """
     if not walks(motion):
         return ()
-    notes = []
+    notes: list[Note] = []
     for name, what, least, most in (
         ("pelvis_tilt", "pelvis tilt", settings.least_walking_tilt_deg, settings.most_walking_tilt_deg),
         (
@@ -195,10 +196,11 @@ def posture_notes(motion: Motion, settings: KinematicsSettings) -> tuple[str, ..
         if name in motion.dofs:
             mean = float(np.degrees(motion.q[:, motion.dofs.index(name)].mean()))
             if not least <= mean <= most:
-                notes.append(
+                notes += noted(
+                    Kind.MODEL_AGAINST_MARKERS,
                     f"mean {what} is {mean:.0f}°, and people walk with {least:.0f}° to {most:.0f}°: are the "
                     "model's markers of pelvis and trunk where they were worn? Angles of hips and back are "
-                    "off by as much"
+                    "off by as much",
                 )
     return tuple(notes)
 

@@ -26,6 +26,7 @@ from solver.capture.subject.statics import static_among
 from solver.capture.subject.trial_names import numbered_person
 from solver.common.errors import CaptureError
 from solver.common.file_names import distinct
+from solver.common.notes import Kind, Note, noted
 from solver.markers.atlas import atlas
 from solver.markers.distances import posture_scatter_m
 from solver.markers.label_parts import OTHER_SIDE
@@ -136,7 +137,11 @@ def subjects_among(subject: Subject) -> tuple[Subject, ...]:
                 units[called] = wanted, Recorded(markers, trial.markers, prefix)
     found = people_among({name: recorded for name, (_, recorded) in units.items()})
     if not found.is_sure:
-        return (replace(subject, notes=(*filter(None, [found.said]), *subject.notes)),)
+        return (
+            replace(
+                subject, notes=(*noted(Kind.SEVERAL_PEOPLE, *filter(None, [found.said])), *subject.notes)
+            ),
+        )
     folders = distinct(found.called, lambda called: UNUSUAL.sub("_", called).strip("._") or "person")
     models = {
         called: [path for path in find_models(subject.folder) if called.lower() in path.stem.lower()]
@@ -177,11 +182,11 @@ def _one_of(subject: Subject, files: Sequence[TrialFiles], said: str) -> Subject
         sex=about.sex,
         age_years=about.age_years,
         prefix=next((trial.prefix for trial in files if trial.prefix is not None), None),
-        notes=(said, *static.notes, *about.notes),
+        notes=(*noted(Kind.SEVERAL_PEOPLE, said), *static.notes, *about.notes),
     )
 
 
-def of_one_person(subject: Subject, recorded: Sequence[Capture], static: Capture | None) -> tuple[str, ...]:
+def of_one_person(subject: Subject, recorded: Sequence[Capture], static: Capture | None) -> tuple[Note, ...]:
     """A note where recordings are of several people although somebody says that they are of one.
 
     Args:
@@ -199,7 +204,10 @@ def of_one_person(subject: Subject, recorded: Sequence[Capture], static: Capture
     if not found.said:
         return ()
     if subject.is_described or not found.is_sure:
-        return (f"{found.said}. One skeleton is fitted to all: give each person a folder of their own",)
+        return noted(
+            Kind.SEVERAL_PEOPLE,
+            f"{found.said}. One skeleton is fitted to all: give each person a folder of their own",
+        )
     raise CaptureError(
         f"{subject.folder}: {found.said}. One skeleton cannot be fitted to all. addb-viewer init writes a "
         "subject.toml for each; then fit again. If they are one person, say so by a subject.toml in that "

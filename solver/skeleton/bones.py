@@ -10,6 +10,7 @@ import trimesh
 from jaxtyping import Float
 
 from solver.common.errors import ModelError
+from solver.common.notes import Kind, Note, noted
 from solver.skeleton.bone_library import StockBone, stock_bones, stock_folder
 from solver.skeleton.mesh_files import SUFFIXES, load_mesh
 from solver.skeleton.skeleton import Body, Geometry, Skeleton
@@ -20,7 +21,7 @@ class Bones:
     """Meshes by body name; a body without extent has none. `notes` says what had to be replaced by what."""
 
     meshes: dict[str, trimesh.Trimesh]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def body_meshes(skeleton: Skeleton, geometry_folder: Path | None = None) -> Bone
             whatever path the model names.
     """
     meshes: dict[str, trimesh.Trimesh] = {}
-    notes: list[str] = []
+    notes: list[Note] = []
     missing: list[str] = []
     rods: list[str] = []
     for index, body in enumerate(skeleton.bodies):
@@ -61,25 +62,30 @@ def body_meshes(skeleton: Skeleton, geometry_folder: Path | None = None) -> Bone
         if parts:
             meshes[body.name] = _joined(parts)
     if stock_folder() is None:
-        notes.append("The bone meshes of the package myo-sim are not installed; bodies are drawn as rods.")
+        notes += noted(
+            Kind.OTHER, "The bone meshes of the package myo-sim are not installed; bodies are drawn as rods."
+        )
     if missing:
-        notes.append(f"No bone mesh for {', '.join(dict.fromkeys(missing))}; put the files into Geometry/.")
+        notes += noted(
+            Kind.DRAWING,
+            f"No bone mesh for {', '.join(dict.fromkeys(missing))}; put the files into Geometry/.",
+        )
     if rods:
-        notes.append(f"Drawn as rods: {', '.join(rods)}.")
+        notes += noted(Kind.DRAWING, f"Drawn as rods: {', '.join(rods)}.")
     return Bones(meshes, tuple(notes))
 
 
 def _geometry_mesh(
     geometry: Geometry, folder: Path | None, reach: float
-) -> tuple[trimesh.Trimesh | None, list[str]]:
+) -> tuple[trimesh.Trimesh | None, list[Note]]:
     """The geometry in its body's frame, and what went wrong with the user's own file."""
-    notes: list[str] = []
+    notes: list[Note] = []
     own = _own_file(geometry.file, folder)
     if own is not None:
         try:
             return _placed(load_mesh(own).copy(), geometry), notes
         except ModelError as error:
-            notes.append(str(error))
+            notes += noted(Kind.OTHER, str(error))
     stock = stock_bones(_file_name(geometry.file))
     if not stock:
         return None, notes

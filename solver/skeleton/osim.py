@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from solver.common.errors import ModelError
+from solver.common.notes import Kind, Note, noted
 from solver.skeleton import osim_current, osim_legacy
 from solver.skeleton.functions import ScalarFunction, multiplied
 from solver.skeleton.osim_document import Node, OsimDocument, read_document
@@ -182,9 +183,9 @@ def _unique(document: OsimDocument, coordinates: list[Coordinate]) -> list[Coord
     return coordinates
 
 
-def _coupled(document: OsimDocument, coordinates: list[Coordinate]) -> tuple[list[Coordinate], list[str]]:
+def _coupled(document: OsimDocument, coordinates: list[Coordinate]) -> tuple[list[Coordinate], list[Note]]:
     table = {c.name: c for c in coordinates}
-    notes: list[str] = []
+    notes: list[Note] = []
     for node in document.members(document.model, "ConstraintSet"):
         if node.tag != COUPLER:
             if not _enforced(document, node):
@@ -194,12 +195,15 @@ def _coupled(document: OsimDocument, coordinates: list[Coordinate]) -> tuple[lis
                 f"constraints of type {node.tag} are not supported, only {COUPLER}; remove or disable it.",
             )
         if not _enforced(document, node):
-            notes.append(f"coupling '{node.get('name')}' is switched off in the model; it is ignored")
+            notes += noted(
+                Kind.OTHER, f"coupling '{node.get('name')}' is switched off in the model; it is ignored"
+            )
             continue
         dependent, function, driver = _coupling(document, node, table)
         if table[dependent].locked:
-            notes.append(
-                f"coordinate '{dependent}' is locked and coupled; the lock holds, the coupling is ignored"
+            notes += noted(
+                Kind.OTHER,
+                f"coordinate '{dependent}' is locked and coupled; the lock holds, the coupling is ignored",
             )
         elif driver is None:
             value = float(function(np.zeros(1))[0][0])
@@ -238,13 +242,13 @@ def _coupling(
 
 def _markers(
     document: OsimDocument, parts: Sequence[MarkerPart], index: dict[str, int]
-) -> tuple[tuple[Marker, ...], list[str]]:
+) -> tuple[tuple[Marker, ...], list[Note]]:
     markers: dict[str, Marker] = {}
-    notes: list[str] = []
+    notes: list[Note] = []
     for part in parts:
         name = part.node.get("name", "")
         if part.frame.body == GROUND:
-            notes.append(f"marker '{name}' is attached to the ground; it is left out")
+            notes += noted(Kind.OTHER, f"marker '{name}' is attached to the ground; it is left out")
         elif not name or name in markers:
             raise document.error(part.node, "markers need names of their own; rename this one.")
         else:
@@ -258,12 +262,13 @@ def _markers(
     return tuple(markers.values()), notes
 
 
-def _inertia_notes(parts: ModelParts) -> list[str]:
-    notes: list[str] = []
+def _inertia_notes(parts: ModelParts) -> list[Note]:
+    notes: list[Note] = []
     for body in parts.bodies:
         moments = np.linalg.eigvalsh(body.inertia_body)
         if moments[2] > (moments[0] + moments[1]) * (1 + INERTIA_TOLERANCE):
-            notes.append(
-                f"body '{body.name}': no rigid body has its moments of inertia; they are used as they are"
+            notes += noted(
+                Kind.BARE_BODIES,
+                f"body '{body.name}': no rigid body has its moments of inertia; they are used as they are",
             )
     return notes

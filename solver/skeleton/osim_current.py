@@ -3,6 +3,7 @@
 import posixpath
 from collections.abc import Iterator
 
+from solver.common.notes import Kind, Note, noted
 from solver.skeleton.osim_document import Node, OsimDocument, children
 from solver.skeleton.osim_parts import (
     GROUND,
@@ -74,7 +75,7 @@ class _Frames:
         path = posixpath.normpath(posixpath.join(owner, target))
         return self._placement(path, node, socket, ())
 
-    def geometry(self) -> tuple[dict[str, list[Geometry]], tuple[str, ...]]:
+    def geometry(self) -> tuple[dict[str, list[Geometry]], tuple[Note, ...]]:
         """Meshes of each body, in the file's order, and what was left out."""
         meshes: dict[str, list[Geometry]] = {}
         other = 0
@@ -88,7 +89,9 @@ class _Frames:
                     meshes.setdefault(frame.body, []).append(self._mesh(item, frame))
         left_out = other + len(meshes.get(GROUND, ()))
         notes = (
-            (f"{left_out} geometries that are no bone meshes (shapes, ground) are not drawn",)
+            noted(
+                Kind.DRAWING, f"{left_out} geometries that are no bone meshes (shapes, ground) are not drawn"
+            )
             if left_out
             else ()
         )

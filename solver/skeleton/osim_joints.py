@@ -5,24 +5,25 @@ from typing import Literal
 
 import numpy as np
 
+from solver.common.notes import Kind, Note
 from solver.skeleton.functions import Constant, Linear
 from solver.skeleton.osim_document import Node, OsimDocument
 from solver.skeleton.osim_functions import find_function, function_of
 from solver.skeleton.osim_parts import JointPart
 from solver.skeleton.skeleton import Axis, Coordinate
 
-Kind = Literal["rotation", "translation"]
+AxisKind = Literal["rotation", "translation"]
 Motion = Literal["rotation", "translation", "coupled"]
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-TURN_XYZ: tuple[tuple[Kind, tuple[float, float, float]], ...] = (
+TURN_XYZ: tuple[tuple[AxisKind, tuple[float, float, float]], ...] = (
     ("rotation", X),
     ("rotation", Y),
     ("rotation", Z),
 )
 
 # One axis per coordinate, in the order of OpenSim's coordinates; child frame against parent frame.
-STANDARD_JOINTS: dict[str, tuple[tuple[Kind, tuple[float, float, float]], ...]] = {
+STANDARD_JOINTS: dict[str, tuple[tuple[AxisKind, tuple[float, float, float]], ...]] = {
     "WeldJoint": (),
     "PinJoint": (("rotation", Z),),
     "SliderJoint": (("translation", X),),
@@ -43,7 +44,7 @@ class JointMotion:
 
     axes: tuple[Axis, ...]
     coordinates: tuple[Coordinate, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def joint_motion(document: OsimDocument, joint: JointPart) -> JointMotion:
@@ -64,13 +65,19 @@ def joint_motion(document: OsimDocument, joint: JointPart) -> JointMotion:
     elements = {node.get("name"): node for node in joint.coordinates}
     coordinates = tuple(_coordinate(document, name, elements.get(name), axes) for name in names)
     notes = [
-        f"coordinate '{node.get('name')}': its prescribed motion is ignored; it is solved for like any other"
+        Note(
+            Kind.OTHER,
+            f"coordinate '{node.get('name')}': its prescribed motion is ignored; it is solved for like "
+            "any other",
+        )
         for node in joint.coordinates
         if document.flag(node, "prescribed", False)
     ]
     driving = {axis.coordinate for axis in axes if not isinstance(axis.function, Constant)}
     notes += [
-        f"coordinate '{c.name}' moves nothing; it stays locked" for c in coordinates if c.name not in driving
+        Note(Kind.OTHER, f"coordinate '{c.name}' moves nothing; it stays locked")
+        for c in coordinates
+        if c.name not in driving
     ]
     coordinates = tuple(c if c.name in driving else replace(c, locked=True) for c in coordinates)
     moving = [axis for axis in axes if axis.coordinate or axis.function != Constant(0.0)]
@@ -119,7 +126,7 @@ def _custom_axes(document: OsimDocument, joint: JointPart) -> tuple[list[Axis], 
 
 
 def _transform_axis(
-    document: OsimDocument, node: Node, kind: Kind, default_axis: tuple[float, float, float]
+    document: OsimDocument, node: Node, kind: AxisKind, default_axis: tuple[float, float, float]
 ) -> tuple[Axis, list[str]]:
     driving = document.words(node, "coordinates")
     direction = document.numbers(node, "axis", 3, default=default_axis)

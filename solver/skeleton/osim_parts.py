@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.notes import Note
 from solver.skeleton.osim_document import Node, OsimDocument
 from solver.skeleton.rotations import body_fixed_xyz
 from solver.skeleton.skeleton import Body, Geometry
@@ -57,7 +58,7 @@ class ModelParts:
     bodies: tuple[Body, ...]
     joints: tuple[JointPart, ...]
     markers: tuple[MarkerPart, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def body_of(

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.errors import ModelError
+from solver.common.notes import Note
 from solver.skeleton.functions import ScalarFunction
 
 
@@ -103,7 +104,7 @@ class Skeleton:
     coordinates: tuple[Coordinate, ...]
     markers: tuple[Marker, ...]
     gravity: Float[np.ndarray, "3"] = field(default_factory=lambda: np.array([0.0, -9.80665, 0.0]))  # [m/s²]
-    notes: tuple[str, ...] = ()  # what the reader ignored or assumed
+    notes: tuple[Note, ...] = ()  # what the reader ignored or assumed
 
     @cached_property
     def dofs(self) -> tuple[str, ...]:

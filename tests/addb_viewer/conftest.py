@@ -21,6 +21,7 @@ from solver.contact.proposals import Proposal
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from tests.addb_viewer.chromium import FLAGS, installed
 from tests.addb_viewer.synthetic_residual import residual, size, trial
+from solver.common.notes import Kind, noted
 
 MARKERS_ALONE = "[trajectory]\nenabled = false\n"
 CLEAN = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",), rates_Hz={"walk": 100.0})
@@ -92,7 +93,7 @@ def _replay(name="walk", frames=200, rate=100.0, *, fitted=True, plates=2):
         residual=_residual(frames, position[:, 0]) if fitted else None,
         joints=_joints(x) if fitted else None,
         forces=_forces(frames) if fitted else ForceUse(),
-        notes=("plate 2 was not tared",),
+        notes=noted(Kind.PLATES, "plate 2 was not tared"),
     )
 
 

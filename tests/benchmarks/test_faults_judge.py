@@ -20,7 +20,12 @@ def effect(id, target="plate_1", confidence=0.95, parameters=None, frames=((0, 1
 
 
 def answer(*effects, verdict="explained", notes=()):
-    figures = {"effects": list(effects), "verdict": verdict, "notes": list(notes), "trials": ["trial_a"]}
+    figures = {
+        "effects": list(effects),
+        "verdict": verdict,
+        "notes": [{"text": note} for note in notes],
+        "trials": ["trial_a"],
+    }
     figures |= {"rates_Hz": {"trial_a": 100.0}, "starts_s": {"trial_a": 0.5}}
     return {"diagnosis": with_seconds(figures), "seconds_cpu": 3.0}
 

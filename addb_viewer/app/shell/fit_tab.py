@@ -16,10 +16,11 @@ from addb_viewer.text.change_words import (
 )
 from addb_viewer.text.coordinate_words import coordinate_in_words
 from addb_viewer.text.held_out_words import KINDS, QUANTITIES, cutoff_words, worse_words
-from addb_viewer.text.note_kinds import NotesOfKind, by_kind
+from addb_viewer.text.note_words import NotesOfKind, by_kind
 from addb_viewer.text.plain_words import in_plain_words
 from addb_viewer.trial_view.html_pieces import boxed, table
 from addb_viewer.trial_view.replay import Replay
+from solver.common.notes import Note
 
 TITLE = "font-weight:700;margin-top:.4em"
 UNFOLDED = 3  # notes of a kind that are shown without a click
@@ -100,21 +101,21 @@ def change_html(change: Mapping[str, Any] | None) -> str:
     )
 
 
-def notes_html(notes: tuple[str, ...]) -> str:
+def notes_html(notes: Sequence[Note]) -> str:
     """What was assumed or ignored, folded by kind; open where somebody has to decide on a few."""
     if not notes:
         return boxed("Nothing was assumed or ignored.")
     kinds = by_kind(notes)
     parts = []
     for decide, title in ((True, "To look at"), (False, "Good to know")):
-        own = [found for found in kinds if found.kind.decide is decide]
+        own = [found for found in kinds if found.needs_decision is decide]
         if own:
             parts.append(f"<div style='{TITLE}'>{title}</div>" + "".join(map(_folded, own)))
     return boxed("".join(parts))
 
 
 def _folded(found: NotesOfKind) -> str:
-    is_open = found.kind.decide and len(found.notes) <= UNFOLDED
+    is_open = found.needs_decision and len(found.notes) <= UNFOLDED
     summary = html.escape(in_plain_words(found.heading[0].upper() + found.heading[1:]))
     return (
         f"<details{' open' * is_open} style='margin:.2em 0'>"
@@ -122,7 +123,7 @@ def _folded(found: NotesOfKind) -> str:
     )
 
 
-def _items(notes: Sequence[str]) -> str:
+def _items(notes: Sequence[Note]) -> str:
     items = "".join(f"<li>{html.escape(in_plain_words(note))}</li>" for note in notes)
     return f"<ul style='padding-left:1.2em;margin:.1em 0 .3em;overflow-wrap:anywhere'>{items}</ul>"
 

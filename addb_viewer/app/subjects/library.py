@@ -18,6 +18,7 @@ from addb_viewer.trial_view.trial_curves import TrialCurves, trial_curves
 from solver.capture.capture import Capture, Subject, UnusedFile
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
+from solver.common.notes import Kind, Note, noted
 from solver.export.gait_tables import trial_gait
 from solver.export.places import file_stem, trial_stems
 from solver.fitting.fit import Fit, TrialFit
@@ -37,7 +38,7 @@ class Library:
     subject: Subject
     fit: Fit | None = None
     meshes: dict[str, trimesh.Trimesh] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()  # of the subject; a trial's own are in its replay
+    notes: tuple[Note, ...] = ()  # of the subject; a trial's own are in its replay
     kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
     captures: dict[str, Capture] = field(default_factory=dict)  # of trials without a fit
     gaits: dict[str, Gait | None] = field(default_factory=dict)  # of trials that somebody asked about
@@ -164,7 +165,8 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
     """
     folder = solve or results or default_folder(subject.folder)
     if not has_fit(folder):
-        notes = (*subject.notes, *_unused(subject.unused), "Not fitted yet: markers and forces as measured.")
+        unfitted = noted(Kind.OTHER, "Not fitted yet: markers and forces as measured.")
+        notes = (*subject.notes, *_unused(subject.unused), *unfitted)
         return Library(subject, notes=notes, results_folder=results)
     fit, written_ns = load_fit(folder, subject.folder), (folder / "fit.json").stat().st_mtime_ns
     check_recorded(subject, fit)
@@ -182,8 +184,8 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
     )
 
 
-def _unused(files: Sequence[UnusedFile]) -> tuple[str, ...]:
-    return tuple(f"Not used: {file.file}: {file.reason}" for file in files)
+def _unused(files: Sequence[UnusedFile]) -> tuple[Note, ...]:
+    return noted(Kind.LEFT_OUT, *(f"Not used: {file.file}: {file.reason}" for file in files))
 
 
 def open_library(subject_folder: Path, results: Path | None = None) -> Library:

@@ -17,6 +17,7 @@ from solver.capture.plates.force_platform import Platform, force_platforms, plat
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 COMPUTED_GROUPS = frozenset(
     ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS", "MODELLED_MARKERS")
@@ -33,7 +34,7 @@ class C3dFile:
     markers: Markers
     plates: tuple[ForcePlate, ...]
     up: VerticalAxis
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def read_c3d(path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING) -> C3dFile:
@@ -85,7 +86,7 @@ def _upwards(
     )
 
 
-def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers, float, tuple[str, ...]]:
+def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers, float, tuple[Note, ...]]:
     """The markers, metres per POINT:UNITS, and notes."""
     source = contents.path.name
     groups = COMPUTED_GROUPS | set(contents.words("POINT", "TYPE_GROUPS")) - {"MARKERS", "MARKER", "LABELS"}
@@ -111,23 +112,24 @@ def _metres(
     contents: C3dContents,
     positions: Float[np.ndarray, "frames markers 3"],
     settings: LengthUnitSettings,
-) -> tuple[float, tuple[str, ...]]:
+) -> tuple[float, tuple[Note, ...]]:
     claimed = next((word for word in contents.words("POINT", "UNITS") if word), None)
     where = "POINT:UNITS"
     if claimed is not None and unit_of(claimed) is None:
         metres, notes = metres_per_unit(None, positions, contents.path, where, settings)
-        return metres, (f"{contents.path.name}: unknown POINT:UNITS '{claimed}'", *notes)
+        return metres, (Note(Kind.GUESS, f"{contents.path.name}: unknown POINT:UNITS '{claimed}'"), *notes)
     if claimed is None and np.isnan(positions).all():
-        return METRES_PER_UNIT["mm"], (
-            f"{contents.path.name}: no POINT:UNITS and no marker seen; mm assumed",
+        return METRES_PER_UNIT["mm"], noted(
+            Kind.OTHER, f"{contents.path.name}: no POINT:UNITS and no marker seen; mm assumed"
         )
     return metres_per_unit(claimed, positions, contents.path, where, settings)
 
 
-def _rate_notes(contents: C3dContents, rate: float) -> tuple[str, ...]:
+def _rate_notes(contents: C3dContents, rate: float) -> tuple[Note, ...]:
     said = contents.number("ANALOG", "RATE", 0.0)
     if rate and abs(said / rate - 1) > 1e-3:
-        return (
+        return noted(
+            Kind.LEFT_OUT,
             f"{contents.path.name}: ANALOG:RATE says {said:g} Hz, the file holds {rate:g} samples a second",
         )
     return ()

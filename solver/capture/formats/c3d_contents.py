@@ -12,6 +12,7 @@ from jaxtyping import Float
 from solver.capture.formats.c3d_header import BLOCK, EXPORT_AGAIN, C3dHeader, read_data, read_header
 from solver.common.errors import CaptureError
 from solver.common.file_names import readable
+from solver.common.notes import Kind, Note, noted
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class C3dContents:
     points: Float[np.ndarray, "frames points 3"]  # [POINT:UNITS] NaN where not seen
     rate: float  # [Hz] of the points
     analogs: Float[np.ndarray, "samples channels"]  # [ANALOG:UNITS]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     first_frame: int = 0  # recorded before the first that is stored; EVENT counts from there
 
     @property
@@ -70,19 +71,23 @@ def open_c3d(path: Path) -> C3dContents:
     rate = contents.number("POINT", "RATE", 0.0)
     if not (np.isfinite(rate) and rate > 0):
         rate = float(raw["header"]["points"]["frame_rate"])
-        notes += (f"{path.name}: POINT:RATE is missing; the header's {rate:g} Hz is used",)
+        notes += noted(Kind.OTHER, f"{path.name}: POINT:RATE is missing; the header's {rate:g} Hz is used")
     if not (np.isfinite(rate) and rate > 0):
         raise CaptureError(f"{path}: neither the header nor POINT:RATE gives the frame rate.")
     if points.shape[0] == 0 or points.shape[1] == 0:
         raise CaptureError(f"{path}: the file holds no marker. Export it with its trajectories.")
     padding = BLOCK // max(1, header.frame_bytes)
     if header.frames is None and header.frames_held - padding > points.shape[0]:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{path.name}: holds about {header.frames_held} frames, more than its header counts; the first "
             f"{points.shape[0]} are read. Export it in parts to use them all.",
         )
     if header.frames is not None and header.frames > points.shape[0]:
-        notes += (f"{path.name}: the header says {header.frames} frames, the file holds {points.shape[0]}",)
+        notes += noted(
+            Kind.LEFT_OUT,
+            f"{path.name}: the header says {header.frames} frames, the file holds {points.shape[0]}",
+        )
     return C3dContents(path, raw["parameters"], points, rate, analogs, notes, header.first_frame - 1)
 
 
@@ -97,18 +102,18 @@ def _read(path: Path) -> Any:
 
 def _data(
     path: Path, raw: Any, header: C3dHeader
-) -> tuple[Float[np.ndarray, "frames points 3"], Float[np.ndarray, "samples channels"], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "frames points 3"], Float[np.ndarray, "samples channels"], tuple[Note, ...]]:
     positions = np.moveaxis(raw["data"]["points"][:3], 2, 0).transpose(0, 2, 1)
     analogs = raw["data"]["analogs"][0].T
     seen_per_frame = len(analogs) * analogs.shape[1] / max(1, len(positions))
     if seen_per_frame != header.analogs_per_frame:
-        note = f"{path.name}: the header counts {header.analogs_per_frame} analog values per frame, "
+        counts = f"{path.name}: the header counts {header.analogs_per_frame} analog values per frame, "
         if header.fills_file(seen_per_frame) and not header.fills_file(header.analogs_per_frame):
-            note += (
+            why = (
                 f"the parameters {seen_per_frame:g}, which the length of the file agrees with; these are used"
             )
-            return positions, analogs, (note,)
+            return positions, analogs, noted(Kind.OTHER, counts + why)
         stored = read_data(path, header)
-        note += "ANALOG:USED and ANALOG:RATE others; the header is used, with scales of 1 and offsets of 0"
-        return stored.points, stored.analogs, (note,)
+        why = "ANALOG:USED and ANALOG:RATE others; the header is used, with scales of 1 and offsets of 0"
+        return stored.points, stored.analogs, noted(Kind.OTHER, counts + why)
     return positions, analogs, ()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from solver.capture.formats.c3d_header import parameters_in
 from solver.capture.subject.description import SEXES, Description
+from solver.common.notes import Kind, Note, noted
 
 # PROCESSING: Vicon and our own export; SUBJECTS: Vicon, Qualisys, CGM2; the others: older programs.
 GROUPS = ("PROCESSING", "SUBJECTS", "SUBJECT", "PATIENT", "ANTHROPOMETRY", "ANTHROPOMETRIC", "MP")
@@ -49,7 +50,7 @@ def stated_by(paths: Iterable[Path], known: Description) -> Description:
         known: what was said of the person elsewhere, which stands.
     """
     said = {path: stated_person(path) for path in paths}
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     found = Description()
     for key, unit in (("mass_kg", "kg"), ("height_m", "m"), ("age_years", "years")):
         values = {path: value for path, who in said.items() if (value := getattr(who, key)) is not None}
@@ -59,13 +60,14 @@ def stated_by(paths: Iterable[Path], known: Description) -> Description:
         low, high = min(values.values()), max(values.values())
         if high > low * (1 + ALIKE) and key != "age_years":
             listed = ", ".join(f"{value:.4g} {unit} in {path.name}" for path, value in values.items())
-            notes += (
+            notes += noted(
+                Kind.OTHER,
                 f"the files state different values of {quantity}, so none is used: {listed}; write {key} "
                 "into a subject.toml",
             )
             continue
         found = replace(found, **{key: low})
-        notes += (f"{quantity} {low:.4g} {unit}: stated in {next(iter(values)).name}",)
+        notes += noted(Kind.PERSON, f"{quantity} {low:.4g} {unit}: stated in {next(iter(values)).name}")
     sexes = {who.sex for who in said.values() if who.sex is not None}
     return replace(found, sex=sexes.pop() if len(sexes) == 1 else None, notes=notes)
 

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.formats.storage import Storage, write_storage
+from solver.common.notes import Kind, Note
 
 # No joint turns by more than a whole turn, and the heading only where somebody walks in circles: if two
 # columns go beyond this many radians the file is in degrees.
@@ -21,7 +22,7 @@ class Coordinates:
     names: tuple[str, ...]
     values: Float[np.ndarray, "rows coordinates"]  # [rad or m]
     times: Float[np.ndarray, " rows"]  # [s]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def coordinates_from_storage(storage: Storage, rotational: Collection[str]) -> Coordinates:
@@ -69,11 +70,12 @@ def write_coordinates(
     write_storage(path, names, times, values * scale, in_degrees=in_degrees, name="Coordinates")
 
 
-def _looks_like_degrees(angles: Float[np.ndarray, "rows angles"], source: str) -> tuple[bool, str]:
+def _looks_like_degrees(angles: Float[np.ndarray, "rows angles"], source: str) -> tuple[bool, Note]:
     largest = np.sort(np.nanmax(np.abs(angles), axis=0, initial=0.0))
     second = float(largest[-2:].min(initial=np.inf)) if len(largest) else 0.0
     in_degrees = second > RADIANS_AT_MOST
-    return in_degrees, (
+    return in_degrees, Note(
+        Kind.OTHER,
         f"{source}: the header doesn't say whether angles are degrees; "
-        f"{'degrees' if in_degrees else 'radians'} assumed, since the second largest reaches {second:.3g}"
+        f"{'degrees' if in_degrees else 'radians'} assumed, since the second largest reaches {second:.3g}",
     )

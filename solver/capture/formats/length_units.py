@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 from solver.common.settings_field import setting
 
 METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
@@ -46,7 +47,7 @@ def metres_per_unit(
     path: Path,
     place: str = "its third line",
     settings: LengthUnitSettings = LengthUnitSettings(),
-) -> tuple[float, tuple[str, ...]]:
+) -> tuple[float, tuple[Note, ...]]:
     """What to multiply with to get metres, and what had to be assumed.
 
     Args:
@@ -70,7 +71,8 @@ def metres_per_unit(
     if unit is None:
         if len(fitting) != 1:
             raise CaptureError(f"{path}: the header gives no units. Write mm, cm or m into {place}.")
-        return METRES_PER_UNIT[fitting[0]], (
+        return METRES_PER_UNIT[fitting[0]], noted(
+            Kind.OTHER,
             f"{path.name}: the header gives no units; {fitting[0]} assumed, since the markers then span "
             f"{extent * METRES_PER_UNIT[fitting[0]]:.2f} m",
         )
@@ -82,7 +84,8 @@ def metres_per_unit(
             f"{path}: units '{unit}' in the header, but then the markers span {extent * metres:.4g} m. "
             f"Correct the units in {place}."
         )
-    return METRES_PER_UNIT[fitting[0]], (
+    return METRES_PER_UNIT[fitting[0]], noted(
+        Kind.OTHER,
         f"{path.name}: the header says {unit}, but then the markers would span {extent * metres:.4g} m; "
         f"read as {fitting[0]} ({extent * METRES_PER_UNIT[fitting[0]]:.2f} m)",
     )

@@ -17,6 +17,7 @@ from solver.capture.formats.text_table import dialect_of_rows, read_text, rows_o
 from solver.capture.formats.trc import MarkerFile
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 HEAD_LINES = 20
 MEASURED, SOLVED = "marker", ("bone marker", "rigid body marker", "marker set marker")
@@ -82,7 +83,7 @@ def _columns(head: Sequence[Sequence[str]]) -> list[_Column]:
     ]
 
 
-def _chosen(path: Path, columns: Sequence[_Column]) -> tuple[list[_Column], tuple[str, ...]]:
+def _chosen(path: Path, columns: Sequence[_Column]) -> tuple[list[_Column], tuple[Note, ...]]:
     """The trajectories that are markers of the person, and what else there is."""
     seen = [column for column in columns if column.kind == MEASURED and not UNLABELLED.fullmatch(column.name)]
     placed = [column for column in columns if column.kind in SOLVED]
@@ -99,9 +100,12 @@ def _chosen(path: Path, columns: Sequence[_Column]) -> tuple[list[_Column], tupl
         (len(bodies), "rigid bodies and bones"),
         (unlabelled, "unlabelled markers"),
     ]
-    notes = tuple(f"{path.name}: left out: {count} {what}" for count, what in parts if count)
+    notes = tuple(
+        Note(Kind.OTHER, f"{path.name}: left out: {count} {what}") for count, what in parts if count
+    )
     if not seen:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{path.name}: no markers as cameras saw them: those of rigid bodies and bones are used, which "
             "the software smoothed. Export labelled markers for better angles",
         )

@@ -26,6 +26,7 @@ from solver.capture.formats.text_table import (
 from solver.capture.formats.trc import MarkerFile
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 TRAJECTORIES, DEVICES = "trajectories", ("devices", "analog")
 AXES_LINE = re.compile(r"\"?(frame|field|sample)", re.IGNORECASE)
@@ -45,7 +46,7 @@ class _Section:
     units: Sequence[str]  # empty where there is no such row
     values: Float[np.ndarray, "rows columns"]
     lines: tuple[int, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def times(self) -> Float[np.ndarray, " rows"]:
@@ -83,7 +84,7 @@ def read_nexus_markers(path: Path, settings: ReadingSettings = READING) -> Marke
     written = np.stack([section.values[:, k : k + 3] for k in columns], axis=1)
     found = marker_file(path, [section.names[k] for k in columns], written, clock, settings, units=unit)
     others = [each.title for each in sections if each.title not in (TRAJECTORIES, *DEVICES)]
-    notes = (f"{path.name}: not used: {', '.join(others)}",) if others else ()
+    notes = noted(Kind.OTHER, f"{path.name}: not used: {', '.join(others)}") if others else ()
     return MarkerFile(found.markers, (*section.notes, *notes, *found.notes))
 
 
@@ -111,8 +112,9 @@ def read_nexus_forces(path: Path) -> Storage:
             columns.append(section.values[:, first : first + 3] * _factor(section, quantity, first))
         found.append(PlateColumns(name, place["force"], place.get("cop"), place.get("moment")))
     if len(used) < len(plates):
-        notes.append(
-            f"{path.name}: left out, the sum of others: {', '.join(p for p in plates if p not in used)}"
+        notes += noted(
+            Kind.OTHER,
+            f"{path.name}: left out, the sum of others: {', '.join(p for p in plates if p not in used)}",
         )
     labels = tuple(f"{p} {q} {a}" for p, triples in used.items() for q in triples for a in "xyz")
     return Storage(

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Int
 
 from solver.capture.formats.text_table import some_of, unique_names
+from solver.common.notes import Kind, Note, noted
 
 UNLABELLED = re.compile(r"|\*.*|(unlabel+ed|unnamed|unknown|uname)[ _:*-]*\d*", re.IGNORECASE)
 COMPUTED = re.compile(r"(.*[a-z0-9_. ])?(Angles?|Moments?|Forces?|Powers?|Scalars?|ProgressAngles?)")
@@ -19,7 +20,7 @@ class MarkerPoints:
 
     names: tuple[str, ...]
     columns: tuple[int, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def marker_points(
@@ -36,22 +37,25 @@ def marker_points(
     named = [labels[k].strip() if k < len(labels) else "" for k in range(len(seen_frames))]
     columns = [k for k, label in enumerate(named) if not UNLABELLED.fullmatch(label)]
     unlabelled = len(named) - len(columns)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if unlabelled:
-        notes += (f"{source}: {unlabelled} unlabelled trajectories are left out",)
+        notes += noted(Kind.LABELS, f"{source}: {unlabelled} unlabelled trajectories are left out")
 
     def is_computed(label: str) -> bool:
         return label in computed or bool(COMPUTED.fullmatch(label))
 
     derived = [named[k] for k in columns if is_computed(named[k])]
     if derived:
-        notes += (f"{source}: {len(derived)} computed quantities, not markers: {some_of(derived, 3)}",)
+        notes += noted(
+            Kind.LABELS, f"{source}: {len(derived)} computed quantities, not markers: {some_of(derived, 3)}"
+        )
     columns = [k for k in columns if not is_computed(named[k])]
 
     columns, counterpart_notes = _seen_counterparts(columns, named, seen_frames, source)
     names, repeated = unique_names([named[k] for k in columns])
     if repeated:
-        counterpart_notes += (
+        counterpart_notes += noted(
+            Kind.OTHER,
             f"{source}: more than one marker is called {', '.join(repeated)}; "
             "the later ones are called name#2, name#3, …",
         )
@@ -60,11 +64,13 @@ def marker_points(
 
 def _seen_counterparts(
     columns: Sequence[int], names: Sequence[str], seen_frames: Int[np.ndarray, " points"], source: str
-) -> tuple[list[int], tuple[str, ...]]:
+) -> tuple[list[int], tuple[Note, ...]]:
     """Without the points that were never seen while another one of the same name was."""
     seen = {names[k] for k in columns if seen_frames[k]}
     kept = [k for k in columns if seen_frames[k] or names[k] not in seen]
     empty = [names[k] for k in columns if k not in kept]
     if not empty:
         return kept, ()
-    return kept, (f"{source}: never seen, beside another marker of the same name: {', '.join(empty)}",)
+    return kept, noted(
+        Kind.LEFT_OUT, f"{source}: never seen, beside another marker of the same name: {', '.join(empty)}"
+    )

@@ -28,6 +28,7 @@ from solver.capture.formats.trc import MarkerFile
 from solver.capture.plates.force_platform import plate_axes
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 OF_PLATE = re.compile(
     r"(.+)_f(?:_(\d+))?((?: ?\(\d+\)| - \w+)*)", re.IGNORECASE
@@ -47,7 +48,7 @@ class _Table:
     labels: Sequence[str]  # of columns; empty where the file names none
     values: Float[np.ndarray, "rows columns"]
     lines: Sequence[int]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def rate(self) -> float | None:
@@ -112,7 +113,9 @@ def read_qtm_markers(path: Path, settings: ReadingSettings = READING) -> MarkerF
     notes = (*table.notes, *found.notes)
     said = number_of(table.word("NO_OF_FRAMES"))
     if said is not None and said != len(table.values):
-        notes += (f"{path.name}: the head says {said:g} frames, the file holds {len(table.values)}",)
+        notes += noted(
+            Kind.LEFT_OUT, f"{path.name}: the head says {said:g} frames, the file holds {len(table.values)}"
+        )
     return MarkerFile(found.markers, notes)
 
 
@@ -126,7 +129,7 @@ def read_qtm_forces(path: Path) -> Storage:
     rows = min(len(table.values) for table in tables)
     plates: list[PlateColumns] = []
     columns: list[Float[np.ndarray, "rows 3"]] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     times = np.full(rows, np.nan)
     for table in tables:
         lead, own_times = table.leading(9)
@@ -139,13 +142,14 @@ def read_qtm_forces(path: Path) -> Storage:
         force, moment, point = ((place + k, place + k + 1, place + k + 2) for k in (0, 3, 6))
         plates.append(PlateColumns(name, force, point, moment, corners))
         columns += vectors
-        notes += (f"{table.path.name}: '{name}', in {frame} coordinates", *table.notes)
+        notes += (Note(Kind.OTHER, f"{table.path.name}: '{name}', in {frame} coordinates"), *table.notes)
     first = tables[0]
     if np.isnan(times).all():
         raise CaptureError(f"{first.path}: no time column, and no FREQUENCY: the rate is unknown.")
     if any(len(table.values) != rows for table in tables):
-        notes.append(
-            f"{first.path.name}: plates differ in length; read as far as the shortest, {rows} samples"
+        notes += noted(
+            Kind.OTHER,
+            f"{first.path.name}: plates differ in length; read as far as the shortest, {rows} samples",
         )
     labels = tuple(f"{p.name} {v} {a}" for p in plates for v in ("force", "moment", "cop") for a in "xyz")
     rate = (rows - 1) / float(times[-1] - times[0]) if rows > 1 and times[-1] > times[0] else np.nan
@@ -243,7 +247,7 @@ def _read(path: Path) -> _Table:
         [label for label in named if label],
         values,
         lines,
-        (*notes, *([f"{path.name}: {events} events are not used"] if events else [])),
+        (*notes, *(noted(Kind.OTHER, f"{path.name}: {events} events are not used") if events else ())),
     )
 
 

@@ -16,6 +16,7 @@ from solver.capture.plates.force_columns import find_plates, turned
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject.several_subjects import one_subject
 from solver.common.errors import CaptureError
+from solver.common.notes import Note
 
 TABLES = (".mot", ".sto")
 RECORDINGS = (".trc", ".c3d")
@@ -34,7 +35,7 @@ class MarkersInLab:
 
     markers: Markers
     up: VerticalAxis
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     default: str = "y"  # the axis that points up in such files where nothing tells
     whose: str = ""  # before the labels, which are without it
     others: tuple[str, ...] = ()  # names before labels of other people
@@ -103,7 +104,7 @@ def of_one_person(lab: MarkersInLab, prefix: str | None, path: Path) -> MarkersI
         path: the file, for the notes.
     """
     one = one_subject(lab.markers, prefix)
-    notes = (*lab.notes, *(f"{path.name}: {note}" for note in one.notes))
+    notes = (*lab.notes, *(note.of(path.name) for note in one.notes))
     return replace(lab, markers=one.markers, notes=notes, whose=one.name, others=one.others)
 
 

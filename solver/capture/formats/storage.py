@@ -22,6 +22,7 @@ from solver.capture.formats.text_table import (
 )
 from solver.capture.subject.measured_files import MARK
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 HEAD_BYTES = 1_000_000  # header, names and some rows of the widest table
 TIME_LABEL = re.compile(r"time.*|t|t ?[(\[]s[)\]]", re.IGNORECASE)
@@ -50,7 +51,7 @@ class Storage:
     in_degrees: bool | None = None  # None: the header doesn't say
     name: str = ""  # the header's own title
     lines: tuple[int, ...] = ()  # line number of each row, for messages
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     plates: tuple[PlateColumns, ...] = ()  # where the file itself says which columns are whose
 
     def column(self, label: str) -> Float[np.ndarray, " rows"]:
@@ -88,9 +89,12 @@ def read_storage(path: Path) -> Storage:
     labels, unnamed = _split_labels(text.lines[label_line])
     unique, repeated = unique_names(labels)
     if unnamed:
-        notes += (f"{path.name}: {unnamed} columns without a name are called column_N by their place",)
+        notes += noted(
+            Kind.OTHER, f"{path.name}: {unnamed} columns without a name are called column_N by their place"
+        )
     if repeated:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{path.name}: more than one column is called {', '.join(repeated)}; "
             "the later ones are called name#2, name#3, …",
         )
@@ -115,7 +119,7 @@ def read_storage(path: Path) -> Storage:
     rate, clock_notes = _rate(path, times, lines)
     blanks = int(np.isnan(table).sum())
     if blanks:
-        notes += (f"{path.name}: {blanks} values are blank or NaN",)
+        notes += noted(Kind.LEFT_OUT, f"{path.name}: {blanks} values are blank or NaN")
     return Storage(
         path=path,
         labels=tuple(label for k, label in enumerate(unique) if k != time_column),
@@ -183,12 +187,12 @@ def write_storage(
     write_whole(path, "\n".join(lines) + "\n")
 
 
-def _label_line(path: Path, text: Text) -> tuple[int, tuple[str, ...]]:
+def _label_line(path: Path, text: Text) -> tuple[int, tuple[Note, ...]]:
     """Index of the line of column names."""
     end = next(
         (k for k, line in enumerate(text.lines) if re.match(r"\s*endheader\b", line, re.IGNORECASE)), None
     )
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if end is None:
         found = next((k for k, line in enumerate(text.lines) if _looks_like_labels(text.lines, k)), None)
         if found is None:
@@ -196,7 +200,9 @@ def _label_line(path: Path, text: Text) -> tuple[int, tuple[str, ...]]:
                 f"{path}: neither 'endheader' nor a line of column names that begins with 'time': the file "
                 "is cut off, or not a .mot or .sto file. Export it again."
             )
-        return found, (f"{path.name}: no 'endheader'; the column names were found in line {found + 1}",)
+        return found, noted(
+            Kind.OTHER, f"{path.name}: no 'endheader'; the column names were found in line {found + 1}"
+        )
     found = next((k for k in range(end + 1, len(text.lines)) if text.lines[k].strip()), None)
     if found is None:
         raise CaptureError(f"{path}: nothing follows the header: the file is cut off. Export it again.")
@@ -247,7 +253,7 @@ def _require_whole_rows(
 
 def _rate(
     path: Path, times: Float[np.ndarray, " rows"], lines: Sequence[int]
-) -> tuple[float, tuple[str, ...]]:
+) -> tuple[float, tuple[Note, ...]]:
     try:
         clock = find_clock(times, path=path, lines=lines)
     except CaptureError as irregular:
@@ -255,7 +261,7 @@ def _rate(
         if not np.isfinite(times).all() or steps.min() < 0 or steps.max() <= 0:
             raise
         mean_rate = (len(times) - 1) / float(times[-1] - times[0])
-        return mean_rate, (str(irregular).replace(str(path), path.name),)
+        return mean_rate, noted(Kind.OTHER, str(irregular).replace(str(path), path.name))
     return clock.rate, clock.notes
 
 
@@ -276,8 +282,8 @@ def _title(head: Sequence[str]) -> str:
     return "" if re.match(r"\w+\s*=|datacolumns|datarows|range|endheader", first, re.IGNORECASE) else first
 
 
-def _count_notes(source: str, head: Sequence[str], rows: int, columns: int) -> tuple[str, ...]:
-    notes: tuple[str, ...] = ()
+def _count_notes(source: str, head: Sequence[str], rows: int, columns: int) -> tuple[Note, ...]:
+    notes: tuple[Note, ...] = ()
     for pattern, found, what in (
         (r"(nrows|datarows)", rows, "rows"),
         (r"(ncolumns|datacolumns)", columns, "columns"),
@@ -286,5 +292,6 @@ def _count_notes(source: str, head: Sequence[str], rows: int, columns: int) -> t
             match = re.match(rf"\s*{pattern}\s*[=: ]\s*(\d+)", line, re.IGNORECASE)
             if match and int(match[2]) != found:
                 cut = "; is the file cut off?" if what == "rows" and int(match[2]) > found else ""
-                notes += (f"{source}: the header says {match[2]} {what}, the file holds {found}{cut}",)
+                text = f"{source}: the header says {match[2]} {what}, the file holds {found}{cut}"
+                notes += noted(Kind.NOT_READ if cut else Kind.LEFT_OUT, text)
     return notes

@@ -20,6 +20,7 @@ from solver.capture.formats.trc import MarkerFile
 from solver.capture.reading_settings import ReadingSettings
 from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 ENDINGS = (".tsv", ".csv", ".txt")
 HEAD_BYTES = 100_000  # the longest head: some hundred events, or labels
@@ -106,7 +107,7 @@ def number_of(cell: str) -> float | None:
 
 def table_of(
     path: Path, text: Text, rows: Sequence[Row], width: int
-) -> tuple[Float[np.ndarray, "rows columns"], tuple[int, ...], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "rows columns"], tuple[int, ...], tuple[Note, ...]]:
     """Rows as one table, NaN where there is no number; the line of each; and a note on short ones.
 
     A line of separators alone is a row on which nothing was seen.
@@ -149,7 +150,8 @@ def table_of(
     return (
         table,
         lines,
-        (
+        noted(
+            Kind.LEFT_OUT,
             f"{path.name}: {len(short)} rows are shorter than the others (first in line {short[0]}); what "
             "belongs at their ends counts as not seen",
         ),

@@ -25,6 +25,7 @@ from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject.measured_files import MARK
 from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class MarkerFile:
     """The markers of one file, and what was assumed, renamed or ignored on the way in."""
 
     markers: Markers
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def read_trc(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
@@ -97,14 +98,14 @@ def write_trc(path: Path, markers: Markers, units: str = "mm") -> None:
 
 def _table(
     path: Path, text: Text, header: TrcHeader
-) -> tuple[Float[np.ndarray, "rows columns"], list[int], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "rows columns"], list[int], tuple[Note, ...]]:
     """All numbers below the header, NaN where blank; the line of each row; what was left out."""
     first = _first_row(path, text, header)
     dialect = dialect_of(text.lines[first])
     rows = rows_of_numbers(path, text, first, dialect, lambda column: _column_name(header, column))
     widths = [len(row.values) for row in rows]
     expected = header.lead + 3 * (header.labels[-1][0] + 1) if header.labels else max(widths)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if not text.ends_with_newline and widths[-1] < min([*widths[:-1], expected]):
         raise CaptureError(
             f"{path}: line {rows[-1].line}: the file is cut off inside this row. Copy or export it again; to "
@@ -123,7 +124,8 @@ def _table(
             "or with NaN."
         )
     if short:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{path.name}: {len(short)} rows are shorter than the names require (first in line "
             f"{short[0].line}); the markers at their ends count as not seen",
         )
@@ -155,7 +157,7 @@ def _column_name(header: TrcHeader, column: int) -> str:
 
 def _markers(
     path: Path, header: TrcHeader, table: Float[np.ndarray, "rows columns"]
-) -> tuple[tuple[str, ...], list[int], tuple[str, ...]]:
+) -> tuple[tuple[str, ...], list[int], tuple[Note, ...]]:
     """Names of the markers, the column of each one's x, and which were renamed or have no name."""
     used = np.flatnonzero(np.isfinite(table).any(axis=0))
     places = set((used[used >= header.lead] - header.lead) // 3)
@@ -164,7 +166,7 @@ def _markers(
         raise CaptureError(
             f"{path}: line {header.label_line + 1} names no marker{found}. Label them and export again."
         )
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     unnamed = sorted(int(place) + 1 for place in places - {place for place, _ in header.labels})
     if unnamed and not header.aligned:
         raise CaptureError(
@@ -173,21 +175,27 @@ def _markers(
         )
     if unnamed:
         listed = ", ".join(str(place) for place in unnamed[:12]) + (", …" if len(unnamed) > 12 else "")
-        notes += (f"{path.name}: {len(unnamed)} markers without a name are ignored, in place {listed}",)
+        notes += noted(
+            Kind.OTHER, f"{path.name}: {len(unnamed)} markers without a name are ignored, in place {listed}"
+        )
     names, repeated = unique_names([name for _, name in header.labels])
     if repeated:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{path.name}: more than one marker is called {', '.join(repeated)}; "
             "the later ones are called name#2, name#3, …",
         )
     return names, [header.lead + 3 * place for place, _ in header.labels], notes
 
 
-def _count_notes(source: str, header: TrcHeader, rows: int, markers: int) -> tuple[str, ...]:
-    notes: tuple[str, ...] = ()
+def _count_notes(source: str, header: TrcHeader, rows: int, markers: int) -> tuple[Note, ...]:
+    notes: tuple[Note, ...] = ()
     if header.frames is not None and header.frames != rows:
         cut = "; is the file cut off?" if header.frames > rows else ""
-        notes += (f"{source}: the header says {header.frames} frames, the file holds {rows}{cut}",)
+        kind = Kind.NOT_READ if cut else Kind.LEFT_OUT
+        notes += noted(kind, f"{source}: the header says {header.frames} frames, the file holds {rows}{cut}")
     if header.markers is not None and header.markers != markers:
-        notes += (f"{source}: the header says {header.markers} markers, the line of names {markers}",)
+        notes += noted(
+            Kind.OTHER, f"{source}: the header says {header.markers} markers, the line of names {markers}"
+        )
     return notes

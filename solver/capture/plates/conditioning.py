@@ -17,6 +17,7 @@ from solver.capture.plates.force_settings import CONDITIONING, ConditioningSetti
 from solver.capture.plates.zero_level import zeroed
 from solver.capture.resampling import bridged, covered, interpolate, rate_of, resample
 from solver.common.filters import low_pass
+from solver.common.notes import Kind, Note, noted
 from solver.common.runs import runs
 
 
@@ -36,7 +37,7 @@ class ConditionedPlate:
     observed: Bool[np.ndarray, " frames"]
     force_raw_ground: Float[np.ndarray, "frames 3"]  # [N] zero level off, resampled, nothing else
     moment_raw_ground: Float[np.ndarray, "frames 3"]  # [N·m]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def condition(
@@ -93,7 +94,7 @@ class PlateLoads:
     raw_ground: Float[np.ndarray, "samples 6"]  # zero level off, nothing else
     carrying: Bool[np.ndarray, " samples"]
     recorded: Bool[np.ndarray, " samples"]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def plate_loads(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING) -> PlateLoads:
@@ -166,22 +167,23 @@ def resampled(
 
 def of_a_person(
     plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
-) -> tuple[ForcePlate, tuple[str, ...]]:
+) -> tuple[ForcePlate, tuple[Note, ...]]:
     """The plate with forces that nobody exerts unmeasured (NaN), and a note if there are any."""
     with np.errstate(invalid="ignore"):
         beyond = (np.abs(plate.force_ground) > settings.largest_N).any(axis=1)
     if not beyond.any():
         return plate, ()
-    note = (
+    note = Note(
+        Kind.OTHER,
         f"{plate.name}: {int(beyond.sum())} samples above {settings.largest_N:g} N, more than a person can "
-        f"exert, count as missing (first at {plate.times[int(np.argmax(beyond))]:.3f} s)"
+        f"exert, count as missing (first at {plate.times[int(np.argmax(beyond))]:.3f} s)",
     )
     return plate.unmeasured_at(beyond), (note,)
 
 
 def gaps_filled(
     plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
-) -> tuple[ForcePlate, Bool[np.ndarray, " samples"], tuple[str, ...]]:
+) -> tuple[ForcePlate, Bool[np.ndarray, " samples"], tuple[Note, ...]]:
     """No NaN in force and moment: gaps are bridged by lines; and which samples count as recorded.
 
     Forces that nobody exerts are gaps, too. Samples in gaps longer than `longest_gap_s`, and at the ends,
@@ -202,13 +204,16 @@ def gaps_filled(
         else:
             lost.append(f"{plate.times[start]:.3f} to {plate.times[end - 1]:.3f} s")
     if interpolated:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{plate.name}: {interpolated} missing samples interpolated, in gaps of up to "
             f"{settings.longest_gap_s:g} s",
         )
     if lost:
         listed = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
-        notes += (f"{plate.name}: no values from {listed}; those frames count as not observed",)
+        notes += noted(
+            Kind.LEFT_OUT, f"{plate.name}: no values from {listed}; those frames count as not observed"
+        )
     filled = bridged(wrench, known) if known.any() else np.zeros_like(wrench)
     return replace(plate, force_ground=filled[:, :3], moment_ground=filled[:, 3:]), recorded, notes
 
@@ -246,15 +251,17 @@ def _widened(mask: Bool[np.ndarray, " samples"], by: float) -> Bool[np.ndarray, 
     return np.convolve(mask, np.ones(2 * reach + 1), mode="same") > 0.5 if reach else mask
 
 
-def _cutoff_notes(plate: ForcePlate, cutoff: float, settings: ConditioningSettings) -> tuple[str, ...]:
+def _cutoff_notes(plate: ForcePlate, cutoff: float, settings: ConditioningSettings) -> tuple[Note, ...]:
     if cutoff >= plate.rate / 2:
-        return (
+        return noted(
+            Kind.PLATES,
             f"{plate.name}: not low-passed at {cutoff:.3g} Hz: at {plate.rate:g} samples a second it holds "
             f"nothing above {plate.rate / 2:g} Hz, and contacts are blurred accordingly",
         )
     if cutoff == settings.cutoff_Hz:
         return ()
-    return (
+    return noted(
+        Kind.PLATES,
         f"{plate.name}: low-passed at {cutoff:.3g} Hz instead of {settings.cutoff_Hz:g}: the markers' "
         "rate is too low",
     )
@@ -262,10 +269,13 @@ def _cutoff_notes(plate: ForcePlate, cutoff: float, settings: ConditioningSettin
 
 def _coverage_notes(
     name: str, observed: Bool[np.ndarray, " frames"], times: Float[np.ndarray, " frames"]
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     if observed.all():
         return ()
     if not observed.any():
-        return (f"{name}: its recording covers none of the marker frames; do both share one clock?",)
+        return noted(
+            Kind.FORCES_AGAINST_BODY,
+            f"{name}: its recording covers none of the marker frames; do both share one clock?",
+        )
     listed = ", ".join(f"{times[start]:.3f} to {times[end - 1]:.3f} s" for start, end in runs(~observed))
-    return (f"{name}: {int((~observed).sum())} marker frames are not observed ({listed})",)
+    return noted(Kind.LEFT_OUT, f"{name}: {int((~observed).sum())} marker frames are not observed ({listed})")

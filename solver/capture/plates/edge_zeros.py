@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.capture.capture import ForcePlate
+from solver.common.notes import Kind, Note
 from solver.common.settings_field import setting
 
 
@@ -49,7 +50,7 @@ EDGE_ZEROS = EdgeZeroSettings()
 
 def without_edge_zeros(
     plate: ForcePlate, settings: EdgeZeroSettings = EDGE_ZEROS
-) -> tuple[ForcePlate, tuple[str, ...]]:
+) -> tuple[ForcePlate, tuple[Note, ...]]:
     """The plate with such rows unmeasured (NaN), and a note on each end that has them."""
     first = _zeros_before_a_load(plate.force_ground, plate.rate, settings)
     last = _zeros_before_a_load(plate.force_ground[::-1], plate.rate, settings)
@@ -61,9 +62,10 @@ def without_edge_zeros(
     said = " and ".join(
         f"the {end} {count} rows" for end, count in (("first", first), ("last", last)) if count
     )
-    note = (
+    note = Note(
+        Kind.OTHER,
         f"{plate.name}: {said} hold zero force next to a row under load; nobody steps on or off a plate that "
-        "fast, so they count as not measured"
+        "fast, so they count as not measured",
     )
     return plate.unmeasured_at(unmeasured), (note,)
 

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from solver.capture.formats.storage import PlateColumns, Storage
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 FORCE, POINT, MOMENT = "force", "point", "moment"
 KIND_OF_LETTERS = {"v": FORCE, "f": FORCE, "p": POINT, "cop": POINT, "m": MOMENT, "t": MOMENT}
@@ -36,7 +37,7 @@ class _Label:
     token: tuple[int, int]  # where in the text `vx` stands
 
 
-def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, ...]]:
+def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[Note, ...]]:
     """Force plates of a table, by number where every plate has one, else in file order; and what is ignored.
 
     A column name is words and numbers: the axis with or without a letter for its kind (`vx`, `px`, `mx`,
@@ -181,13 +182,20 @@ def _plate(force: dict[str, _Label], point: dict[str, _Label], moment: dict[str,
     )
 
 
-def _notes(source: str, plates: Sequence[PlateColumns], ignored: Sequence[str]) -> tuple[str, ...]:
-    notes: tuple[str, ...] = ()
+def _notes(source: str, plates: Sequence[PlateColumns], ignored: Sequence[str]) -> tuple[Note, ...]:
+    notes: tuple[Note, ...] = ()
     for plate in plates:
         if plate.moment is None:
-            notes += (f"{source}: {plate.name} has no moment columns; its free moment is taken as zero",)
+            notes += noted(
+                Kind.PLATES, f"{source}: {plate.name} has no moment columns; its free moment is taken as zero"
+            )
         elif None in plate.moment:
-            notes += (f"{source}: {plate.name} has a vertical moment only, taken as the free moment",)
+            notes += noted(
+                Kind.PLATES, f"{source}: {plate.name} has a vertical moment only, taken as the free moment"
+            )
     if ignored:
-        notes += (f"{source}: columns ignored, since they belong to no force plate: {', '.join(ignored)}",)
+        notes += noted(
+            Kind.PLATES,
+            f"{source}: columns ignored, since they belong to no force plate: {', '.join(ignored)}",
+        )
     return notes

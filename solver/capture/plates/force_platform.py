@@ -18,6 +18,7 @@ from solver.capture.plates.platform_wrench import (
     wrench_on_surface,
 )
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 from solver.common.plate_figures import CONTACT_N
 from solver.common.settings_field import setting
 
@@ -54,7 +55,7 @@ def force_platforms(
     metres: float,
     settings: ForcePlatformSettings = ForcePlatformSettings(),
     unit_settings: PlatformUnitSettings = PLATFORM_UNITS,
-) -> tuple[tuple[Platform, ...], tuple[str, ...]]:
+) -> tuple[tuple[Platform, ...], tuple[Note, ...]]:
     """Wrenches of all usable platforms, and what was assumed or left out.
 
     Args:
@@ -69,18 +70,19 @@ def force_platforms(
     used = int(contents.number("FORCE_PLATFORM", "USED", 0))
     source = contents.path.name
     if used and not contents.analogs.size:
-        return (), (
+        return (), noted(
+            Kind.LEFT_OUT,
             f"{source}: {used} force plates declared, but the file holds no analog samples: no forces",
         )
     types = contents.array("FORCE_PLATFORM", "TYPE").ravel().astype(int)[:used]
     _refuse_unknown_types(contents, types)
     platforms: list[Platform] = []
-    remarks: dict[str, list[int]] = {}
+    remarks: dict[Note, list[int]] = {}
     for k in range(used):
         corners = _of_plate(contents.array("FORCE_PLATFORM", "CORNERS"), k, 2).T * metres
         flaw = _flaw(contents, k, types, corners, settings)
         if flaw:
-            remarks.setdefault(f"left out: {flaw}", []).append(k + 1)
+            remarks.setdefault(Note(Kind.PLATES, f"left out: {flaw}"), []).append(k + 1)
             continue
         signals, zero_notes = _zeroed(
             contents, _signals(contents, k, int(types[k]), corners, metres), settings, unit_settings
@@ -93,7 +95,7 @@ def force_platforms(
         for remark in zero_notes + wrench_notes:
             remarks.setdefault(remark, []).append(k + 1)
     return tuple(platforms), tuple(
-        f"{source}: plate {', '.join(map(str, plates))}: {remark}" for remark, plates in remarks.items()
+        remark.of(f"{source}: plate {', '.join(map(str, plates))}") for remark, plates in remarks.items()
     )
 
 
@@ -177,7 +179,7 @@ def _zeroed(
     plate: PlatformSignals,
     settings: ForcePlatformSettings,
     unit_settings: PlatformUnitSettings,
-) -> tuple[PlatformSignals, tuple[str, ...]]:
+) -> tuple[PlatformSignals, tuple[Note, ...]]:
     """The signals less their mean over the frames that FORCE_PLATFORM:ZERO names, if nobody stood there."""
     zero = contents.array("FORCE_PLATFORM", "ZERO").ravel().astype(int)
     if len(zero) < 2 or not 1 <= zero[0] <= zero[1] <= len(contents.points):
@@ -191,7 +193,7 @@ def _zeroed(
     force = wrench_on_surface(replace(plate, signals=baseline[None]), unit_settings)[0]
     vertical, frames = abs(float(force[0, 2])), f"frames {zero[0]} to {zero[1]} (FORCE_PLATFORM:ZERO)"
     if vertical > settings.zero_limit_N:
-        return plate, (f"not zeroed: it carries {vertical:.0f} N on {frames}",)
-    return replace(plate, signals=plate.signals - baseline), (
-        f"zeroed by its mean on {frames}, {vertical:.1f} N",
+        return plate, noted(Kind.PLATES, f"not zeroed: it carries {vertical:.0f} N on {frames}")
+    return replace(plate, signals=plate.signals - baseline), noted(
+        Kind.PLATES, f"zeroed by its mean on {frames}, {vertical:.1f} N"
     )

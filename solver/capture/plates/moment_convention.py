@@ -24,6 +24,7 @@ from solver.capture.plates.centre_of_pressure import LEVEL_GROUND, centre_of_pre
 from solver.capture.plates.force_columns import find_plates
 from solver.capture.plates.force_settings import FORCE_TABLES, ForceTableSettings
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 CONVENTIONS = ("free", "ground", "plate")
 MEANING = {
@@ -51,7 +52,7 @@ def plates_from_storage(
     moment_convention: str | None = None,
     settings: ForceTableSettings = FORCE_TABLES,
     clock_settings: ClockSettings = CLOCK,
-) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
+) -> tuple[tuple[ForcePlate, ...], tuple[Note, ...]]:
     """Force plates of a .mot or .sto table: wrenches about the ground origin, y up, signs as in the file.
 
     Args:
@@ -109,7 +110,7 @@ def _columns(
 
 def _in_metres(
     plates: Sequence[_Columns], source: str, settings: ForceTableSettings
-) -> tuple[list[_Columns], tuple[str, ...]]:
+) -> tuple[list[_Columns], tuple[Note, ...]]:
     """Centres of pressure in m and moments in N·m, where the file has mm and N·mm."""
     points = [np.abs(plate.point[plate.loaded])[:, [0, 2]] for plate in plates if plate.point is not None]
     distance = _median(np.concatenate(points).max(axis=1)) if points else 0.0
@@ -119,11 +120,14 @@ def _in_metres(
     in_Nmm = lever > settings.longest_lab_m or (
         lever < settings.good_lever_m and vertical > settings.largest_free_Nm
     )
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if in_mm:
-        notes += (f"{source}: centres of pressure read as mm: they lie {distance:.4g} from the origin",)
+        notes += noted(
+            Kind.PLATES, f"{source}: centres of pressure read as mm: they lie {distance:.4g} from the origin"
+        )
     if in_Nmm:
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{source}: moments read as N·mm: their median lever arm is {lever:.3g}, the median vertical one "
             f"{vertical:.4g}",
         )
@@ -139,11 +143,11 @@ def _in_metres(
 
 def _origins(
     plates: Sequence[_Columns], storage: Storage, forced: str | None, settings: ForceTableSettings
-) -> tuple[list[Float[np.ndarray, "3"] | None], tuple[str, ...]]:
+) -> tuple[list[Float[np.ndarray, "3"] | None], tuple[Note, ...]]:
     """Per plate the point about which its moment columns are; None for the centre of pressure."""
     judged = [p for p in plates if p.point is not None and p.loaded.sum() >= settings.fewest_samples]
     blind = [p for p in plates if p.point is None and p.loaded.any()]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     convention = forced or "free"
     if judged:
         convention, notes = _judge(judged, storage.path.name, forced, settings)
@@ -151,10 +155,9 @@ def _origins(
         notes += _without_centres(blind, storage, forced)
     notes += _gap_notes(plates, storage.path.name, convention, settings)
     if not judged and not blind:
-        notes += (
-            f"{storage.path.name}: no plate is loaded long enough to determine what its moments mean"
-            + _scale_hint(plates, settings.smallest_load_N),
-        )
+        hint = _scale_hint(plates, settings.smallest_load_N)
+        text = f"{storage.path.name}: no plate is loaded long enough to determine what its moments mean{hint}"
+        notes += noted(Kind.FORCES_AGAINST_BODY if hint else Kind.OTHER, text)
     origins: list[Float[np.ndarray, "3"] | None] = []
     for plate in plates:
         if plate.point is None or convention == "ground":
@@ -174,7 +177,7 @@ def _scale_hint(plates: Sequence[_Columns], smallest_load_N: float) -> str:
 
 def _judge(
     plates: Sequence[_Columns], source: str, forced: str | None, settings: ForceTableSettings
-) -> tuple[str, tuple[str, ...]]:
+) -> tuple[str, tuple[Note, ...]]:
     """The convention under which the moment about the centre of pressure is most nearly vertical."""
     levers: dict[str, list[Float[np.ndarray, " loaded"]]] = {convention: [] for convention in CONVENTIONS}
     origins = [_fitted_origin(plate, settings) for plate in plates]
@@ -193,21 +196,23 @@ def _judge(
     evidence = f"how far forces miss their centres of pressure, by reading: {misses}"
     if forced:
         contradiction = "" if forced == best else f", although the numbers suggest {MEANING[best]}"
-        return forced, (
+        return forced, noted(
+            Kind.PLATES,
             f"{source}: moment columns read as {MEANING[forced]}, as told{contradiction} ({evidence})",
         )
     if left[best] > settings.good_lever_m:
-        return "free", (
+        return "free", noted(
+            Kind.PLATES,
             f"{source}: centres of pressure, forces and moments contradict each other ({evidence}); moment "
             f"columns read as {MEANING['free']}",
         )
-    return best, (f"{source}: moment columns read as {MEANING[best]} ({evidence})",)
+    return best, noted(Kind.PLATES, f"{source}: moment columns read as {MEANING[best]} ({evidence})")
 
 
 def _gap_notes(
     plates: Sequence[_Columns], source: str, convention: str, settings: ForceTableSettings
-) -> tuple[str, ...]:
-    notes: tuple[str, ...] = ()
+) -> tuple[Note, ...]:
+    notes: tuple[Note, ...] = ()
     for plate in plates:
         if plate.point is None:
             continue
@@ -216,11 +221,14 @@ def _gap_notes(
             "; the force is assumed to act in the middle of the known ones" if convention == "free" else ""
         )
         if lost.any():
-            notes += (f"{source}: {plate.name}: no centre of pressure on {lost.sum()} loaded samples{guess}",)
+            notes += noted(
+                Kind.FORCES_AGAINST_BODY,
+                f"{source}: {plate.name}: no centre of pressure on {lost.sum()} loaded samples{guess}",
+            )
     return notes
 
 
-def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | None) -> tuple[str, ...]:
+def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | None) -> tuple[Note, ...]:
     """What is assumed where a loaded plate has no centre of pressure of its own."""
     names = ", ".join(plate.name for plate in blind)
     if forced == "plate":
@@ -233,7 +241,8 @@ def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | 
             f"{storage.path}: {names}: neither a centre of pressure nor a horizontal moment: the point "
             "where the force acts is unknown. Export the centre of pressure."
         )
-    return (
+    return noted(
+        Kind.OTHER,
         f"{storage.path.name}: {names}: no centre of pressure in the file; recomputed at the height y = 0 "
         "from the moment columns, assumed to be about the ground origin",
     )

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate
+from solver.common.notes import Kind, Note, noted
 
 APART = 0.1  # of the force, by which channels of one load differ: amplifiers' ranges, filters
 APART_M = 0.03  # and their pressures; two feet are farther apart
@@ -20,7 +21,7 @@ MOST_SUMMED = 8  # plates; among more, sums are not looked for
 SAMPLES = 2000  # that are compared
 
 
-def without_copies(plates: Sequence[ForcePlate]) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
+def without_copies(plates: Sequence[ForcePlate]) -> tuple[tuple[ForcePlate, ...], tuple[Note, ...]]:
     """The plates that hold a force of their own, and a note on the others.
 
     Of copies in different units the largest stays: newtons are larger numbers than pounds or kilonewtons. Of
@@ -46,7 +47,8 @@ def without_copies(plates: Sequence[ForcePlate]) -> tuple[tuple[ForcePlate, ...]
     kept = tuple(plate for k, plate in enumerate(plates) if k not in gone)
     if not told:
         return kept, ()
-    return kept, (
+    return kept, noted(
+        Kind.PLATES,
         "these plates hold forces of others once more and are left out, or the person would weigh too much: "
         f"{', '.join(told)}",
     )

@@ -18,6 +18,7 @@ from solver.capture.plates.resting_level import resting_samples
 from solver.capture.plates.vertical_momentum import vertical_momentum
 from solver.capture.plates.zero_level import less, level_of
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 from solver.common.plate_figures import CONTACT_N, LOAD_N
 from solver.common.runs import runs
 
@@ -95,7 +96,7 @@ def levelled(
     conditioning: ConditioningSettings = CONDITIONING,
     *,
     said: Sequence[PlateWord] = (),
-) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
+) -> tuple[tuple[ForcePlate, ...], tuple[Note, ...]]:
     """The plates as forces on the person; turned and relieved of a zero level where that is clear or said.
 
     Returns:
@@ -161,7 +162,7 @@ def _refuse_strangers(words: Mapping[str, PlateWord], known: Sequence[str]) -> N
             )
 
 
-def _said_of(word: PlateWord, unasked: PlateEvidence, settings: PlateSignSettings) -> str:
+def _said_of(word: PlateWord, unasked: PlateEvidence, settings: PlateSignSettings) -> Note:
     """What was done at a person's word, and what the recording alone tells."""
     ways = {1: "its forces act on the person", -1: "its forces act on the plate, so their sign is turned"}
     said = [ways[word.sign]] if word.sign is not None else []
@@ -176,24 +177,27 @@ def _said_of(word: PlateWord, unasked: PlateEvidence, settings: PlateSignSetting
         and unasked.is_turned(settings) != (word.sign == -1)
     )
     against = "; its readings contradict that" if is_against else ""
-    return (
+    return Note(
+        Kind.FORCES_AGAINST_BODY if is_against else Kind.PLATES,
         f"{word.name}: as subject.toml says, {', and '.join(said)} (the recording alone: "
-        f"{unasked.sentence(settings)}{against})"
+        f"{unasked.sentence(settings)}{against})",
     )
 
 
 def _sentences(
     plate: ForcePlate, evidence: PlateEvidence, *, lowered: bool, settings: PlateSignSettings
-) -> list[str]:
-    said = []
+) -> list[Note]:
+    said: list[Note] = []
     if lowered and abs(evidence.zero_N) <= settings.tare_N:
-        said.append(
-            f"{plate.name}: reads {evidence.zero_N:.1f} N while nobody is on it; taken off as its zero level"
+        said += noted(
+            Kind.PLATES,
+            f"{plate.name}: reads {evidence.zero_N:.1f} N while nobody is on it; taken off as its zero level",
         )
     elif lowered:
-        said.append(
+        said += noted(
+            Kind.PLATES,
             f"{plate.name}: its zero level is off: it reads {evidence.zero_N:.0f} N while nobody is on it; "
-            "taken off. Was it tared under a load, or not at all?"
+            "taken off. Was it tared under a load, or not at all?",
         )
     elif (
         evidence.used
@@ -202,23 +206,26 @@ def _sentences(
         and not evidence.is_undecided(settings)
     ):
         known = f" (± {evidence.zero_std_N:.0f} N)" if np.isfinite(evidence.zero_std_N) else ""
-        said.append(
+        said += noted(
+            Kind.OTHER,
             f"{plate.name}: its zero level is off: by the person's weight and motion it would read "
             f"{evidence.zero_N:.0f} N unloaded{known}. Was it tared while something stood on it? This "
             "recording does not show it empty, so nothing is taken off, and its forces are wrong by that "
-            "much: tare it empty and record again, or leave its forces out"
+            "much: tare it empty and record again, or leave its forces out",
         )
     if evidence.is_undecided(settings):
-        said.append(
+        said += noted(
+            Kind.OTHER,
             f"{plate.name}: the sign of its force cannot be determined from this recording (it reads "
             f"{np.nanmin(plate.force_ground[:, 1]):.0f} to {np.nanmax(plate.force_ground[:, 1]):.0f} N "
             "upwards); left unchanged. If that is not the force on the person, or if the plate was tared "
-            "under a load, export it again with the right sign and zero level"
+            "under a load, export it again with the right sign and zero level",
         )
     elif evidence.is_turned(settings):
-        said.append(
+        said += noted(
+            Kind.OTHER,
             f"{plate.name}: forces point downwards, on the plate; their sign is turned: only then do the "
-            "plates carry the person's weight"
+            "plates carry the person's weight",
         )
     return said
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.notes import Kind, Note, noted
 from solver.common.plate_figures import FEWEST_JUDGED, JUDGED_N, UNTARED_SHARE
 from solver.common.settings_field import setting
 
@@ -66,7 +67,7 @@ class PlatformSignals:
 
 def wrench_on_surface(
     plate: PlatformSignals, settings: PlatformUnitSettings = PLATFORM_UNITS
-) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[Note, ...]]:
     """Force [N] and moment about the middle of the surface [N·m] in plate axes, as recorded; and notes."""
     if plate.kind == 1:
         return _centre_and_free_moment(plate, settings)
@@ -77,7 +78,7 @@ def wrench_on_surface(
 
 def _centre_and_free_moment(
     plate: PlatformSignals, settings: PlatformUnitSettings
-) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[Note, ...]]:
     """Type 1: force, centre of pressure from the middle of the surface, free moment."""
     force, px, py, free = plate.signals[:, :3], *plate.signals[:, 3:6].T
     nought = np.zeros_like(px)
@@ -95,13 +96,16 @@ def _centre_and_free_moment(
 
 def _force_and_moment(
     plate: PlatformSignals, settings: PlatformUnitSettings
-) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[Note, ...]]:
     """Types 2 and 4: force and moment about the sensors' origin; type 4 through the calibration matrix."""
     channels = plate.signals
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if plate.kind == 4 and plate.calibration is not None:
         if _already_calibrated(plate.scales, plate.calibration, settings):
-            notes = ("ANALOG:SCALE holds the calibration already; CAL_MATRIX is not applied a second time",)
+            notes = noted(
+                Kind.OTHER,
+                "ANALOG:SCALE holds the calibration already; CAL_MATRIX is not applied a second time",
+            )
         else:
             channels = channels @ plate.calibration.T
     force, moment = channels[:, :3], channels[:, 3:6]
@@ -121,7 +125,7 @@ def _force_and_moment(
 
 def _eight_channels(
     plate: PlatformSignals,
-) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[Note, ...]]:
     """Type 3: shear force of pairs of sensors and vertical force of each of the four.
 
     ORIGIN holds half the distances between the sensors, and their (negative) height above the surface.
@@ -134,11 +138,18 @@ def _eight_channels(
         [b * (z1 + z2 - z3 - z4), a * (z2 + z3 - z1 - z4), b * (x34 - x12) + a * (y14 - y23)], axis=1
     ) + np.cross(force, height)
     if a == 0 or b == 0:
-        note = "FORCE_PLATFORM:ORIGIN lacks the distances of the sensors; the force is placed in the middle"
+        note = Note(
+            Kind.PLATES,
+            "FORCE_PLATFORM:ORIGIN lacks the distances of the sensors; the force is placed in the middle",
+        )
         return force, np.zeros_like(force), (note,)
     if plate.cop_polynomial is None or not np.any(plate.cop_polynomial):
         return force, moment, ()
-    return force, _straightened(plate, force, moment), ("centre of pressure corrected by FPCOPPOLY",)
+    return (
+        force,
+        _straightened(plate, force, moment),
+        noted(Kind.OTHER, "centre of pressure corrected by FPCOPPOLY"),
+    )
 
 
 def _straightened(
@@ -159,11 +170,13 @@ def _straightened(
     return moment - np.where(on_plate[:, None], np.cross(shift, vertical), 0.0)
 
 
-def _below_surface(origin: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3"], tuple[str, ...]]:
+def _below_surface(origin: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3"], tuple[Note, ...]]:
     """The vector from the sensors to the surface: its z is negative, since the plate's z axis points down."""
     if origin[2] <= 0:
         return origin, ()
-    return -origin, ("FORCE_PLATFORM:ORIGIN has the sign of another convention and is reversed",)
+    return -origin, noted(
+        Kind.PLATES, "FORCE_PLATFORM:ORIGIN has the sign of another convention and is reversed"
+    )
 
 
 def _already_calibrated(
@@ -188,7 +201,7 @@ def _with_likely_unit(
     units: Mapping[str, float],
     what: str,
     settings: PlatformUnitSettings,
-) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
+) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[Note, ...]]:
     """The wrench under the declared unit, unless another one fits the plate better.
 
     A factor of a thousand too much puts the centres of pressure off the plate, one too little puts them all
@@ -208,10 +221,16 @@ def _with_likely_unit(
         reach = np.linalg.norm(other[1] - wrench(0.0)[1], axis=1) / vertical
         if np.nanmedian(reach[vertical > settings.loaded_N]) > settings.middle_m:
             name = next(name for name, metres in units.items() if metres == factor)
-            return *other, (f"{what} read as {name}: only then do they fit the size of the plate",)
+            return *other, noted(
+                Kind.OTHER, f"{what} read as {name}: only then do they fit the size of the plate"
+            )
     if inside >= settings.inside_share:
         return force, moment, ()
-    return force, moment, (f"only {inside:.0%} of the centres of pressure under load lie on the plate",)
+    return (
+        force,
+        moment,
+        noted(Kind.OTHER, f"only {inside:.0%} of the centres of pressure under load lie on the plate"),
+    )
 
 
 def _share_inside(

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.plates.force_settings import CONDITIONING, ConditioningSettings
+from solver.common.notes import Kind, Note, noted
 from solver.common.plate_figures import JUDGED_N
 from solver.common.runs import runs
 
@@ -16,7 +17,7 @@ EDGE_N = 200.0  # a load below it comes or goes
 
 def zeroed(
     plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
-) -> tuple[ForcePlate, tuple[str, ...]]:
+) -> tuple[ForcePlate, tuple[Note, ...]]:
     """The plate less the constant wrench that it shows while unloaded, and what was taken off.
 
     Left alone: plates that are never unloaded, files whose unloaded samples were set to exactly zero, and
@@ -35,12 +36,14 @@ def zeroed(
         return plate, ()
     seconds = unloaded.sum() / plate.rate
     listed = ", ".join(f"{component:.1f}" for component in force)
-    notes: tuple[str, ...] = (
+    notes: tuple[Note, ...] = noted(
+        Kind.PLATES,
         f"{plate.name}: reads {listed} N (x, y, z) while unloaded ({seconds:.2f} s); taken off as its zero "
         "level",
     )
     if np.ptp(level[:, 1]):
-        notes += (
+        notes += noted(
+            Kind.OTHER,
             f"{plate.name}: its zero level drifts from {level[0, 1]:.1f} to {level[-1, 1]:.1f} N vertically; "
             "the drift is taken off as well",
         )

@@ -19,6 +19,7 @@ from solver.capture.subject.loose_files import (
 from solver.capture.subject.statics import is_static, moves
 from solver.capture.subject.trial_ranges import KEY as RANGES
 from solver.capture.subject.trial_ranges import trial_ranges
+from solver.common.notes import Kind, Note, noted
 
 USED_KEYS = ("massKg", "heightM", "sex", "ageYears", "footBodyNames", "subjectTags", RANGES)
 PROCESSING_KEYS = (  # settings of AddBiomechanics' own server, which mean nothing here
@@ -57,7 +58,7 @@ def read_subject_json(path: Path) -> Description:
 def trials_of(folder: Path, settings: ReadingSettings = READING) -> FoundTrials:
     """Trials and static trial in SUBJECT/trials/NAME/: markers.trc or .c3d, with grf.mot; else any names."""
     trials: list[TrialFiles] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     left: dict[Path, str] = {}
     static: Path | None = None
     for place in sorted((p for p in folder.iterdir() if p.is_dir()), key=lambda p: natural_order(p.name)):
@@ -74,16 +75,20 @@ def trials_of(folder: Path, settings: ReadingSettings = READING) -> FoundTrials:
             left |= found.left
             static = static or found.static
             if not found.trials:
-                notes.append(f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out")
+                notes += noted(
+                    Kind.OTHER, f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out"
+                )
         elif is_static(place.name) and not (markers and not leads_out(markers, folder) and moves(markers)):
             markers = markers or next((p for p in files.values() if is_recording(p)), None)
             if markers is None:
-                notes.append(f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out")
+                notes += noted(
+                    Kind.OTHER, f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out"
+                )
             elif static is None:
                 static = markers
             else:
                 left[markers] = f"another static trial; {static.parent.name} is used"
-                notes.append(f"{folder.name}/{place.name}: {left[markers]}")
+                notes += noted(Kind.OTHER, f"{folder.name}/{place.name}: {left[markers]}")
         else:
             assert markers is not None
             trials.append(TrialFiles(place.name, markers, forces, reviews_in(place)))

@@ -12,6 +12,7 @@ from typing import Any
 from solver.capture.capture import ReleaseWords, TrialFiles
 from solver.common.errors import CaptureError
 from solver.common.file_names import lying
+from solver.common.notes import Kind, Note, noted
 from solver.common.small_files import BrokenFileError, json_content, toml_tables
 
 SEXES = {
@@ -38,7 +39,7 @@ class Description:
     ranges: Mapping[str, tuple[tuple[float, float], ...]] | None = None  # [s] by trial, what counts of it
     release: ReleaseWords | None = None
     prefix: str | None = None  # before the person's labels, in files of several people
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def or_else(self, other: "Description") -> "Description":
         """The same, with the other one's word where this one is silent."""
@@ -64,7 +65,7 @@ class Entries:
             f"{self.path}: {self.prefix}{key} = {json.dumps(self.values.get(key), default=str)}: {wrong}"
         )
 
-    def number(self, key: str, quantity: str) -> tuple[float | None, tuple[str, ...]]:
+    def number(self, key: str, quantity: str) -> tuple[float | None, tuple[Note, ...]]:
         """A positive number, written as such or in quotes; None where absent or not above zero."""
         value = self.values.get(key)
         if value is None or value == "":
@@ -79,17 +80,18 @@ class Entries:
         if number > largest:
             raise self.complaint(key, f"not a possible {quantity} in {unit}. Write it in {unit}.")
         if number <= 0:
-            return None, (
+            return None, noted(
+                Kind.OTHER,
                 f"{self.path.name}: {key} = {number:g} is not a possible {quantity} and counts as unknown",
             )
         return number, ()
 
-    def sex(self, key: str) -> tuple[str | None, tuple[str, ...]]:
+    def sex(self, key: str) -> tuple[str | None, tuple[Note, ...]]:
         """The sex as "male" or "female", or None."""
         word = str(self.values.get(key) or "").strip().lower()
         if word in SEXES or word in ("", "unknown", "other"):
             return SEXES.get(word), ()
-        return None, (f"{self.path.name}: {key} = '{word}' counts as unknown",)
+        return None, noted(Kind.OTHER, f"{self.path.name}: {key} = '{word}' counts as unknown")
 
     def texts(self, key: str) -> tuple[str, ...] | None:
         """A list of texts, or a single one; None where absent."""
@@ -128,14 +130,18 @@ class Entries:
         """Files inside the folder of this one."""
         return tuple(self._inside(key, name) for name in self.texts(key) or ())
 
-    def unknown(self, known: tuple[str, ...]) -> tuple[str, ...]:
+    def unknown(self, known: tuple[str, ...]) -> tuple[Note, ...]:
         """A note about keys that mean nothing here, with the nearest that does."""
         strange = []
         for key in self.values:
             if key not in known:
                 near = get_close_matches(key, known, n=1)
                 strange.append(f"{self.prefix}{key}" + (f" ({near[0]}?)" if near else ""))
-        return (f"{self.path.name}: unknown keys are ignored: {', '.join(strange)}",) if strange else ()
+        return (
+            noted(Kind.OTHER, f"{self.path.name}: unknown keys are ignored: {', '.join(strange)}")
+            if strange
+            else ()
+        )
 
     def _inside(self, key: str, name: str) -> Path:
         folder, parts = self.path.parent, PurePosixPath(name.strip().replace("\\", "/")).parts

@@ -15,6 +15,7 @@ from solver.capture.plates.moment_convention import plates_from_storage
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject.trial_names import Relation, relation
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note
 
 LITTLE = 0.5  # [log odds] not worth a word
 
@@ -24,7 +25,7 @@ class Paired:
     """Force tables of marker files, and why others were not taken."""
 
     forces: Mapping[Path, Path] = field(default_factory=dict)  # by marker file
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     left: Mapping[Path, str] = field(default_factory=dict)  # by force table
 
 
@@ -70,8 +71,11 @@ def pair_forces(
     least = settings.force_files.taken
     taken = [c for c in candidates if c.log_odds >= least and not _rivals(c, candidates, among)]
     notes = tuple(
-        f"{c.table.relative_to(folder)}: used as the forces of {c.markers.relative_to(folder)} ({c.why}); "
-        "a subject.toml can name others"
+        Note(
+            Kind.OTHER,
+            f"{c.table.relative_to(folder)}: used as the forces of {c.markers.relative_to(folder)} "
+            f"({c.why}); a subject.toml can name others",
+        )
         for c in taken
     )
     used = {c.table for c in taken}

@@ -21,6 +21,7 @@ from solver.capture.subject.same_motion import counterparts_among, how_they_diff
 from solver.capture.subject.statics import static_among
 from solver.capture.subject.trial_names import name_tokens
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 FORCE_ENDINGS = ("_grf", "_forces", "")
 LEADS_OUT = "a link that leads out of the folder: copy the file into it, or name it in subject.toml"
@@ -34,7 +35,7 @@ class FoundTrials:
 
     trials: tuple[TrialFiles, ...]
     static: Path | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     left: Mapping[Path, str]  # marker files and tables that are not used, and why
     other_statics: tuple[Path, ...] = ()
 
@@ -124,11 +125,11 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
             )
             if markers in forces:
                 left[forces[markers]] = f"forces of {markers.name}, in place of which {better.name} is read"
-            notes += (f"{markers.name}: left out, the trial is read from {better.name}",)
+            notes += noted(Kind.LEFT_OUT, f"{markers.name}: left out, the trial is read from {better.name}")
         elif markers in forces and markers in inside and holds_forces(markers, settings):
             reason = f"{markers.name} holds its own forces; a subject.toml can name others"
             left[forces[markers]] = reason
-            notes += (f"{forces[markers].name}: left out, {reason}",)
+            notes += noted(Kind.OTHER, f"{forces[markers].name}: left out, {reason}")
             kept.append((markers, None))
         else:
             kept.append((markers, forces.get(markers)))
@@ -202,14 +203,14 @@ def reviews_in(place: Path) -> tuple[Path, ...]:
 
 def _by_exact_name(
     recordings: Iterable[Path], files: Sequence[Path]
-) -> tuple[dict[Path, Path], tuple[str, ...]]:
+) -> tuple[dict[Path, Path], tuple[Note, ...]]:
     """X_grf.mot, X_forces.mot, or X.mot where it holds forces, beside X.trc; and notes on what holds none.
 
     Beside X.tsv it is X_f_1.tsv, which stands for all of X_f_*.tsv.
     """
     beside = {(p.parent, p.name.lower()): p for p in files}
     found: dict[Path, Path] = {}
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     for markers in recordings:
         own = plates_beside(markers)
         if own is not None:
@@ -225,7 +226,7 @@ def _by_exact_name(
             try:
                 find_plates(read_columns(table))
             except CaptureError as error:
-                notes += (f"{table.name}: no forces of {markers.name} ({error})",)
+                notes += noted(Kind.NOT_READ, f"{table.name}: no forces of {markers.name} ({error})")
             else:
                 found[markers] = table
                 break
@@ -234,7 +235,7 @@ def _by_exact_name(
 
 def _counterparts(
     recordings: Sequence[Path], inside: Collection[Path]
-) -> tuple[dict[Path, Path], tuple[str, ...]]:
+) -> tuple[dict[Path, Path], tuple[Note, ...]]:
     """Which file shows the motion of one that holds more: TRC of text exports, and both of C3D files.
 
     Two of one name that show two motions are two trials, and a note says what differs.
@@ -254,7 +255,7 @@ def _counterparts(
 
 def _counterparts_of(
     tables: Sequence[Path], recordings: Sequence[Path], inside: Collection[Path]
-) -> tuple[dict[Path, Path], tuple[str, ...], Collection[Path]]:
+) -> tuple[dict[Path, Path], tuple[Note, ...], Collection[Path]]:
     """Pairs of one name first, then by what they hold; notes; tables whose namesake is another motion."""
     namesakes = {(p.parent, p.stem.lower()): p for p in recordings}
     named = {t: namesakes[key] for t in tables if (key := (t.parent, t.stem.lower())) in namesakes}
@@ -264,8 +265,11 @@ def _counterparts_of(
         if table in inside and recording in inside and (difference := how_they_differ(table, recording))
     }
     notes = tuple(
-        f"{table.name} and {named[table].name}: the same name, but different recordings ({difference}); read "
-        "as two trials. Rename one, or name the right one in a subject.toml"
+        Note(
+            Kind.OTHER,
+            f"{table.name} and {named[table].name}: the same name, but different recordings ({difference}); "
+            "read as two trials. Rename one, or name the right one in a subject.toml",
+        )
         for table, difference in differing.items()
     )
     same = {table: recording for table, recording in named.items() if table not in differing}

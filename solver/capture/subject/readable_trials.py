@@ -11,6 +11,7 @@ from solver.capture.subject.unused_files import FORCES, MARKERS
 from solver.capture.trial import read_static, read_trial
 from solver.common.errors import CaptureError, SolverError
 from solver.common.file_names import readable
+from solver.common.notes import Kind, Note
 
 
 @dataclass(frozen=True)
@@ -22,13 +23,20 @@ class ReadTrials:
     unread: tuple[UnreadTrial, ...] = ()
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """A sentence on each trial that is left out."""
         return tuple(
-            f"{trial.name}: left out, {trial.file.file} cannot be used: {trial.file.reason}"
+            Note(
+                Kind.NOT_READ,
+                f"left out, {trial.file.file} cannot be used: {trial.file.reason}",
+                trial=trial.name,
+            )
             if trial.name
-            else f"static trial: left out, so the trials alone scale the body; {trial.file.file} cannot be "
-            f"used: {trial.file.reason}"
+            else Note(
+                Kind.NOT_READ,
+                f"static trial: left out, so the trials alone scale the body; {trial.file.file} cannot be "
+                f"used: {trial.file.reason}",
+            )
             for trial in self.unread
         )
 

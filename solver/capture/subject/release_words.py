@@ -4,13 +4,14 @@ import re
 
 from solver.capture.capture import ReleaseWords
 from solver.capture.subject.description import Entries
+from solver.common.notes import Note
 
 KEYS = ("source", "person", "laboratory", "licence", "consent", "citation", "doi", "url")
 CONSENTS = ("public", "restricted", "unknown")
 BIBTEX = ".bib"
 
 
-def release_words(entries: Entries) -> tuple[ReleaseWords | None, tuple[str, ...]]:
+def release_words(entries: Entries) -> tuple[ReleaseWords | None, tuple[Note, ...]]:
     """What a subject.toml says under [release], and a note about keys that mean nothing there.
 
     Args:

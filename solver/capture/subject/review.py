@@ -13,6 +13,7 @@ from jaxtyping import Bool
 from solver.capture.capture import Markers
 from solver.capture.subject.description import read_json
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 KEY = "missing_grf_data"
 
@@ -28,7 +29,7 @@ class _Segment:
 
 def imported_review(
     reviews: Sequence[Path], markers: Markers
-) -> tuple[Bool[np.ndarray, " frames"] | None, Bool[np.ndarray, " frames"] | None, tuple[str, ...]]:
+) -> tuple[Bool[np.ndarray, " frames"] | None, Bool[np.ndarray, " frames"] | None, tuple[Note, ...]]:
     """Labels of a whole trial: true where a person said that the force is missing.
 
     A segment lies where the timestamps of its data.csv say; without them, segments follow one another from
@@ -48,7 +49,7 @@ def imported_review(
     if not reviews:
         return None, None, ()
     mask, covered = np.zeros(markers.frames, bool), np.zeros(markers.frames, bool)
-    notes: list[str] = []
+    notes: list[Note] = []
     end, previous = 0, None
     for review in reviews:
         segment = _read(review)
@@ -57,17 +58,22 @@ def imported_review(
         end, previous = first + len(segment.missing), review
         name = f"{segment.place.name}/{review.name}"
         if end > markers.frames:
-            notes.append(
+            notes += noted(
+                Kind.OTHER,
                 f"{name}: labels frames {first} to {end - 1}, but the trial has only {markers.frames}; "
-                "labels beyond that are ignored"
+                "labels beyond that are ignored",
             )
         inside = slice(min(first, markers.frames), min(end, markers.frames))
         mask[inside] = segment.missing[: inside.stop - inside.start]
         covered[inside] = True
         if not (segment.place / "REVIEWED").exists():
-            notes.append(f"{name}: no file REVIEWED beside it: perhaps nobody has finished the review")
+            notes += noted(
+                Kind.REVIEWS, f"{name}: no file REVIEWED beside it: perhaps nobody has finished the review"
+            )
     if not covered.all():
-        notes.append(f"{int((~covered).sum())} frames have no review: detection decides about them")
+        notes += noted(
+            Kind.REVIEWS, f"{int((~covered).sum())} frames have no review: detection decides about them"
+        )
     return mask, None if covered.all() else covered, tuple(notes)
 
 

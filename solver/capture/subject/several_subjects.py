@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from solver.capture.capture import Markers
+from solver.common.notes import Kind, Note, noted
 
 SIDES = frozenset({"l", "r", "left", "right"})  # before a colon they are no one's name
 LEAST_SHARED = 5  # labels that two subjects have in common
@@ -24,7 +25,7 @@ class OneSubject:
     markers: Markers
     name: str = ""  # before its labels
     others: tuple[str, ...] = ()  # names of the other people
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def one_subject(markers: Markers, wanted: str | None = None) -> OneSubject:
@@ -61,19 +62,26 @@ def one_subject(markers: Markers, wanted: str | None = None) -> OneSubject:
     twice = [whose for whose in people if _apart_m(markers, own, kept, whose) < TWICE_M]
     others = tuple(whose for whose in people if whose not in twice)
     notes = tuple(
-        f"{len(own[whose])} markers of {_called(whose)} are those of {_called(kept)} written twice; left out"
+        Note(
+            Kind.OTHER,
+            f"{len(own[whose])} markers of {_called(whose)} are those of {_called(kept)} written twice; "
+            "left out",
+        )
         for whose in twice
     )
     if others and kept == wanted:
-        notes += (f"the markers of {', '.join(map(_called, others))} are left out, as subject.toml says",)
+        notes += noted(
+            Kind.PLATES,
+            f"the markers of {', '.join(map(_called, others))} are left out, as subject.toml says",
+        )
     elif others:
         notes += (_people_note(markers, own, kept, others),)
     if doubled:
         named = ", ".join(markers.names[c] for c in sorted(doubled))
-        notes += (f"left out, since {_called(kept)} has labels of these names: {named}",)
+        notes += noted(Kind.OTHER, f"left out, since {_called(kept)} has labels of these names: {named}")
     removed = [whose for whose in own if whose and whose not in people]
     if removed:
-        notes += (f"the name {', '.join(removed)} is removed from the labels",)
+        notes += noted(Kind.LABELS, f"the name {', '.join(removed)} is removed from the labels")
     return OneSubject(one, kept, others, notes)
 
 
@@ -122,14 +130,17 @@ def _apart_m(markers: Markers, own: dict[str, dict[str, int]], kept: str, whose:
     return float(np.nanmedian(apart)) if np.isfinite(apart).any() else float("nan")
 
 
-def _people_note(markers: Markers, own: dict[str, dict[str, int]], kept: str, others: tuple[str, ...]) -> str:
+def _people_note(
+    markers: Markers, own: dict[str, dict[str, int]], kept: str, others: tuple[str, ...]
+) -> Note:
     told = []
     for whose in others:
         apart_m = _apart_m(markers, own, kept, whose)
         far = f", {apart_m:.1f} m away" if np.isfinite(apart_m) else ""
         told.append(f"{_called(whose)} ({len(own[whose])} markers{far})")
-    return (
+    return Note(
+        Kind.SEVERAL_PEOPLE,
         f"{1 + len(others)} people in one file: {_called(kept)} ({len(own[kept])} markers) is taken, "
         f'{", ".join(told)} left out. To take another: prefix = "{others[0]}" in subject.toml; '
-        "addb-viewer init writes one for each"
+        "addb-viewer init writes one for each",
     )

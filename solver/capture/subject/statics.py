@@ -11,6 +11,7 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.capture.subject.same_motion import markers_of
+from solver.common.notes import Kind, Note, noted
 
 STATIC = re.compile(
     r"stati(c|k|sch|que)|estatic|(?<![a-z])("
@@ -47,7 +48,7 @@ class Statics:
 
     static: Path | None
     others: tuple[Path, ...] = ()  # static trials as well
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def is_static(name: str) -> bool:
@@ -81,7 +82,8 @@ def static_among(recordings: Sequence[Path], inside: Collection[Path], folder: P
     named = [p for p in recordings if is_static_file(p, folder)]
     moving = [p for p in named if p in inside and moves(p)]
     notes = tuple(
-        f"{p.name}: a static trial by its name, but somebody moves in it: read as a trial" for p in moving
+        Note(Kind.OTHER, f"{p.name}: a static trial by its name, but somebody moves in it: read as a trial")
+        for p in moving
     )
     statics = [p for p in named if p not in moving]
     if len(statics) == len(recordings):
@@ -89,14 +91,17 @@ def static_among(recordings: Sequence[Path], inside: Collection[Path], folder: P
     if not statics and not moving:
         still = _still_ones([p for p in recordings if p in inside])
         if len(still) == 1 and len(recordings) > 1:
-            notes += (
+            notes += noted(
+                Kind.PERSON,
                 f"{still[0].name}: nobody moves in it, so it is the static trial; a subject.toml can name it "
                 "as a trial",
             )
             return Statics(still[0], (), notes)
     statics.sort(key=lambda p: _rank(shown(p) if p in inside else None))
     others = tuple(statics[1:])
-    notes += tuple(f"{p.name}: another static trial; {statics[0].name} is used" for p in others)
+    notes += tuple(
+        Note(Kind.OTHER, f"{p.name}: another static trial; {statics[0].name} is used") for p in others
+    )
     return Statics(statics[0] if statics else None, others, notes)
 
 

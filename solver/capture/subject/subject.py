@@ -29,6 +29,7 @@ from solver.capture.subject.trial_ranges import with_ranges
 from solver.capture.subject.unused_files import read_with, unused_files, what_lies_in
 from solver.common.errors import CaptureError
 from solver.common.file_names import readable
+from solver.common.notes import Kind, Note, noted
 from solver.common.small_files import BrokenFileError, lies_there
 
 LISTED = 5  # folders in a message
@@ -263,8 +264,8 @@ def _named(found: FoundTrials) -> FoundTrials:
     return replace(found, trials=tuple(trials))
 
 
-def _readable(*notes: str) -> tuple[str, ...]:
-    return tuple(readable(note) for note in notes)
+def _readable(*notes: Note) -> tuple[Note, ...]:
+    return tuple(note.reworded(readable) for note in notes)
 
 
 def _used(subject: Subject) -> Iterator[Path]:
@@ -276,12 +277,15 @@ def _used(subject: Subject) -> Iterator[Path]:
         yield from read_with(trial.reviews)
 
 
-def _model_notes(folder: Path, model: Path | None, models: list[Path], by_hand: bool) -> tuple[str, ...]:
+def _model_notes(folder: Path, model: Path | None, models: list[Path], by_hand: bool) -> tuple[Note, ...]:
     if len(models) > 1:
-        return (f"{', '.join(p.name for p in models)}: {_which_model(models)}",)
+        return noted(Kind.OTHER, f"{', '.join(p.name for p in models)}: {_which_model(models)}")
     unused = [p.name for p in files_in(folder) if p.suffix.lower() == ".osim"]
     if model is None and by_hand and unused:
-        return (f"subject.toml names no model: {', '.join(unused)} not used; the default body is used",)
+        return noted(
+            Kind.MODEL_AGAINST_MARKERS,
+            f"subject.toml names no model: {', '.join(unused)} not used; the default body is used",
+        )
     return ()
 
 

@@ -18,6 +18,7 @@ from solver.capture.subject.loose_files import files_in, leads_out, natural_orde
 from solver.capture.subject.same_motion import markers_of, same_motion
 from solver.capture.subject.statics import is_static, is_static_file, moves
 from solver.capture.subject.trial_names import name_tokens, numbered_person
+from solver.common.notes import Kind, Note, noted
 
 DESCRIBED_BY_HAND = "subject.toml"
 DESCRIPTIONS = (DESCRIBED_BY_HAND, "_subject.json")
@@ -47,7 +48,7 @@ class Layout:
 
     places: tuple[Path, ...]
     others: Mapping[Path, str]  # folders with marker files, and why they are not this subject's
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def layout_of(folder: Path) -> Layout:
@@ -83,14 +84,14 @@ def folders_below(folder: Path, deepest: int = DEEPEST) -> Iterator[Path]:
 
 def _of_one_person(
     folder: Path, own: Sequence[Path], named: Sequence[Path]
-) -> tuple[Sequence[Path], tuple[str, ...], dict[Path, str]]:
+) -> tuple[Sequence[Path], tuple[Note, ...], dict[Path, str]]:
     """Which of the named folders are trials of the subject, a note on it, and why others are not."""
     if not named:
         return (), (), {}
     listed = ", ".join(str(place.relative_to(folder)) for place in named)
     described = [name for name in DESCRIPTIONS if (folder / name).is_file()]
     if described:
-        return named, (f"{listed}: trials of one person, described by {described[0]}",), {}
+        return named, noted(Kind.PERSON, f"{listed}: trials of one person, described by {described[0]}"), {}
     recordings = {
         place: [p for p in files_in(place) if is_recording(p) and not leads_out(p, folder)]
         for place in (folder, *own, *named)
@@ -98,7 +99,11 @@ def _of_one_person(
     everyone = [path for paths in recordings.values() for path in paths]
     kinds = _kinds_of_several(recordings)
     if kinds:
-        return named, (f"{listed}: recordings of the same people, {', '.join(kinds)}, in each",), {}
+        return (
+            named,
+            noted(Kind.OTHER, f"{listed}: recordings of the same people, {', '.join(kinds)}, in each"),
+            {},
+        )
     shared, is_clear = _shared(folder, recordings, everyone)
     if not shared:
         alone = "a subject of its own: no static trial or model beside it, and no name of a person in both"
@@ -106,13 +111,13 @@ def _of_one_person(
     if len([place for place in named if recordings[place]]) == 1 and len(everyone) == len(
         recordings[named[0]]
     ):
-        return named, (f"{listed}: trials of one person, with {shared}",), {}
+        return named, noted(Kind.PERSON, f"{listed}: trials of one person, with {shared}"), {}
     found = people(everyone)
     if found != 1 and not (found is None and is_clear):
         why = "body lengths differ" if found else "nothing shows that it is one person"
         return (), (), dict.fromkeys(named, f"a subject of its own: {shared} is shared, but {why}")
     lengths = " and lengths of the body agree" if found else ""
-    return named, (f"{listed}: trials of one person: they share {shared}{lengths}",), {}
+    return named, noted(Kind.PERSON, f"{listed}: trials of one person: they share {shared}{lengths}"), {}
 
 
 def _kinds_of_several(recordings: Mapping[Path, Sequence[Path]]) -> list[str]:

@@ -8,6 +8,7 @@ from solver.capture.plates.moment_convention import CONVENTIONS
 from solver.capture.subject.description import Description, Entries, read_toml
 from solver.capture.subject.release_words import release_words
 from solver.common.errors import CaptureError
+from solver.common.notes import Note
 
 KEYS = (
     "mass_kg",
@@ -68,7 +69,7 @@ def can_name_a_trial(name: str) -> bool:
     return bool(name.strip()) and not name.startswith(".") and "/" not in name and "\\" not in name
 
 
-def _trials(entries: Entries) -> tuple[tuple[TrialFiles, ...] | None, tuple[str, ...]]:
+def _trials(entries: Entries) -> tuple[tuple[TrialFiles, ...] | None, tuple[Note, ...]]:
     tables = entries.values.get("trials")
     if tables is None:
         return None, ()
@@ -77,7 +78,7 @@ def _trials(entries: Entries) -> tuple[tuple[TrialFiles, ...] | None, tuple[str,
             f'{entries.path}: trials are tables of their own: [trials.NAME], then markers = "FILE".'
         )
     trials: list[TrialFiles] = []
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     for name, table in tables.items():
         if not isinstance(table, dict):
             raise CaptureError(

@@ -8,6 +8,7 @@ from jaxtyping import Bool
 
 from solver.capture.capture import Markers, TrialFiles
 from solver.capture.subject.description import Entries
+from solver.common.notes import Kind, Note, noted
 from solver.common.runs import runs
 
 KEY = "trialRanges"
@@ -31,17 +32,21 @@ def trial_ranges(entries: Entries) -> dict[str, Ranges] | None:
 
 def with_ranges(
     trials: Sequence[TrialFiles], ranges: Mapping[str, Ranges] | None
-) -> tuple[tuple[TrialFiles, ...], tuple[str, ...]]:
+) -> tuple[tuple[TrialFiles, ...], tuple[Note, ...]]:
     """The trials, each with its own ranges; and a note on ranges of trials that are not there."""
     ranges = ranges or {}
     unknown = sorted(set(ranges) - {trial.name for trial in trials})
-    notes = (f"{KEY}: no trial is called {', '.join(unknown)}; its range is not used",) if unknown else ()
+    notes = (
+        noted(Kind.REVIEWS, f"{KEY}: no trial is called {', '.join(unknown)}; its range is not used")
+        if unknown
+        else ()
+    )
     return tuple(replace(trial, ranges=ranges.get(trial.name, ())) for trial in trials), notes
 
 
 def outside_ranges(
     ranges: Ranges, markers: Markers
-) -> tuple[Bool[np.ndarray, " frames"] | None, tuple[str, ...]]:
+) -> tuple[Bool[np.ndarray, " frames"] | None, tuple[Note, ...]]:
     """Frames that lie in no range, and a note that lists them; None where the whole trial counts.
 
     A range holds its first and last time, to half a frame.
@@ -57,12 +62,17 @@ def outside_ranges(
     outside = ~np.any(inside, axis=0)
     named = ", ".join(f"{start:g} to {end:g} s" for start, end in ranges)
     if outside.all():
-        return outside, (
+        return outside, noted(
+            Kind.OTHER,
             f"{KEY} ({named}) hold no frame of the trial ({markers.times[0]:g} to {markers.times[-1]:g} s): "
             "none of its forces is used. Correct them in _subject.json.",
         )
     listed = ", ".join(f"{start} to {end - 1}" for start, end in runs(outside))
-    return outside, ((f"forces of frames {listed} are not used: outside {KEY} ({named})",) if listed else ())
+    return outside, (
+        noted(Kind.LEFT_OUT, f"forces of frames {listed} are not used: outside {KEY} ({named})")
+        if listed
+        else ()
+    )
 
 
 def _ranges(entries: Entries, trial: str) -> Ranges:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool
 
+from solver.common.notes import Kind, Note
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.marker_slip import MarkerSlip, slip_at
 from solver.diagnosis.causes.scene import Scene
@@ -27,7 +28,7 @@ class MarkerEvents:
     """What a trial's jumps are."""
 
     slips: tuple[MarkerSlip, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def events_of(
@@ -49,7 +50,7 @@ def events_of(
     fresh = [jump for jump in jumps if not any(_is_one_event(jump, known, reach) for known in before)]
     lost = ~np.isfinite(scene.markers.observed_ground).all(axis=2)
     slips: list[MarkerSlip] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     for event in _at_once(fresh, reach):
         asked = [segment_distances(scene, j.marker, j.frames.start, j.shift_body) for j in event]
         jumping = {jump.marker for jump in event}
@@ -129,10 +130,12 @@ def _at_once(jumps: Sequence[MarkerSlip], frames: float) -> list[list[MarkerSlip
     return events
 
 
-def _note(scene: Scene, event: Sequence[MarkerSlip]) -> str:
+def _note(scene: Scene, event: Sequence[MarkerSlip]) -> Note:
     names = ", ".join(dict.fromkeys(jump.target for jump in event))
     at = event[0].frames.start / scene.rate
-    return (
-        f"{scene.name}: at {at:.2f} s {names} seem to move on the body, but distances between markers do not "
-        "show that one slipped: a bending segment, soft tissue, clothing or an impact; no marker is named"
+    return Note(
+        Kind.OTHER,
+        f"at {at:.2f} s {names} seem to move on the body, but distances between markers do not "
+        "show that one slipped: a bending segment, soft tissue, clothing or an impact; no marker is named",
+        trial=scene.name,
     )

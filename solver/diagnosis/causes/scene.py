@@ -13,6 +13,7 @@ from solver.capture.plates.conditioning import PlateLoads, observed_at, shared_c
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.capture.resampling import bridged, rate_of
 from solver.common.filters import low_pass
+from solver.common.notes import Note
 from solver.contact.proposals import Proposal
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole
@@ -128,7 +129,7 @@ class Scene:
     proposals: tuple[Proposal, ...]
     counts: Bool[np.ndarray, " frames"]  # recorded, tracked and not flagged by a person
     contact_settings: ContactSettings  # of the solve
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[Note, ...] = field(default=())
     size_against_own_model: float | None = None  # logarithm; None where the model is nobody's
     weighed: bool = True  # the person's mass was entered; otherwise it is what the forces carry
 

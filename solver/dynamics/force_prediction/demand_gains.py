@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from solver.common.filters import ORDER
 from solver.common.frames_at_once import by_frames
+from solver.common.notes import Kind, Note, noted
 from solver.dynamics.force_prediction.columns import Columns
 from solver.dynamics.force_prediction.heading_frame import HeadingFrame
 from solver.dynamics.force_prediction.settings import PredictionSettings
@@ -80,7 +81,7 @@ def gain_columns(
 
 def gain_notes(
     x: Float[np.ndarray, "18"], std: Float[np.ndarray, "18"], settings: PredictionSettings
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """What the gains may point to; only of what is beyond its own uncertainty.
 
     Args:
@@ -99,7 +100,8 @@ def gain_notes(
             parts.append(f"{axis} {1000 * abs(lag):.0f} ± {2000 * lag_std:.0f} ms {late}")
     if not parts:
         return ()
-    return (
+    return noted(
+        Kind.FORCES_AGAINST_BODY,
         f"compared with the forces that the markers' motion requires, plates read {', '.join(parts)}: a "
         "plate's gain, a time shift, or wrong masses and soft tissue in the model?",
     )

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.common.frames_at_once import joined
+from solver.common.notes import Note
 from solver.dynamics.force_prediction import constants, demand_gains, step_curves
 from solver.dynamics.force_prediction.demand_gains import gain_notes, required_ground
 from solver.dynamics.force_prediction.inner_blocks import INERTIAS, chosen_kinds
@@ -43,7 +44,7 @@ class Predicted:
     wrenches_ground: tuple[Float[np.ndarray, "frames 6"], ...]  # [N, N·m about the ground origin] of all feet
     skeleton: Skeleton  # with the prediction fit's inertias
     kinds: tuple[str, ...]  # of terms that predict better
-    notes: tuple[str, ...]  # what the learnt gains may point to
+    notes: tuple[Note, ...]  # what the learnt gains may point to
     motions: tuple[Motion, ...]
     splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # of these motions
     learnt: LearntTerms
@@ -177,7 +178,7 @@ def _together(
         beside = trial.with_fixed_extra(prediction_fit.extra).extra_wrench_ground
         wrenches.append(required_ground(prediction_fit.skeleton, motion) - beside)
     gains = parameters.some((demand_gains.KIND,))
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if gains.any():
         notes = gain_notes(
             prediction_fit.extra[gains], np.sqrt(prediction_fit.extra_variance[gains]), settings

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.notes import Kind, Note, noted
 from solver.common.progress import Progress
 from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient, SharedChoice, Step
 from solver.dynamics.trajectory.trajectory_solver import State, TrajectorySolver
@@ -36,7 +37,7 @@ class TrajectoryFit:
     inertia_names: tuple[str, ...]
     iterations: int
     converged: bool
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     costs: tuple[float, ...]  # where the search began, and after each iteration
     # Where one more step would take φ, were all frames' errors independent and of the fit's own size
     asked_phi: Float[np.ndarray, " parameters"]
@@ -122,7 +123,9 @@ def searched(
         iterations=iteration,
         converged=converged,
         asked_phi=asked,
-        notes=() if converged else (f"the trajectory fit did not settle in {iteration} iterations",),
+        notes=()
+        if converged
+        else noted(Kind.SOLVE, f"the trajectory fit did not settle in {iteration} iterations"),
         costs=tuple(float(c) for c in costs),
         extra=shared.x,
         extra_covariance=extra_covariance(solver, state),

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.frames_at_once import joined
+from solver.common.notes import Kind, Note
 from solver.common.progress import Progress, part
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient
@@ -166,7 +167,9 @@ class WindowedFit:
     def _told(self, shared: TrajectoryFit, fits: Sequence[TrajectoryFit]) -> TrajectoryFit:
         """The whole."""
         splines, unsettled = self._joined(fits), sum(not fit.converged for fit in fits)
-        note = f"the trajectory fit did not settle in {unsettled} of {len(fits)} parts of the trials"
+        note = Note(
+            Kind.SOLVE, f"the trajectory fit did not settle in {unsettled} of {len(fits)} parts of the trials"
+        )
         return replace(
             shared,
             motions=tuple(

@@ -97,7 +97,7 @@ def read_motion(path: Path, skeleton: Skeleton) -> tuple[Motion, tuple[str, ...]
     for k, name in enumerate(skeleton.dofs):
         if name in found.names:
             defaults[:, k] = found.values[:, found.names.index(name)]
-    notes = tuple(found.notes)
+    notes: tuple[str, ...] = found.notes
     if missing:
         notes += (f"{path.name}: lacks {', '.join(missing)}; they stay at the model's values",)
     return Motion(skeleton.dofs, defaults, storage.rate, float(found.times[0])), notes

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from solver.capture import capture
 from solver.capture.formats.b3d import stored
 from solver.common.errors import ResultsError
 from solver.common.file_names import lying
+from solver.common.notes import Note, NoteJson
 from solver.contact import proposals, wrenches
 from solver.dynamics import com_mass, dynamics
 from solver.dynamics.cross_validation import held_out
@@ -75,6 +76,8 @@ class Encoder:
             return self.encode(value.item(), place)
         if isinstance(value, float) and not np.isfinite(value):
             return {"float": repr(value)}
+        if isinstance(value, Note):
+            return {"note": value.as_json()}
         if value is None or isinstance(value, bool | int | float | str):
             return value
         if isinstance(value, Path):
@@ -124,6 +127,8 @@ class Decoder:
                 return self._stored(place)
             case {"array": items}:
                 return np.array(self.decode(items))
+            case {"note": dict(stored)}:
+                return Note.from_json(cast(NoteJson, stored))
             case {"float": str(text)}:
                 return float(text)
             case {"path": str(text)}:

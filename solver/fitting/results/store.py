@@ -39,7 +39,7 @@ from solver.fitting.results.named import named_in
 from solver.fitting.results.writing import writing
 from solver.fitting.summary import summary
 
-FORMAT = 2  # of everything below the results folder; raised when an old reader would misread it
+FORMAT = 3  # of everything below the results folder; raised when an old reader would misread it
 _SUBJECT_FIELDS = (
     "subject",
     "mass_kg",

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from solver.common.notes import Kind, Note
+
 EXCHANGED, MASKED = "exchanged", "masked"
 
 
@@ -22,24 +24,29 @@ class LabelFault:
     accepted: bool = False  # by a person, from a diagnosis; not by the distances
 
     @property
-    def note(self) -> str:
+    def note(self) -> Note:
         """For people; frames include the last."""
         where = f"frames {self.start}-{self.end - 1}"
         if self.accepted:
             names = " and ".join(self.labels)
-            return f"labels {names} swapped back in {where}, as found by a diagnosis and accepted"
+            return Note(
+                Kind.WRONG_LABELS,
+                f"labels {names} swapped back in {where}, as found by a diagnosis and accepted",
+            )
         off, told = 100 * (self.off_m or 0.0), f"distances to {self.neighbours} markers near"
         if self.done == EXCHANGED:
             after = 100 * (self.repaired_off_m or 0.0)
             names = " and ".join(self.labels)
-            return (
+            return Note(
+                Kind.WRONG_LABELS,
                 f"labels {names} were swapped in {where} and are swapped back: {told} them were "
-                f"{off:.1f} cm off, and are {after:.1f} cm off now"
+                f"{off:.1f} cm off, and are {after:.1f} cm off now",
             )
         lay = f"on the trajectory of {self.onto}" if self.onto else "off its segment"
-        return (
+        return Note(
+            Kind.WRONG_LABELS,
             f"label {self.labels[0]} lay {lay} in {where} and is left out there ({self.frames} frames): "
-            f"{told} it were {off:.1f} cm off"
+            f"{told} it were {off:.1f} cm off",
         )
 
 
@@ -53,6 +60,6 @@ class Exchange:
     end: int
 
 
-def notes_of(faults: Sequence[LabelFault]) -> tuple[str, ...]:
+def notes_of(faults: Sequence[LabelFault]) -> tuple[Note, ...]:
     """A note on each, in the order of time."""
     return tuple(fault.note for fault in sorted(faults, key=lambda f: (f.start, f.labels)))

@@ -72,5 +72,6 @@ def test_the_step_s_force_is_told_over_time(told_and_true):
 
 def test_what_the_fit_noted_is_not_lost(told_and_true):
     told, _ = told_and_true
-    assert any(note.startswith("walk: grf.mot: moment columns") for note in told["notes"])
-    assert any("no marker of the recordings shows" in note and "toes_r" in note for note in told["notes"])
+    notes = [note["text"] for note in told["notes"]]
+    assert any(note.startswith("walk: grf.mot: moment columns") for note in notes)
+    assert any("no marker of the recordings shows" in note and "toes_r" in note for note in notes)

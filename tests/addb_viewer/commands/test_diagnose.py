@@ -28,6 +28,7 @@ from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.flagged import flagged
+from solver.common.notes import Kind, Note, noted
 
 LATE = NamedEffect(
     id="clock_offset",
@@ -62,7 +63,7 @@ UNEXPLAINED = Diagnosis(
     {},
     Remaining(60.0, 9.8, Location("hand_r", 55.0, (3.0, 40.0, -2.0), "constant (80 % of it)")),
     ("walk", "run"),
-    notes=("run: half of the markers are missing",),
+    notes=(Note(Kind.OTHER, "half of the markers are missing", trial="run"),),
 )
 
 
@@ -250,10 +251,11 @@ def test_what_is_printed_fits_a_screen_however_many_causes_there_are(command_lin
 
 
 def test_a_note_is_told_once(command_line, finder, tmp_path):
-    finder.found = replace(CLEAN, notes=("reviews are ignored: detection alone says which forces count",))
+    ignored = "reviews are ignored: detection alone says which forces count"
+    finder.found = replace(CLEAN, notes=noted(Kind.OTHER, ignored))
     target = tmp_path / "answer.json"
     command_line("diagnose", command_line.subject.folder, "--ignore-review", "--json", target)
-    notes = json.loads(target.read_text(encoding="utf-8"))["notes"]
+    notes = [note["text"] for note in json.loads(target.read_text(encoding="utf-8"))["notes"]]
     assert len(notes) == len(set(notes))
     assert len([n for n in notes if "reviews are ignored" in n]) == 1
 

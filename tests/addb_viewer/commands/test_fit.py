@@ -13,6 +13,7 @@ from addb_viewer.text.summary_table import print_held_out, print_summary
 from solver.common.errors import FitError
 from solver.fitting.results.store import load_fit
 from solver.fitting.summary import summary
+from solver.common.notes import Kind, Note, noted
 
 
 def test_fit_keeps_the_results_and_prints_the_summary(command_line):
@@ -201,22 +202,22 @@ def test_a_fit_ends_with_the_table_and_at_most_ten_lines(real_data, tmp_path):
     whole = CliRunner().invoke(app, ["fit", str(folder), "--quick", "--notes"]).stdout
     notes = json.loads((folder / "results" / "fit.json").read_text(encoding="utf-8"))["notes"]
     assert len(notes) > 10
-    assert all(f"note: {note}" in whole for note in notes)
+    assert all(f"note: {note['text']}" in whole for note in notes)
 
 
 def test_sixty_notes_and_seven_trials_end_in_ten_lines(small_fit, capsys):
     figures = summary(small_fit, files=["results/fit.json"])
     figures["trials"] = [figures["trials"][0] | {"name": f"walk{k}"} for k in range(7)]
     figures["notes"] = [
-        f"walk{k % 7}: {note}"
+        Note(kind, text, trial=f"walk{k % 7}", values={"marker": f"M{k}", "cm": k + 5}).as_json()
         for k in range(10)
-        for note in (
-            f"plates read {k + 1}.0 % against the body's mass",
-            f"marker M{k} is up to {k + 5} cm off in frames 0-9: slipped, swapped or mislabelled?",
-            f"mean pelvis tilt is {k}°, and people walk with -25° to 12°",
-            f"label A{k} lay off its segment in frames 1-2 and is left out there (2 frames)",
-            f"x{k}.trc: the header says 9 frames, the file holds 3; is the file cut off?",
-            f"{k}: which axis points up is ambiguous",
+        for kind, text in (
+            (Kind.FORCES_AGAINST_BODY, f"plates read {k + 1}.0 % against the body's mass"),
+            (Kind.FAR_MARKERS, f"marker M{k} is up to {k + 5} cm off in frames 0-9"),
+            (Kind.MODEL_AGAINST_MARKERS, f"mean pelvis tilt is {k}°, and people walk with -25° to 12°"),
+            (Kind.WRONG_LABELS, f"label A{k} lay off its segment in frames 1-2 and is left out there"),
+            (Kind.NOT_READ, f"x{k}.trc: the header says 9 frames, the file holds 3; is the file cut off?"),
+            (Kind.GUESS, f"{k}: which axis points up is ambiguous"),
         )
     ]
     print_summary(figures, closing=["2 files of the folder not used: a, b", "unchanged: kept fit of"])

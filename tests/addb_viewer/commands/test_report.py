@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, noted
 
 
 @pytest.fixture
@@ -67,7 +68,7 @@ def test_a_diagnosis_is_made_where_it_is_asked_for_and_none_is_kept(opening, mon
 
     def diagnosis(subject, settings, *, trials, reviews, progress):
         asked.append(trials)
-        return SimpleNamespace(notes=("looked at all",), trials=trials or ("walk",))
+        return SimpleNamespace(notes=noted(Kind.OTHER, "looked at all"), trials=trials or ("walk",))
 
     monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", diagnosis)
     monkeypatch.setattr("addb_viewer.jobs.diagnosing.as_json", lambda found, why=None: dict(figures))

@@ -31,7 +31,8 @@ def test_the_fit_is_kept_the_broken_trial_told_and_the_status_is_one(fitted):
     figures = json.loads((folder / "results/fit.json").read_text())
     assert [trial["name"] for trial in figures["trials"]] == ["walk"]
     assert figures["unused"][0]["file"] == "jump.trc"
-    assert any(note.startswith("jump: left out, jump.trc cannot be used: line") for note in figures["notes"])
+    left_out = "jump: left out, jump.trc cannot be used: line"
+    assert any(note["text"].startswith(left_out) for note in figures["notes"])
     assert "1 file of the folder not used: jump.trc" in done.stdout
     notes = open_library(folder).notes
     assert any(note.startswith("Not used: jump.trc: line") for note in notes)

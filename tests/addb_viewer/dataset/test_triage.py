@@ -4,9 +4,15 @@ import json
 
 from addb_viewer.dataset.release_subject import BuildOptions, Terms
 from addb_viewer.dataset.scanning import NOT_FITTED, UNDECIDED, concerns_of, scan, triaged
+from solver.common.notes import Kind, Note
 
 CLOCK = "loads lie under the feet 40 ms later; do both share one clock?"
-NOTES = [f"walk: {CLOCK}", "walk: +y points up (…)", "run: the largest force is 4 kN", "mass not given"]
+NOTES = [
+    Note(Kind.FORCES_AGAINST_BODY, CLOCK, trial="walk"),
+    Note(Kind.PLATES, "+y points up (…)", trial="walk"),
+    Note(Kind.FORCES_AGAINST_BODY, "the largest force is 4 kN", trial="run"),
+    Note(Kind.PERSON, "mass not given"),
+]
 CAUSES = [
     {"id": "clock_offset", "target": "", "confidence": 0.97, "trial": "walk"},
     {"id": "carried_mass", "target": "pelvis", "confidence": 0.6},
@@ -34,7 +40,7 @@ def test_every_trial_has_a_row_fitted_or_not(walks, tmp_path):
         "linear_residual": {"rms_BW": 0.2},
         "angular_residual": None,
     }
-    figures = {"subject": {"mass_kg": 80.0}, "trials": [trial], "notes": NOTES}
+    figures = {"subject": {"mass_kg": 80.0}, "trials": [trial], "notes": [note.as_json() for note in NOTES]}
     try:
         (results / "fit.json").write_text(json.dumps(figures))
         (row,) = triaged(one)

@@ -19,6 +19,7 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.functions import Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
+from solver.common.notes import Kind, noted
 
 FRAMES, RATE, START = 40, 50.0, 0.35
 FORCE_RATE = 5 * RATE
@@ -94,7 +95,7 @@ def make_fit(skeleton, q, tmp_path):
             height_m=1.6,
             settings=as_dict(Settings()),
             provenance={"addb-viewer": "0.1.0"},
-            notes=("height not given",),
+            notes=noted(Kind.PERSON, "height not given"),
         )
 
     return made
@@ -117,7 +118,9 @@ def _trial(name, skeleton, q):
     wrench = np.zeros((FRAMES, 1, 6))
     wrench[..., 1] = 400.0
     return TrialFit(
-        capture=Capture(name, Markers(names, measured, RATE, START), _plates(), notes=("y is up",)),
+        capture=Capture(
+            name, Markers(names, measured, RATE, START), _plates(), notes=noted(Kind.PLATES, "y is up")
+        ),
         motion=motion,
         marker_errors=MarkerErrors(names, distance),
         model_markers_ground=model,

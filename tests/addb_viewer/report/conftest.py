@@ -6,6 +6,7 @@ from addb_viewer.report.content import DiagnosisShown, SubjectReport
 from tests.addb_viewer.recordings.conftest import diagnosis as one_cause
 from tests.addb_viewer.recordings.conftest import edits, make_fit, q, recording, skeleton
 from tests.addb_viewer.synthetic_residual import residual, trial
+from solver.common.notes import Kind, Note
 
 __all__ = ["edits", "make_fit", "one_cause", "q", "recording", "skeleton"]
 
@@ -37,7 +38,7 @@ def diagnosis():
         "remaining": {"linear_residual_N": 12.0, "noise_floor_N": 10.0, "location": None},
         "trials": ["walk"],
         "rates_Hz": {"walk": 50.0},
-        "notes": ["a note of the diagnosis"],
+        "notes": [Note(Kind.OTHER, "a note of the diagnosis").as_json()],
         "residual": residual(trial("walk", (2, 27), time_history)),
     }
 

@@ -9,6 +9,7 @@ import pytest
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.subject_page import PARTS, subject_page, write_report
 from addb_viewer.trial_view.recording import recording_of
+from solver.common.notes import Kind, noted
 
 VOID = {"meta", "input", "br"}
 HOSTILE = "</script><img src=x onerror=alert(1)>"
@@ -62,9 +63,9 @@ def test_names_from_files_are_text(make_fit, diagnosis):
         trial.capture,
         markers=replace(trial.capture.markers, names=names),
         plates=tuple(replace(plate, name=HOSTILE) for plate in trial.capture.plates),
-        notes=(HOSTILE,),
+        notes=noted(Kind.OTHER, HOSTILE),
     )
-    fit = replace(fit, trials=(replace(trial, capture=capture),), notes=(HOSTILE,))
+    fit = replace(fit, trials=(replace(trial, capture=capture),), notes=noted(Kind.OTHER, HOSTILE))
     page = subject_page(SubjectReport(recording_of(fit, diagnosis=diagnosis)))
     assert "<img" not in page
     assert "img" not in read(page).names

@@ -19,8 +19,8 @@ from solver.diagnosis.causes.carried_mass import ABOUT as CARRIED
 from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.diagnosis.causes.plate_bias import TAKEN_OFF
 from solver.diagnosis.causes.readings import OF_EACH_TRIAL, Reading
-from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 from tests.addb_viewer.synthetic_residual import residual
+from solver.common.notes import Kind, Note, noted
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
 
@@ -42,7 +42,7 @@ def rival(id, of, separate_by="a quiet standing trial", target="all"):
     return {"id": id, "target": target, "instead_of": of, "why": "cosine 0.99", "separate_by": separate_by}
 
 
-def figures(verdict="explained", effects=(), alternatives=(), **changes):
+def figures(verdict="explained", effects=(), alternatives=(), notes=(), **changes):
     return {
         "verdict": verdict,
         "effects": list(effects),
@@ -56,7 +56,7 @@ def figures(verdict="explained", effects=(), alternatives=(), **changes):
         },
         "trials": ["walk1"],
         "rates_Hz": {"walk1": 100.0, "walk2": 50.0},
-        "notes": [],
+        "notes": [note.as_json() for note in notes],
         "residual": residual(),
     } | changes
 
@@ -461,7 +461,7 @@ def test_what_is_on_no_list_is_told_as_what_it_touches():
 
 def test_lines_fit_a_terminal_and_a_longer_name_is_not_lost():
     long = effect("external_contact", "a_body_of_a_model_with_very_long_names_r", force_x_N=(40.0, 2.0))
-    lines = as_text(page(figures(effects=[long, STEP], notes=["a note " * 40])), 80)
+    lines = as_text(page(figures(effects=[long, STEP], notes=[Note(Kind.OTHER, "a note " * 40)])), 80)
     assert max(map(len, (line for line in lines if not line.startswith("CAUSE")))) <= 80
     assert any("very_long_names_r" in line for line in lines)
 
@@ -476,13 +476,12 @@ def test_the_verdict_says_what_the_recording_is_good_for():
         return page(figures(verdict, **more))[0].lines[-1]
 
     assert use("clean").startswith("Use: for joint angles and torques as it is;")
-    far = "walk: marker RHEE is up to 45 cm off in frames 108-389: slipped, swapped or mislabelled?"
+    text = "marker RHEE is up to 45 cm off in frames 108-389"
+    far = Note(Kind.FAR_MARKERS, text, trial="walk", values={"marker": "RHEE", "cm": 45})
     assert "But there are markers far from the model: RHEE 45 cm; slipped" in use("clean", notes=[far])
     held = "no marker at the left posterior spine (PSIS): the hips' flexion may be off by 15°"
-    assert use("clean", notes=[held]).endswith(f"But there is {held}.")
-    assert "far from" not in use(
-        "clean", notes=[far.replace("slipped, swapped or mislabelled?", "the shoulder rose?")]
-    )
+    assert use("clean", notes=[Note(Kind.PELVIS, held)]).endswith(f"But there is {held}.")
+    assert "far from" not in use("clean", notes=[Note(Kind.BARE_BODIES, f"{text}: the shoulder rose?")])
     blind = [{"id": "capture_scale", "target": "all", "parameter": "scale", "size": 2.0}]
     cannot = use("clean", detectable=blind)
     assert "torques as it is, but it cannot show wrong scale of the camera calibration;" in cannot
@@ -563,7 +562,8 @@ def test_errors_that_are_ordinary_without_a_cause_do_not_decide():
 
 
 def test_advice_from_before_the_causes_is_not_repeated_beside_them():
-    note = f"{WEIGHED_BY_FORCES} 61.2 ± 0.9 kg, 8.2 kg less than entered; check the entered mass"
+    carried = "the forces carry 61.2 ± 0.9 kg, 8.2 kg less than entered"
+    note = Note(Kind.ENTERED_MASS, carried, advice="check the entered mass")
     assert "check the entered mass" not in said(figures(effects=[LATE], notes=[note]))
     assert "check the entered mass" in said(figures("unexplained", notes=[note]))
 
@@ -605,8 +605,8 @@ def test_a_rise_within_chance_is_no_rise():
 def test_what_the_plates_carry_is_told_where_it_is_not_what_was_entered(verdict):
     """Where causes account for all, there is no more to check."""
     carried = "the forces carry 67.8 ± 1.6 kg, 10.9 kg more than the 56.9 kg that were entered"
-    told = figures(verdict, effects=[LATE])
-    text = said({**told, "notes": [f"{carried}; check the entered mass", "a gap was bridged"]})
+    note = Note(Kind.ENTERED_MASS, carried, advice="check the entered mass")
+    text = said(figures(verdict, effects=[LATE], notes=[note, Note(Kind.OTHER, "a gap was bridged")]))
     wrong = " ".join(text.split("WHAT IS WRONG")[1].split("CAUSE")[0].split())
     assert "The forces carry 67.8 ± 1.6 kg" in wrong
     assert ("check the entered mass" in wrong) == (verdict == "unexplained")
@@ -678,7 +678,7 @@ def test_what_is_hardly_there_is_told_only_where_nothing_else_is():
 
 
 def test_notes_that_ask_what_the_causes_answer_are_told_as_older():
-    noted = ["the fit moved the body's mass: is something carried?"]
+    noted = [Note(Kind.OTHER, "the fit moved the body's mass: is something carried?")]
     assert notes(figures(notes=noted)).lines == tuple(noted)
     first, second = notes(figures(effects=[LATE], notes=noted)).lines
     assert "before causes were looked for" in first

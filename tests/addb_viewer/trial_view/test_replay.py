@@ -10,13 +10,14 @@ from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
+from solver.common.notes import Kind, noted
 
 PERSON = BodySize(mass_kg=100.0, height_m=2.0)
 
 
 def capture(frames=10, rate=100.0, **plate):
     markers = Markers(("A", "B"), np.arange(frames * 6, dtype=float).reshape(frames, 2, 3), rate, 1.0)
-    return Capture("walk", markers, (force_plate(**plate),), notes=("header says otherwise",))
+    return Capture("walk", markers, (force_plate(**plate),), notes=noted(Kind.OTHER, "header says otherwise"))
 
 
 def force_plate(samples=100, rate=1000.0, start=1.0):

@@ -6,6 +6,7 @@ import numpy as np
 
 from solver.contact.mask import NOT_RECORDED, TWO_FEET_ON_ONE_PLATE, UNDER_NO_FOOT, frame_mask
 from solver.contact.wrenches import NO_FOOT, TWO_FEET
+from solver.common.notes import Kind, noted
 
 RIGHT, LEFT = 0, 1
 
@@ -194,7 +195,7 @@ def test_an_unloaded_plate_says_nothing(standing):
 
 
 def test_what_conditioning_noted_is_passed_on(standing):
-    plate = replace(standing.plate("1", []), notes=("1: zero level of 3 N taken off",))
+    plate = replace(standing.plate("1", []), notes=noted(Kind.PLATES, "1: zero level of 3 N taken off"))
     assert standing.assigned(plate).notes == ("1: zero level of 3 N taken off",)
 
 

@@ -14,6 +14,7 @@ from solver.fitting import model_stage, torques_stage, tracking_stage
 from solver.fitting.failing_trials import together, without_failing
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, settings_from
+from solver.common.notes import Kind, noted
 
 MARKERS_ALONE = settings_from({"trajectory": {"enabled": False}}, "settings")
 FRAMES = 80
@@ -131,7 +132,7 @@ def test_a_diagnosis_goes_on_without_one_that_breaks_down(subject, monkeypatch):
             raise IndexError("index 5 is out of bounds")
         return trials
 
-    answer = diagnosis.Diagnosis("clean", (), (), {}, None, ("walk",), notes=("looked at",))
+    answer = diagnosis.Diagnosis("clean", (), (), {}, None, ("walk",), notes=noted(Kind.OTHER, "looked at"))
     monkeypatch.setattr(diagnosis, "looked_at", looked_at)
     monkeypatch.setattr(diagnosis, "diagnosis_from", lambda found, progress: answer)
     told = diagnosis.diagnose(subject, Settings())

@@ -10,6 +10,7 @@ from solver.dynamics.thresholds import Thresholds
 from solver.fitting.summary import HELD_OUT_DUE, all_notes, summary
 from solver.kinematics.label_faults.fault import MASKED, LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
+from solver.common.notes import Kind, noted
 
 BODY_WEIGHT = 980.665  # [N] of 100 kg
 
@@ -134,7 +135,7 @@ def test_an_unknown_height_leaves_body_weight_heights_out_and_the_json_strict(sm
 
 
 def test_notes_name_their_trial_and_come_once(small_fit):
-    repeated = replace(small_fit, notes=("walk: plate 1 was not tared", "mass from forces"))
+    repeated = replace(small_fit, notes=noted(Kind.OTHER, "walk: plate 1 was not tared", "mass from forces"))
     assert all_notes(repeated) == (
         "height read from the model",
         "walk: plate 1 was not tared",

@@ -17,6 +17,7 @@ from solver.capture.formats.b3d.stored import StoredPass, stored_passes
 from solver.capture.plates.edge_zeros import EdgeZeroSettings, without_edge_zeros
 from solver.capture.unseen_markers import unseen_as_nan
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note, noted
 
 CENTRE_KNOWN_N = 5.0  # vertical; below it a centre of pressure is noise
 SAME_LOAD_N, SAME_LOAD_SHARE = 1.0, 0.02  # by which plates that are the feet's own forces may differ
@@ -38,7 +39,7 @@ class B3dRecording:
     markers: Markers
     plates: tuple[ForcePlate, ...]
     review: B3dReview | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     stored: tuple[StoredPass, ...] = ()
 
 
@@ -68,7 +69,7 @@ def read_b3d_trial(path: Path, name: str, settings: EdgeZeroSettings) -> B3dReco
     plates, plate_notes = _plates(b3d.header, segments, rate, settings)
     notes = (
         *found.notes,
-        *(("according to the file, its markers were named by guessing",) if guessed else ()),
+        *(noted(Kind.OTHER, "according to the file, its markers were named by guessing") if guessed else ()),
         *marker_notes,
         *plate_notes,
     )
@@ -130,18 +131,20 @@ class _Loads:
 
 def _plates(
     header: Header, segments: Sequence[B3dTrial], rate: float, settings: EdgeZeroSettings
-) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
+) -> tuple[tuple[ForcePlate, ...], tuple[Note, ...]]:
     """The trial's plates; where the file holds none of their values, the forces on the contact bodies."""
     raw = [_raw_loads(segment) for segment in segments]
     of_bodies = [_body_loads(header, segment) for segment in segments]
-    notes: list[str] = []
+    notes: list[Note] = []
     if not any(np.nan_to_num(loads.force).any() for loads in raw):
         if not any(loads is not None and loads.force.any() for loads in of_bodies):
             return (), ()
         raw = [loads for loads in of_bodies if loads is not None]
-        notes.append("the file holds no plate data: the forces on its contact bodies are used instead")
+        notes += noted(
+            Kind.LEFT_OUT, "the file holds no plate data: the forces on its contact bodies are used instead"
+        )
     elif _are_feet(raw, of_bodies):
-        notes.append("each plate stands for a foot: its values are those of one contact body")
+        notes += noted(Kind.OTHER, "each plate stands for a foot: its values are those of one contact body")
     count = max(len(loads.names) for loads in raw)
     names = next(loads.names for loads in raw if len(loads.names) == count)
     corners = _corners(segments, count)
@@ -150,7 +153,7 @@ def _plates(
         pieces = []
         for place, loads in enumerate(raw):
             piece, said = without_edge_zeros(_piece(loads, k, names[k], rate), settings)
-            notes += (f"{segments[place].header.name}: {note}" for note in said)
+            notes += (note.of(segments[place].header.name) for note in said)
             pieces.append(piece)
         force, moment, cop = (
             np.concatenate([getattr(piece, part) for piece in pieces])

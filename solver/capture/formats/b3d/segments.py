@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from solver.capture.formats.b3d.schema import B3dFile, TrialHeader
+from solver.common.notes import Kind, Note, noted
 
 FASTEST_M_S = 3.0  # that the body as a whole moves on from one frame to the next
 SAME_STEP = 1e-6  # relative: headers keep double precision, some writers went through single
@@ -24,7 +25,7 @@ class SegmentedTrial:
 
     name: str
     segments: tuple[int, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def trials_in(b3d: B3dFile) -> tuple[SegmentedTrial, ...]:
@@ -47,22 +48,27 @@ def trials_in(b3d: B3dFile) -> tuple[SegmentedTrial, ...]:
     return _with_distinct_names(sorted(trials, key=lambda trial: min(trial.segments)))
 
 
-def _joined(b3d: B3dFile, places: Sequence[int]) -> tuple[list[tuple[int, ...]], tuple[str, ...]]:
+def _joined(b3d: B3dFile, places: Sequence[int]) -> tuple[list[tuple[int, ...]], tuple[Note, ...]]:
     """Segments of one origin as runs that abut, and what was found where they do not."""
     headers = b3d.header.trial_header
     stated = all(headers[place].original_end_frame > 0 for place in places)
     ordered = sorted(places, key=lambda place: _order(headers[place], stated))
-    pieces, notes = [[ordered[0]]], []
+    pieces, notes = [[ordered[0]]], list[Note]()
     for before, after in pairwise(ordered):
         apart = _why_apart(b3d, before, after, stated)
         if apart:
-            notes.append(f"{headers[before].name} and {headers[after].name} remain separate trials: {apart}")
+            notes += noted(
+                Kind.OTHER,
+                f"{headers[before].name} and {headers[after].name} remain separate trials: {apart}",
+            )
             pieces.append([after])
         else:
             pieces[-1].append(after)
     for piece in (piece for piece in pieces if len(piece) > 1):
         how = "their frames follow one another" if stated else "the markers continue where the other ended"
-        notes.append(f"{len(piece)} segments of {headers[piece[0]].original_name} are joined again: {how}")
+        notes += noted(
+            Kind.OTHER, f"{len(piece)} segments of {headers[piece[0]].original_name} are joined again: {how}"
+        )
     return [tuple(piece) for piece in pieces], tuple(notes)
 
 

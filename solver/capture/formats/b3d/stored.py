@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.formats.b3d.schema import B3dTrial, Header, PassFrames, PassHeader, PassType
+from solver.common.notes import Kind, Note, noted
 
 NAMES = {
     PassType.KINEMATICS: "kinematics",
@@ -30,7 +31,7 @@ class StoredPass:
     marker_rms_m: Float[np.ndarray, " frames"]
     force_N: Float[np.ndarray, " frames"]  # norm of the root's residual force
     moment_Nm: Float[np.ndarray, " frames"]  # norm of its residual torques about its Euler axes
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def stored_passes(header: Header, segments: Sequence[B3dTrial]) -> tuple[StoredPass, ...]:
@@ -79,18 +80,21 @@ def _piece(header: Header, about: PassHeader, frames: PassFrames, step_s: float)
     forces, turned = reading
     weight = header.mass_kg * GRAVITY_M_S2
     tau = np.array(frames.tau[:, :6])
-    notes: list[str] = []
+    notes: list[Note] = []
     own, other = tau[:, forces], tau[:, slice(3) if forces.start else slice(3, 6)]
     if _is_norm_of(linear, other) and not _is_norm_of(linear, own):
         linear, angular = angular, linear
-        notes.append("its linear and angular residuals are stored under each other's name; corrected here")
+        notes += noted(
+            Kind.OTHER, "its linear and angular residuals are stored under each other's name; corrected here"
+        )
     if turned:
         corrected = own + weight * np.array([0.0, 1.0, -1.0])
         linear = np.linalg.norm(corrected, axis=1)
         linear[[0, -1]] = np.nan
         angular = np.full(count, np.nan)
-        notes.append(
-            "its torques were computed with gravity along −z: the force is corrected, the moment is left out"
+        notes += noted(
+            Kind.OTHER,
+            "its torques were computed with gravity along −z: the force is corrected, the moment is left out",
         )
     return StoredPass(kind, rms, linear, angular, tuple(notes))
 

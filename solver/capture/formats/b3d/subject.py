@@ -15,6 +15,7 @@ from solver.capture.subject.description import LARGEST, SEXES, Description
 from solver.capture.subject.subject_toml import MODEL_WORDS, read_subject_toml
 from solver.capture.subject.unused_files import unused_files
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, Note
 from solver.common.small_files import BrokenFileError, lies_there
 
 DESCRIBED_BY_HAND = "subject.toml"
@@ -93,14 +94,15 @@ def _trials(b3d: B3dFile, file: Path) -> tuple[TrialFiles, ...]:
 
 def _described(header: Header, name: str) -> Description:
     """The person as the header has them; 0 and words that are none count as unknown."""
-    notes: list[str] = []
+    notes: list[Note] = []
 
     def known(value: float, quantity: str) -> float | None:
         largest, unit = LARGEST[quantity]
         if np.isfinite(value) and 0 < value <= largest:
             return float(value)
         if value:
-            notes.append(f"{name}: {quantity} {value:g} {unit} is not possible and counts as unknown")
+            text = f"{name}: {quantity} {value:g} {unit} is not possible and counts as unknown"
+            notes.append(Note(Kind.OTHER, text))
         return None
 
     feet = header.ground_contact_body
@@ -115,7 +117,7 @@ def _described(header: Header, name: str) -> Description:
     )
 
 
-def _left_out(b3d: B3dFile, name: str) -> Iterator[str]:
+def _left_out(b3d: B3dFile, name: str) -> Iterator[Note]:
     """What else the file holds that no fit uses."""
     header = b3d.header
     kinds = {
@@ -127,7 +129,7 @@ def _left_out(b3d: B3dFile, name: str) -> Iterator[str]:
     }
     held = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
     if held:
-        yield f"{name}: also holds {held}, which the fit does not use"
+        yield Note(Kind.OTHER, f"{name}: also holds {held}, which the fit does not use")
     empty = [trial.name for trial in header.trial_header if not trial.trial_length]
     if empty:
-        yield f"{name}: trials without a frame are left out: {', '.join(empty)}"
+        yield Note(Kind.NOT_READ, f"{name}: trials without a frame are left out: {', '.join(empty)}")

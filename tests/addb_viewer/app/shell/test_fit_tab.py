@@ -6,6 +6,7 @@ from addb_viewer.app.shell.fit_tab import notes_html, summary_html
 from addb_viewer.app.shell.playback import SPEEDS
 from addb_viewer.app.subjects.library import Library
 from tests.addb_viewer.report.test_quality import of_layouts
+from solver.common.notes import Kind, noted
 
 SPITEFUL = "<script>alert(1)</script>"
 
@@ -63,7 +64,7 @@ def test_without_a_fit_it_says_so(make_replay):
 
 
 def test_texts_from_files_are_escaped(make_replay):
-    assert "<script>" not in notes_html((SPITEFUL,))
+    assert "<script>" not in notes_html(noted(Kind.OTHER, SPITEFUL))
     replay = make_replay()
     object.__setattr__(replay, "feet", (SPITEFUL,))
     assert "<script>" not in legend_html(replay)
@@ -84,7 +85,9 @@ def test_speeds_have_names():
 
 
 def test_notes_are_folded_by_kind_and_open_where_somebody_has_to_decide():
-    page = notes_html(("walk: plate 1 was not tared", "run: plates read -4.7 % against the body's mass"))
+    good_to_know = noted(Kind.PLATES, "walk: plate 1 was not tared")
+    to_look_at = noted(Kind.FORCES_AGAINST_BODY, "run: plates read -4.7 % against the body's mass")
+    page = notes_html((*good_to_know, *to_look_at))
     first, second = page.split("</details>")[:2]
     assert first.index("To look at") < first.index("<details open") < first.index("Forces against the body")
     assert (

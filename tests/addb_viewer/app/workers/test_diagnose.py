@@ -12,6 +12,7 @@ from addb_viewer.app.jobs.job_queue import WorkerProcess
 from addb_viewer.jobs.kept_diagnosis import kept
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from solver.simulate.demo import write_demo_subject
+from solver.common.notes import Kind, noted
 
 
 @pytest.fixture
@@ -23,7 +24,9 @@ def subject(tmp_path):
 def test_it_keeps_the_answer_and_tells_progress(subject, monkeypatch, capsys):
     def finder(subject, settings, *, trials, reviews, progress):
         progress("screening", 0.5)
-        return Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("squat",), notes=("a note",))
+        return Diagnosis(
+            "clean", (), (), {}, Remaining(9.0, 9.8), ("squat",), notes=noted(Kind.OTHER, "a note")
+        )
 
     monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", finder)
     monkeypatch.setattr(sys, "argv", ["worker", "diagnose", str(subject), str(subject / "elsewhere")])
@@ -32,7 +35,7 @@ def test_it_keeps_the_answer_and_tells_progress(subject, monkeypatch, capsys):
     assert json.loads(line) == {"stage": "screening", "fraction": 0.5}
     figures, made_from = kept(subject / "elsewhere")
     assert figures["verdict"] == "clean"
-    assert "a note" in figures["notes"]
+    assert "a note" in [note["text"] for note in figures["notes"]]
     assert any(name.startswith("sha256") for name in made_from["provenance"])
 
 

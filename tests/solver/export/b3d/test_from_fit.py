@@ -15,6 +15,7 @@ from solver.fitting.fit import KinematicsOnly
 from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.skeleton.osim import load_skeleton
+from solver.common.notes import Kind, noted
 
 
 @pytest.fixture
@@ -43,7 +44,13 @@ def with_trial(fit, **changes):
 
 
 def test_who(fit):
-    subject = replace(fit.subject, sex="female", age_years=30.6, tags=("healthy",), notes=("height guessed",))
+    subject = replace(
+        fit.subject,
+        sex="female",
+        age_years=30.6,
+        tags=("healthy",),
+        notes=noted(Kind.OTHER, "height guessed"),
+    )
     header = fit_to_b3d(replace(fit, subject=subject, provenance={"addb-viewer": "9.9"})).header
     assert (header.mass_kg, header.height_m, header.biological_sex, header.age_years) == (
         6.0,

@@ -11,6 +11,7 @@ from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, Exchange
 from solver.kinematics.label_faults.repair import with_labels_repaired
 from solver.kinematics.label_faults.settings import LabelRepairSettings
 from solver.kinematics.marker_matching import match_markers
+from solver.common.notes import Kind, noted
 
 SETTINGS = LabelRepairSettings()
 OFF = replace(SETTINGS, enabled=False)
@@ -28,7 +29,7 @@ def repaired(crane):
                 ("loose", *crane.marker_names[::-1]), np.concatenate([loose, x[:, ::-1]], axis=1), rate
             )
 
-        capture = Capture("walk", recording(positions), notes=("read",))
+        capture = Capture("walk", recording(positions), notes=noted(Kind.OTHER, "read"))
         match = match_markers(crane, [capture.markers])
         return capture, *with_labels_repaired(
             capture,
