@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
+from solver.common.notes import Kind, noted
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.fitting.fit import Fit, TrialFit
@@ -19,7 +20,6 @@ from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.functions import CubicSpline, Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
-from solver.common.notes import Kind, noted
 
 PROJECT = Path(__file__).resolve().parent.parent
 

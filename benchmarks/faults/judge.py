@@ -89,7 +89,8 @@ def _of_faulted(
     figures: Mapping[str, Any],
 ) -> str:
     names = NAMES[truth["kind"]]
-    hit = any(_is_right(e, truth, names) for e in found) or _is_corrected(truth, [note["text"] for note in figures["notes"]], names)
+    notes = [note["text"] for note in figures["notes"]]
+    hit = any(_is_right(e, truth, names) for e in found) or _is_corrected(truth, notes, names)
     if hit:
         return "right_but_more" if any(wrong) else "right"
     if any(wrong):

@@ -16,12 +16,12 @@ from addb_viewer.trial_view.replay import (
     Replay,
     ResidualReplay,
 )
+from solver.common.notes import Kind, noted
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.proposals import Proposal
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from tests.addb_viewer.chromium import FLAGS, installed
 from tests.addb_viewer.synthetic_residual import residual, size, trial
-from solver.common.notes import Kind, noted
 
 MARKERS_ALONE = "[trajectory]\nenabled = false\n"
 CLEAN = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",), rates_Hz={"walk": 100.0})

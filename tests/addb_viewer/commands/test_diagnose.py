@@ -14,6 +14,7 @@ from addb_viewer.jobs.diagnosing import kept_of
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import job_for
 from solver.common.errors import FitError, ResultsError
+from solver.common.notes import Kind, Note, noted
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.checks import Decision
 from solver.diagnosis.diagnosis import (
@@ -28,7 +29,6 @@ from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.flagged import flagged
-from solver.common.notes import Kind, Note, noted
 
 LATE = NamedEffect(
     id="clock_offset",

@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 from addb_viewer.commands.cli import app
 from addb_viewer.text.summary_table import print_held_out, print_summary
 from solver.common.errors import FitError
+from solver.common.notes import Kind, Note
 from solver.fitting.results.store import load_fit
 from solver.fitting.summary import summary
-from solver.common.notes import Kind, Note, noted
 
 
 def test_fit_keeps_the_results_and_prints_the_summary(command_line):

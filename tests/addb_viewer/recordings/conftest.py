@@ -9,6 +9,7 @@ import pytest
 from addb_viewer.trial_view.recording import recording_of
 from annotations.events import ClearRange, Edit, FlagRange, Undo
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
+from solver.common.notes import Kind, noted
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
@@ -19,7 +20,6 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.functions import Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
-from solver.common.notes import Kind, noted
 
 FRAMES, RATE, START = 40, 50.0, 0.35
 FORCE_RATE = 5 * RATE

@@ -3,8 +3,8 @@
 import pickle
 
 import pytest
-from solver.common.notes import Kind, Note
 
+from solver.common.notes import Kind, Note
 
 ABOUT_MASS = Note(
     Kind.ENTERED_MASS, "the forces carry 61 kg", trial="walk", advice="check it", values={"kg": 61.0}

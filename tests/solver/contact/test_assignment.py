@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from solver.common.notes import Kind, noted
 from solver.contact.mask import NOT_RECORDED, TWO_FEET_ON_ONE_PLATE, UNDER_NO_FOOT, frame_mask
 from solver.contact.wrenches import NO_FOOT, TWO_FEET
-from solver.common.notes import Kind, noted
 
 RIGHT, LEFT = 0, 1
 

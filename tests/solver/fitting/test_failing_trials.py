@@ -9,12 +9,12 @@ from addb_viewer import Subject
 from solver.capture.subject import readable_trials
 from solver.capture.subject.subject import open_subject
 from solver.common.errors import FitError
+from solver.common.notes import Kind, noted
 from solver.diagnosis import diagnose as diagnosis
 from solver.fitting import model_stage, torques_stage, tracking_stage
 from solver.fitting.failing_trials import together, without_failing
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, settings_from
-from solver.common.notes import Kind, noted
 
 MARKERS_ALONE = settings_from({"trajectory": {"enabled": False}}, "settings")
 FRAMES = 80

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.common.notes import Kind, noted
 from solver.dynamics.thresholds import Thresholds
 from solver.fitting.summary import HELD_OUT_DUE, all_notes, summary
 from solver.kinematics.label_faults.fault import MASKED, LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
-from solver.common.notes import Kind, noted
 
 BODY_WEIGHT = 980.665  # [N] of 100 kg
 

@@ -5,8 +5,8 @@ from addb_viewer.app.shell.controls import SPEED_NAMES, speed_name
 from addb_viewer.app.shell.fit_tab import notes_html, summary_html
 from addb_viewer.app.shell.playback import SPEEDS
 from addb_viewer.app.subjects.library import Library
-from tests.addb_viewer.report.test_quality import of_layouts
 from solver.common.notes import Kind, noted
+from tests.addb_viewer.report.test_quality import of_layouts
 
 SPITEFUL = "<script>alert(1)</script>"
 

@@ -10,9 +10,9 @@ import pytest
 from addb_viewer.app import workers
 from addb_viewer.app.jobs.job_queue import WorkerProcess
 from addb_viewer.jobs.kept_diagnosis import kept
+from solver.common.notes import Kind, noted
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from solver.simulate.demo import write_demo_subject
-from solver.common.notes import Kind, noted
 
 
 @pytest.fixture

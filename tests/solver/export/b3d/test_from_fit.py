@@ -9,13 +9,13 @@ from scipy.signal import butter, sosfiltfilt
 from solver.capture.capture import Subject
 from solver.capture.formats.b3d.reader import read_b3d
 from solver.common.errors import ModelError
+from solver.common.notes import Kind, noted
 from solver.contact.wrenches import FrameMask
 from solver.export.b3d.from_fit import export_b3d, fit_to_b3d
 from solver.fitting.fit import KinematicsOnly
 from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.skeleton.osim import load_skeleton
-from solver.common.notes import Kind, noted
 
 
 @pytest.fixture

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, Markers
+from solver.common.notes import Kind, noted
 from solver.kinematics.label_faults.exchanged import exchanged_back
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, Exchange
 from solver.kinematics.label_faults.repair import with_labels_repaired
 from solver.kinematics.label_faults.settings import LabelRepairSettings
 from solver.kinematics.marker_matching import match_markers
-from solver.common.notes import Kind, noted
 
 SETTINGS = LabelRepairSettings()
 OFF = replace(SETTINGS, enabled=False)
