@@ -41,8 +41,8 @@ def fit_of_two(tmp_path_factory):
 def folder(fit_of_two, tmp_path, monkeypatch):
     """A copy of it; diagnoses and the demo cost nothing, and the app ends at once."""
     monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", lambda *_, **__: CLEAN)
-    for module in ("jobs", "commands"):
-        monkeypatch.setattr(f"addb_viewer.{module}.demo.make_demo", lambda *_, **__: None)
+    for module in ("jobs.demo", "commands.open"):
+        monkeypatch.setattr(f"addb_viewer.{module}.make_demo", lambda *_, **__: None)
     monkeypatch.setattr("addb_viewer.app.app._until_interrupted", _interrupt)
     (tmp_path / "beside").mkdir()
     return Path(shutil.copytree(fit_of_two, tmp_path / "subject"))

@@ -10,8 +10,7 @@ from solver.simulate.demo import LateForces
 def served(monkeypatch):
     """What reached the app: (folder, host, port)."""
     calls = []
-    for module in ("open", "demo"):
-        monkeypatch.setattr(f"addb_viewer.commands.{module}.serve_app", lambda *call: calls.append(call))
+    monkeypatch.setattr("addb_viewer.commands.open.serve_app", lambda *call: calls.append(call))
     return calls
 
 
