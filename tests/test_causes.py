@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.faults.names import NAMES
+from solver.diagnosis.causes.about import OF_EACH_TRIAL, Place
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.causes.readings import OF_EACH_TRIAL, Place
 from solver.simulate.faults.cases import IDS as HIDDEN
 
 ROOT = Path(__file__).parents[1]

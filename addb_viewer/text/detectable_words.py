@@ -9,8 +9,8 @@ from typing import Any
 
 from addb_viewer.text.diagnosis_vocabulary import behind, target_in_words
 from addb_viewer.text.sections import Section
+from solver.diagnosis.causes.about import Reading
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.causes.readings import Reading
 
 HEADING = "What would have been found"
 DIGITS = 2  # of a size, rounded up

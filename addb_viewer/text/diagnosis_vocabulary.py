@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from addb_viewer.text.evidence_words import plain
-from solver.diagnosis.causes.about import About, Named
+from solver.diagnosis.causes.about import About, Named, Place, Reading, of_each_trial
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.causes.readings import Place, Reading, of_each_trial
 
 CONFIDENT = 0.9  # share of a cause, from which on others in its place are no reason to wait
 LEAST_TOLD = 0.005  # of a share

@@ -14,16 +14,7 @@ from scipy.spatial.transform import Rotation
 from addb_viewer.text.diagnosis_vocabulary import about, amount, ranges_of, target_in_words, title
 from addb_viewer.text.plain_words import in_plain_words
 from addb_viewer.trial_view.replay import PlateReplay, Replay
-from solver.diagnosis.causes.pictures import (
-    AgainstMotion,
-    Arrow,
-    Ball,
-    Band,
-    Markers,
-    Plates,
-    Segments,
-    Steady,
-)
+from solver.diagnosis.causes.about import AgainstMotion, Arrow, Ball, Band, Markers, Plates, Segments, Steady
 
 CAUSE_METRES_PER_NEWTON = 4e-3  # a hand's push of 40 N is still to be seen beside ground forces
 LARGE_METRES_PER_NEWTON = 1e-3  # like ground forces: steps, and whatever else would leave the picture

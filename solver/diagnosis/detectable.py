@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.causes.effect import Candidate, Estimate
+from solver.diagnosis.causes.effect import Candidate, Estimate, Fitted
 from solver.diagnosis.diagnosis import Detectable
 from solver.diagnosis.gain_asked import least_first_gain
 from solver.diagnosis.search.balance import Balance
@@ -66,7 +66,7 @@ def _told(
     linear = len(std) - len(term.tangent_mean)
     x, covariance = np.zeros(linear), np.diag(std[:linear] ** 2)
     no_eta = tuple(0.0 for _ in term.eta)
-    return candidate.estimates(balance.scenes, no_eta, tuple(std[linear:].tolist()), x, covariance)
+    return candidate.estimates(balance.scenes, Fitted(no_eta, tuple(std[linear:].tolist()), x, covariance))
 
 
 def _to_act_on(candidate: Candidate, balance: Balance, term: Term, name: str, std: float) -> float:

@@ -11,8 +11,7 @@ from benchmarks.faults.editor.files import write_folder
 from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.subject.subject import open_subject
 from solver.common.progress import silent
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.sample_rate import SampleRate
+from solver.diagnosis.causes.clocks import ClockOffset, SampleRate
 from solver.diagnosis.diagnose import repaired_balance
 from solver.fitting.settings import settings_for
 

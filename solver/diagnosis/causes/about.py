@@ -3,12 +3,14 @@
 It stands beside the cause, in the file of its effect. Diagnosis and app ask here, never for an id.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import ClassVar
 
-from solver.diagnosis.causes.pictures import Picture
-from solver.diagnosis.causes.readings import Place, Reading
+OF_EACH_TRIAL = "{trial}"  # in the name of a parameter that each trial has, and in its text
+NOT_TOLD = "this recording does not show"
+ON_SEGMENT = "{distance} from the segment's origin, at {point} in its axes"
 
 
 class AtFault(Enum):
@@ -52,6 +54,135 @@ class Named(Enum):
     PLATES = "plates"
     BODIES = "bodies"
     MARKERS = "markers"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How one parameter is said: `{amount}`, `{signed}`, and `{which}` by its sign (above zero, below)."""
+
+    parameter: str
+    text: str
+    unit: str
+    factor: float = 1.0  # from the parameter's unit to `unit`
+    zero: float = 0.0  # what no effect is
+    which: tuple[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class Place:
+    """How three parameters that make one point are said together: `{distance}` and `{point}`."""
+
+    parameters: str  # with {} for the axis
+    text: str
+    unit: str
+    factor: float = 1.0
+    unknown: str = ""  # said instead of a point whose spread is larger than its distance
+
+
+def along(
+    parameters: str, text: str, unit: str, factor: float = 1.0, axes: str = "xyz"
+) -> tuple[Reading, ...]:
+    """One reading an axis, its sign told as the end of the axis that it points to.
+
+    Args:
+        parameters: their names, with {} for the axis.
+        text: likewise.
+        unit: as said.
+        factor: from the parameters' unit to that.
+        axes: of these.
+    """
+    return tuple(
+        Reading(parameters.format(a), text.format(a), unit, factor, which=(f"+{a}", f"−{a}")) for a in axes
+    )
+
+
+def of_each_trial(readings: Iterable[Reading | Place], parameters: Iterable[str]) -> list[Reading | Place]:
+    """Readings of a parameter that each trial has, one for each trial; the others as they are.
+
+    Args:
+        readings: of a cause.
+        parameters: names in its answer.
+    """
+    said: list[Reading | Place] = []
+    for reading in readings:
+        if isinstance(reading, Place) or OF_EACH_TRIAL not in reading.parameter:
+            said.append(reading)
+            continue
+        before, after = reading.parameter.split(OF_EACH_TRIAL)
+        for name in parameters:
+            if name.startswith(before) and name.endswith(after):
+                trial = name[len(before) : len(name) - len(after)]
+                said.append(replace(reading, parameter=name, text=reading.text.replace(OF_EACH_TRIAL, trial)))
+    return said
+
+
+# What a cause looks like in the scene. Fields name its parameters, with {} for the axis; empty where it has
+# none. Where the target is a body, all is drawn there.
+
+
+@dataclass(frozen=True)
+class Steady:
+    """A force that stays the same: along the ground's axes [N], or upward."""
+
+    vector: str = ""
+    upward: str = ""
+
+
+@dataclass(frozen=True)
+class Band:
+    """A tension along the line to a point of the room [m]: mean [N], stiffness [N/m], rest length [m]."""
+
+    mean: str
+    stiffness: str
+    rest_length: str
+    anchor: str
+
+
+@dataclass(frozen=True)
+class AgainstMotion:
+    """A force against the velocity v: b |v|^exponent."""
+
+    b: str
+    exponent: str
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """A force on a body, from where it acts; its time history, if the answer has one, goes before all."""
+
+    force: Steady | Band | AgainstMotion
+    point: str = ""  # [m] in the body's frame; its centre of mass where empty
+    like_ground_force: bool = False  # drawn at the scale of ground forces
+    mean_on_label: bool = False  # the parameters' own mean, not that of the frames drawn
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A mass [kg] at a point of the body [m]."""
+
+    mass: str
+    point: str = ""
+
+
+@dataclass(frozen=True)
+class Segments:
+    """The target's segments, marked."""
+
+
+@dataclass(frozen=True)
+class Markers:
+    """The target's markers, marked."""
+
+
+@dataclass(frozen=True)
+class Plates:
+    """Outlines of the target's plates; shifted [m] or turned about the vertical [°], as they really lie."""
+
+    shift: str = ""
+    yaw: str = ""
+
+
+Picture = Arrow | Ball | Segments | Markers | Plates
 
 
 @dataclass(frozen=True)

@@ -4,44 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
-from solver.diagnosis.causes.about import About, Entry
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Signature
-from solver.diagnosis.causes.readings import Reading
+from solver.diagnosis.causes.about import About, Entry, Reading
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Signature
 from solver.diagnosis.causes.scene import Scene
 from solver.skeleton.forward import cross
 
 PRIOR_STD = 0.01  # a calibration wand whose markers sit 1 to 5 mm off over half a metre
 OWN_MODEL_STD = 0.002  # of a body's size against its own model, fitted to markers on skin
-MOST = 0.06  # a wand read in the wrong unit is seen in the body's size long before
-LEAST = 0.003  # a wand made with care: 1.5 mm over half a metre
-
-
-ABOUT = About(
-    id="capture_scale",
-    entry=Entry("`all`", "recorded marker = scale × true", "`scale`"),
-    title="wrong scale of the camera calibration",
-    sentence="All distances between markers are too large or too small by a constant factor.",
-    remedy="Calibrate the cameras with a wand whose length was measured.",
-    told_apart_by=(
-        "two markers at a known distance, or steps on plates far from the laboratory's origin, on both sides"
-    ),
-    branch="markers/scale of the cameras",
-    doubts_angles=True,
-    odds_against=12.0,
-    asked_up_to=10.0,
-    readings=(
-        Reading(
-            "scale",
-            "markers lie {amount} too far {which}",
-            "%",
-            1e2,
-            zero=1.0,
-            which=("apart", "together"),
-        ),
-    ),
-)
 
 
 @dataclass(frozen=True)
@@ -64,7 +34,35 @@ class CaptureScale(Candidate):
 
     log_size: float | None = None  # of the fitted body over its own model; None where the model is nobody's
 
-    about = ABOUT
+    about = About(
+        id="capture_scale",
+        entry=Entry("`all`", "recorded marker = scale × true", "`scale`"),
+        title="wrong scale of the camera calibration",
+        sentence="All distances between markers are too large or too small by a constant factor.",
+        remedy="Calibrate the cameras with a wand whose length was measured.",
+        told_apart_by=(
+            "two markers at a known distance, or steps on plates far from the laboratory's origin, on "
+            "both sides"
+        ),
+        branch="markers/scale of the cameras",
+        doubts_angles=True,
+        odds_against=12.0,
+        asked_up_to=10.0,
+        readings=(
+            Reading(
+                "scale",
+                "markers lie {amount} too far {which}",
+                "%",
+                1e2,
+                zero=1.0,
+                which=("apart", "together"),
+            ),
+        ),
+    )
+
+    no_effect = 1.0
+    least = 0.003  # a wand made with care: 1.5 mm over half a metre
+    most = 0.06  # a wand read in the wrong unit is seen in the body's size long before
 
     @property
     def seen_elsewhere(self) -> float:
@@ -87,27 +85,16 @@ class CaptureScale(Candidate):
             return Signature(column[:, :, None], np.array([PRIOR_STD]))
         return Signature(column[:, :, None], np.array([OWN_MODEL_STD]), column * self._start)
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, "1"],
-        covariance: Float[np.ndarray, "1 1"],
-    ) -> dict[str, Estimate]:
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """scale, dimensionless; above 1 when the recording is too large."""
-        scale = 1 / (1 - self._start - float(x[0]))
-        return {"scale": Estimate(scale, float(np.sqrt(covariance[0, 0])) * scale**2)}
+        scale = 1 / (1 - self._start - float(fit.x[0]))
+        return {"scale": Estimate(scale, float(np.sqrt(fit.covariance[0, 0])) * scale**2)}
 
     @property
     def _start(self) -> float:
         return 0.0 if self.log_size is None else 1 - float(np.exp(-self.log_size))
 
-    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """Beyond what a careful calibration scatters."""
-        return LEAST < abs(estimates["scale"].value - 1) < MOST
-
-
-def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One room."""
-    return [CaptureScale("all", scenes[0].size_against_own_model)] if scenes else []
+    @classmethod
+    def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
+        """One room."""
+        return [cls("all", scenes[0].size_against_own_model)] if scenes else []

@@ -1,82 +1,63 @@
 """Every cause that the diagnosis knows, at every target of a subject's trials."""
 
 from collections.abc import Sequence
-from types import ModuleType
 
-from solver.diagnosis.causes import (
-    axis_convention,
-    belt_acceleration,
-    belt_slope,
-    body_weight_support,
-    capture_scale,
-    carried_mass,
-    clock_offset,
-    drag,
-    elastic_tether,
-    external_contact,
-    filter_mismatch,
-    gravity_tilt,
-    marker_slip,
-    marker_swap,
-    object_on_plate,
-    off_plate_step,
-    plate_bias,
-    plate_clock,
-    plate_exchange,
-    plate_gain,
-    plate_mirror,
-    plate_position,
-    plate_swap,
-    plate_turn,
-    plate_units,
-    plate_yaw,
-    sample_rate,
-    segment_displaced,
-    segment_mass,
-    soft_tissue,
-    subject_mass,
-    trial_clocks,
-    wobbling_mass,
-    zero_level,
-)
 from solver.diagnosis.causes.about import About, CorrectedBy
+from solver.diagnosis.causes.belts import BeltAcceleration, BeltSlope
+from solver.diagnosis.causes.body_masses import CarriedMass, SegmentMass, SubjectMass
+from solver.diagnosis.causes.capture_scale import CaptureScale
+from solver.diagnosis.causes.clocks import ClockOffset, PlateClock, SampleRate, TrialClocks
 from solver.diagnosis.causes.effect import NO_PATHS, Candidate, Paths
+from solver.diagnosis.causes.exchanged_forces import AxisConvention, PlateExchange, PlateSwap
+from solver.diagnosis.causes.external_contact import ExternalContact
+from solver.diagnosis.causes.filter_mismatch import FilterMismatch
+from solver.diagnosis.causes.forces_on_trunk import BodyWeightSupport, Drag, ElasticTether
+from solver.diagnosis.causes.marker_effect import MarkerFinding
+from solver.diagnosis.causes.marker_slip import MarkerSlip
+from solver.diagnosis.causes.marker_swap import MarkerSwap
+from solver.diagnosis.causes.off_plate_step import OffPlateStep
+from solver.diagnosis.causes.plate_geometry import GravityTilt, PlatePosition, PlateYaw
+from solver.diagnosis.causes.plate_readings import ObjectOnPlate, PlateBias, PlateGain, ZeroLevel
+from solver.diagnosis.causes.rearranged_plate import PlateMirror, PlateTurn, PlateUnits
 from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.segment_displaced import SegmentDisplaced
+from solver.diagnosis.causes.soft_tissue import SoftTissue
+from solver.diagnosis.causes.wobbling_mass import WobblingMass
 
-MODULES: tuple[ModuleType, ...] = (
-    clock_offset,
-    trial_clocks,
-    plate_clock,
-    sample_rate,
-    filter_mismatch,
-    plate_gain,
-    plate_bias,
-    zero_level,
-    plate_position,
-    plate_yaw,
-    plate_turn,
-    plate_mirror,
-    plate_units,
-    plate_swap,
-    plate_exchange,
-    axis_convention,
-    gravity_tilt,
-    belt_slope,
-    object_on_plate,
-    off_plate_step,
-    external_contact,
-    body_weight_support,
-    elastic_tether,
-    drag,
-    belt_acceleration,
-    carried_mass,
-    subject_mass,
-    segment_mass,
-    wobbling_mass,
-    capture_scale,
+CAUSES: tuple[type[Candidate], ...] = (
+    ClockOffset,
+    TrialClocks,
+    PlateClock,
+    SampleRate,
+    FilterMismatch,
+    PlateGain,
+    PlateBias,
+    ZeroLevel,
+    PlatePosition,
+    PlateYaw,
+    PlateTurn,
+    PlateMirror,
+    PlateUnits,
+    PlateSwap,
+    PlateExchange,
+    AxisConvention,
+    GravityTilt,
+    BeltSlope,
+    ObjectOnPlate,
+    OffPlateStep,
+    ExternalContact,
+    BodyWeightSupport,
+    ElasticTether,
+    Drag,
+    BeltAcceleration,
+    CarriedMass,
+    SubjectMass,
+    SegmentMass,
+    WobblingMass,
+    CaptureScale,
 )
-MARKER_MODULES: tuple[ModuleType, ...] = (marker_slip, marker_swap, segment_displaced, soft_tissue)
-ABOUT: dict[str, About] = {module.ABOUT.id: module.ABOUT for module in (*MODULES, *MARKER_MODULES)}
+MARKER_CAUSES: tuple[type[MarkerFinding], ...] = (MarkerSlip, MarkerSwap, SegmentDisplaced, SoftTissue)
+ABOUT: dict[str, About] = {cause.about.id: cause.about for cause in (*CAUSES, *MARKER_CAUSES)}
 IDS = tuple(id for id, about in ABOUT.items() if not about.in_markers)
 MARKER_IDS = tuple(id for id, about in ABOUT.items() if about.in_markers)
 
@@ -88,7 +69,7 @@ def catalogue(scenes: Sequence[Scene], paths: Paths = NO_PATHS) -> list[Candidat
         scenes: of the subject's trials.
         paths: what each plate's path of pressure says of its turns.
     """
-    return [cause.with_evidence(paths) for module in MODULES for cause in module.candidates(scenes)]
+    return [cause.with_evidence(paths) for kind in CAUSES for cause in kind.candidates(scenes)]
 
 
 def cannot_be_accepted(id: str) -> bool:

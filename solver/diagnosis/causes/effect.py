@@ -14,13 +14,15 @@ say about it stands there as well (`about`).
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Self
+from itertools import product
+from math import inf
+from typing import ClassVar, Self
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.diagnosis.causes.about import Described
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.scene import PlateScene, Scene, loaded_plates
 
 Eta = tuple[float, ...]  # values of the parameters that do not act linearly
 Turn = tuple[int, ...]  # a turn or mirror of x and z seen from above, its matrix row by row
@@ -36,6 +38,40 @@ class Estimate:
     std: float
 
 
+@dataclass(frozen=True)
+class Nonlinear:
+    """A parameter that does not act linearly: where the search for it begins, and what it may be."""
+
+    name: str
+    starts: tuple[float, ...]
+    step: float  # the first one of the search
+    bounds: tuple[float, float]
+    prior: tuple[float, float] | None = None  # mean and standard deviation; None: those of the starts
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A cause as a fit has it: values and standard deviations of η, and x with its covariance."""
+
+    eta: Eta
+    eta_std: Eta
+    x: Float[np.ndarray, " parameters"]
+    covariance: Float[np.ndarray, "parameters parameters"]
+
+    def estimate(self, k: int) -> Estimate:
+        """The k-th entry of x."""
+        return Estimate(float(self.x[k]), float(np.sqrt(self.covariance[k, k])))
+
+    def ratio(self, k: int) -> Estimate:
+        """The k-th entry of x over the first: a lever, where these are a moment and a force."""
+        first = float(self.x[0])
+        divisor = np.copysign(max(abs(first), 1e-6), first)
+        value = float(self.x[k]) / divisor
+        gradient = np.array([-value, 1.0]) / divisor
+        both = self.covariance[np.ix_([0, k], [0, k])]
+        return Estimate(float(value), float(np.sqrt(gradient @ both @ gradient)))
+
+
 @dataclass(frozen=True, eq=False)
 class Signature:
     """What a cause adds to the measured wrench of one trial (force, moment about the ground origin)."""
@@ -43,6 +79,11 @@ class Signature:
     columns: Float[np.ndarray, "frames 6 parameters"]
     prior_std: Float[np.ndarray, " parameters"]
     fixed: Float[np.ndarray, "frames 6"] | None = None
+
+    @staticmethod
+    def of_fixed(fixed: Float[np.ndarray, "frames 6"]) -> "Signature":
+        """Of a cause without parameters that act linearly."""
+        return Signature(np.zeros((len(fixed), 6, 0)), np.zeros(0), fixed)
 
     @staticmethod
     def joined(pieces: "Iterable[Signature]") -> "Signature | None":
@@ -90,6 +131,17 @@ class Candidate(Described, ABC):
 
     target: str
 
+    parameters: ClassVar[tuple[str, ...]] = ()  # names of x
+    nonlinear: ClassVar[tuple[Nonlinear, ...]] = ()  # of η
+    no_effect: ClassVar[float] = 0.0  # what the parameters are where the cause is not there
+    least: ClassVar[float] = 0.0  # size below which nobody would act, in the parameters' unit
+    most: ClassVar[float] = inf  # size from which on it is another cause
+
+    @classmethod
+    def candidates(cls, scenes: Sequence[Scene]) -> "list[Candidate]":
+        """Of a subject's trials; unless it says otherwise one about all plates, where some are loaded."""
+        return [cls("all")] if loaded_plates(scenes) else []
+
     @property
     def place_odds(self) -> float:
         """Log prior odds against it at its place, among those of its kind [nats]."""
@@ -111,20 +163,25 @@ class Candidate(Described, ABC):
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Where the search over η begins; one empty tuple where all acts linearly."""
-        return ((),)
+        return tuple(product(*(one.starts for one in self.nonlinear)))
 
     def steps(self) -> Eta:
         """First step of the search over each η."""
-        return ()
+        return tuple(one.step for one in self.nonlinear)
 
     def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
-        """Mean and standard deviation of each η before the data; the spread of the starts unless told."""
-        starts = np.array(self.starts(scenes))
-        return tuple((float(s.mean()), float(s.std()) or 1.0) for s in starts.T)
+        """Mean and standard deviation of each η before the data; those of the starts unless it says."""
+        starts = np.array(self.starts(scenes)).T
+        own = [one.prior for one in self.nonlinear] or [None] * len(starts)
+        return tuple(
+            known or (float(each.mean()), float(each.std()) or 1.0)
+            for each, known in zip(starts, own, strict=True)
+        )
 
     def admissible(self, eta: Eta) -> bool:
         """Whether η lies within its bounds."""
-        return True
+        pairs = zip(self.nonlinear, eta, strict=False)
+        return all(one.bounds[0] <= value <= one.bounds[1] for one, value in pairs)
 
     def is_possible(self, estimates: dict[str, Estimate]) -> bool:
         """Whether there can be such a cause, whatever its size; the search over η stays among those."""
@@ -155,26 +212,44 @@ class Candidate(Described, ABC):
         """Frames of which nothing is known once the recording is corrected; none unless it says otherwise."""
         return np.zeros(scene.frames, dtype=bool)
 
-    @abstractmethod
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, " parameters"],
-        covariance: Float[np.ndarray, "parameters parameters"],
-    ) -> dict[str, Estimate]:
-        """The catalogue's parameters, by name."""
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
+        """The catalogue's parameters, by name; x and η as they are unless it says otherwise."""
+        linear = {name: fit.estimate(k) for k, name in enumerate(self.parameters)}
+        pairs = zip(self.nonlinear, fit.eta, fit.eta_std, strict=True)
+        return linear | {one.name: Estimate(value, std) for one, value, std in pairs}
 
-    @abstractmethod
+    def size(self, estimates: dict[str, Estimate]) -> float:
+        """How far the parameters are from no effect: what is held against `least` and `most`."""
+        return float(np.linalg.norm([e.value - self.no_effect for e in estimates.values()]))
+
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Whether the cause is larger than the practical minimum; below it nobody would act."""
+        return self.is_possible(estimates) and self.least < self.size(estimates) < self.most
 
     def frames(
         self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
     ) -> tuple[Range, ...]:
         """Where it acts; all frames of all trials unless it says otherwise."""
         return tuple(Range(s.name, 0, s.frames) for s in scenes)
+
+
+@dataclass(frozen=True)
+class OfOnePlate(Candidate):
+    """A cause at one plate, wherever that is loaded."""
+
+    @classmethod
+    def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
+        """One for each loaded plate."""
+        return [cls(target) for target in loaded_plates(scenes)]
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Of the plate; None where nothing loads it."""
+        plate = scene.loaded_plate(self.target)
+        return None if plate is None else self.of_plate(plate, scene, eta)
+
+    @abstractmethod
+    def of_plate(self, plate: PlateScene, scene: Scene, eta: Eta) -> Signature | None:
+        """What it adds to the measured wrench of a trial in which the plate is loaded."""
 
 
 @dataclass(frozen=True)

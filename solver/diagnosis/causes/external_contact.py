@@ -6,16 +6,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.diagnosis.causes.about import About, AtFault, Entry, Named, TimeHistory
+from solver.diagnosis.causes.about import (
+    NOT_TOLD,
+    ON_SEGMENT,
+    About,
+    Arrow,
+    AtFault,
+    Entry,
+    Named,
+    Place,
+    Reading,
+    Steady,
+    TimeHistory,
+    along,
+)
 from solver.diagnosis.causes.contact_windows import HOP_S, INDEPENDENT_HOPS, UP, contact_windows
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
-from solver.diagnosis.causes.force_on_body import columns_at_point
-from solver.diagnosis.causes.limbs import BETWEEN_OTHERS_ODDS, inner_segments
-from solver.diagnosis.causes.pictures import Arrow, Steady
-from solver.diagnosis.causes.readings import NOT_TOLD, ON_SEGMENT, Place, Reading, along
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InPieces, Range, Signature
+from solver.diagnosis.causes.off_plate_step import unmeasured_stances
+from solver.diagnosis.causes.on_segments import BETWEEN_OTHERS_ODDS, columns_at_point, inner_segments
 from solver.diagnosis.causes.scene import Scene, force_at
 from solver.diagnosis.causes.time_history import Stretch, frames_of, joined
-from solver.diagnosis.causes.unmeasured_stances import unmeasured_stances
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Body
 
@@ -39,35 +49,6 @@ MOST_WEIGHTS = 1.5  # on average: a seat carries one; opposite forces on near se
 Missing = Mapping[str, Float[np.ndarray, "frames 6"]]  # by trial: what the balance lacks, weight corrected
 
 
-ABOUT = About(
-    id="external_contact",
-    entry=Entry(
-        "body",
-        "something pushes or pulls for a while",
-        (
-            "`force_x_N`, `force_y_N`, `force_z_N` (mean, on the person), `point_x_m`, `point_y_m`, "
-            "`point_z_m` (in the body)"
-        ),
-    ),
-    title="an unmeasured contact: {target}",
-    sentence=("Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."),
-    remedy=("Look at the video for what touches the person there, keep it away, or put a sensor on it."),
-    told_apart_by="the same movement without anything within reach",
-    branch="on the person/touch",
-    names=Named.BODIES,
-    at_fault=AtFault.MOVEMENT,
-    time_history=TimeHistory.NOW_AND_THEN,
-    odds_against=4.0,
-    readings=(
-        *along("force_{}_N", "mean force on the person {{amount}} towards {{which}}", "N", axes="x"),
-        Reading("force_y_N", "{amount} {which}", "N", which=("upwards", "downwards")),
-        *along("force_{}_N", "{{amount}} towards {{which}}", "N", axes="z"),
-        Place("point_{}_m", f"it acts {ON_SEGMENT}", "mm", 1e3, f"where on the segment it acts, {NOT_TOLD}"),
-    ),
-    picture=Arrow(Steady("force_{}_N"), "point_{}_m", mean_on_label=True),
-)
-
-
 @dataclass(frozen=True)
 class ExternalContact(InPieces):
     """In each window a free time history of force at one point of the body.
@@ -82,7 +63,35 @@ class ExternalContact(InPieces):
     between_others: bool = False
     weight_N: float = np.inf  # of the person
 
-    about = ABOUT
+    about = About(
+        id="external_contact",
+        entry=Entry(
+            "body",
+            "something pushes or pulls for a while",
+            (
+                "`force_x_N`, `force_y_N`, `force_z_N` (mean, on the person), `point_x_m`, `point_y_m`, "
+                "`point_z_m` (in the body)"
+            ),
+        ),
+        title="an unmeasured contact: {target}",
+        sentence=("Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."),
+        remedy=("Look at the video for what touches the person there, keep it away, or put a sensor on it."),
+        told_apart_by="the same movement without anything within reach",
+        branch="on the person/touch",
+        names=Named.BODIES,
+        at_fault=AtFault.MOVEMENT,
+        time_history=TimeHistory.NOW_AND_THEN,
+        odds_against=4.0,
+        readings=(
+            *along("force_{}_N", "mean force on the person {{amount}} towards {{which}}", "N", axes="x"),
+            Reading("force_y_N", "{amount} {which}", "N", which=("upwards", "downwards")),
+            *along("force_{}_N", "{{amount}} towards {{which}}", "N", axes="z"),
+            Place(
+                "point_{}_m", f"it acts {ON_SEGMENT}", "mm", 1e3, f"where on the segment it acts, {NOT_TOLD}"
+            ),
+        ),
+        picture=Arrow(Steady("force_{}_N"), "point_{}_m", mean_on_label=True),
+    )
 
     @property
     def place_odds(self) -> float:
@@ -110,20 +119,13 @@ class ExternalContact(InPieces):
         shifts = columns_at_point(scene, body, segment.com_body, force)[:, :, 1:]
         yield Signature(shifts, np.full(3, reach_m(segment)))
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, " parameters"],
-        covariance: Float[np.ndarray, "parameters parameters"],
-    ) -> dict[str, Estimate]:
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """Mean force on the person while in contact, and the point in the body's frame.
 
         The impulse is what the balance tells; where a contact begins and ends is less sure, so the mean is.
         """
         mean = self._mean_force(scenes)
-        force, spread = mean @ x, mean @ covariance @ mean.T
+        force, spread = mean @ fit.x, mean @ fit.covariance @ mean.T
         by_edges = force * self._duration_std()
         found = {
             f"force_{axis}_N": Estimate(float(force[i]), float(np.hypot(np.sqrt(spread[i, i]), by_edges[i])))
@@ -132,8 +134,10 @@ class ExternalContact(InPieces):
         skeleton = scenes[0].skeleton
         com = skeleton.bodies[skeleton.body_index(self.target)].com_body
         for i, axis in enumerate("xyz"):
-            k = len(x) - 3 + i
-            found[f"point_{axis}_m"] = Estimate(float(com[i] + x[k]), float(np.sqrt(covariance[k, k])))
+            k = len(fit.x) - 3 + i
+            found[f"point_{axis}_m"] = Estimate(
+                float(com[i] + fit.x[k]), float(np.sqrt(fit.covariance[k, k]))
+            )
         return found
 
     def _mean_force(self, scenes: Sequence[Scene]) -> Float[np.ndarray, "3 parameters"]:
@@ -179,6 +183,39 @@ class ExternalContact(InPieces):
         ends = sum(int(w.begins) + int(w.ends) for w in self.windows)
         return EDGE_STD_S * float(np.sqrt(ends)) / sum(w.seconds for w in touching)
 
+    @classmethod
+    def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
+        """At the bodies whose place suits the balance: all its windows, and each alone.
+
+        What acts all along is no contact that begins or ends: it is left to causes that say why.
+        Where a foot stands beside the plates the balance lacks a whole step; no contact is looked for there.
+        """
+        stances = [s.stretch for s in unmeasured_stances(scenes) if s.gross]
+        found = [w for scene in scenes for w in contact_windows(scene, frames_of(stances, scene))]
+        found.sort(key=lambda w: -w.score)
+        weights = {w.stretch.trial: w.wrong_weight_N for w in found}
+        missing = {s.name: _missing_ground(s, weights[s.name]) for s in scenes if s.name in weights}
+        sets = [tuple(w.stretch for w in found)] if found else []
+        if len(found) > 1:
+            sets += [(w.stretch,) for w in found[:MOST_ALONE]]
+        frames = {s.name: s.frames for s in scenes}
+        sets = [
+            windows
+            for windows in sets
+            if any(w.end - w.start < MOST_SHARE * frames[w.trial] for w in windows)
+        ]
+        made: list[Candidate] = []
+        inner = inner_segments(scenes[0].skeleton) if scenes else frozenset()
+        for windows in sets:
+            trials = [s for s in scenes if s.name in {w.trial for w in windows}]
+            scales = tuple(max(PRIOR_N, _mean_force_N(trials, window, missing)) for window in windows)
+            own = tuple((trial.name, weights[trial.name]) for trial in trials)
+            nearest = sorted(_touchable(scenes[0]), key=lambda body: _misfit(trials, windows, body, missing))
+            for body in nearest[:MOST_BODIES]:
+                name = scenes[0].skeleton.body_names[body]
+                made.append(cls(name, windows, scales, own, body in inner, scenes[0].weight_N))
+        return made
+
 
 def _size_N(estimates: dict[str, Estimate]) -> float:
     return float(np.hypot.reduce([estimates[f"force_{axis}_N"].value for axis in "xyz"]))
@@ -189,37 +226,6 @@ def _time_histories(window: Stretch) -> Float[np.ndarray, "frames time histories
     wide = window.widened(EDGE_S)
     humps = wide.humps(max(KNOTS_S, wide.seconds / MOST_KNOTS))
     return np.concatenate([humps.sum(axis=1, keepdims=True), humps], axis=1)
-
-
-def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """At the bodies whose place suits the balance: all its windows, and each alone.
-
-    What acts all along is no contact that begins or ends: it is left to causes that say on what it depends.
-    Where a foot stands beside the plates the balance lacks a whole step; no contact is looked for there.
-    """
-    stances = [s.stretch for s in unmeasured_stances(scenes) if s.gross]
-    found = [w for scene in scenes for w in contact_windows(scene, frames_of(stances, scene))]
-    found.sort(key=lambda w: -w.score)
-    weights = {w.stretch.trial: w.wrong_weight_N for w in found}
-    missing = {s.name: _missing_ground(s, weights[s.name]) for s in scenes if s.name in weights}
-    sets = [tuple(w.stretch for w in found)] if found else []
-    if len(found) > 1:
-        sets += [(w.stretch,) for w in found[:MOST_ALONE]]
-    frames = {s.name: s.frames for s in scenes}
-    sets = [
-        windows for windows in sets if any(w.end - w.start < MOST_SHARE * frames[w.trial] for w in windows)
-    ]
-    made: list[Candidate] = []
-    inner = inner_segments(scenes[0].skeleton) if scenes else frozenset()
-    for windows in sets:
-        trials = [s for s in scenes if s.name in {w.trial for w in windows}]
-        scales = tuple(max(PRIOR_N, _mean_force_N(trials, window, missing)) for window in windows)
-        own = tuple((trial.name, weights[trial.name]) for trial in trials)
-        nearest = sorted(_touchable(scenes[0]), key=lambda body: _misfit(trials, windows, body, missing))
-        for body in nearest[:MOST_BODIES]:
-            name = scenes[0].skeleton.body_names[body]
-            made.append(ExternalContact(name, windows, scales, own, body in inner, scenes[0].weight_N))
-    return made
 
 
 def reach_m(segment: Body) -> float:

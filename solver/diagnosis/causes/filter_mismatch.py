@@ -9,10 +9,9 @@ from jaxtyping import Bool, Float
 from solver.capture.plates.conditioning import contact_samples
 from solver.common.runs import runs
 from solver.common.white_noise import white_noise
-from solver.diagnosis.causes.about import About, Entry
+from solver.diagnosis.causes.about import About, Entry, Reading
 from solver.diagnosis.causes.contact_edges import fall_off, filtered_nats, log_cutoff, usual_fall_off
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Signature
-from solver.diagnosis.causes.readings import Reading
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Signature
 from solver.diagnosis.causes.scene import PlateScene, Scene
 
 STARTS_HZ = (2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0)  # a quarter apart
@@ -38,27 +37,6 @@ TAKES_OFF = 10.0  # times, by which the gentlest of these filters makes less of 
 MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to that
 
 
-ABOUT = About(
-    id="filter_mismatch",
-    entry=Entry(
-        "`all`",
-        "forces were low-passed (2nd order, zero phase), markers less or as much",
-        "`cutoff_Hz` (of each pass)",
-    ),
-    title="smoothed forces",
-    sentence="The forces were smoothed before they were exported: impacts are blunted.",
-    remedy=(
-        "Export the forces unfiltered. If they have to be smoothed, filter markers and forces with the same "
-        "cutoff, and take peaks and impacts from neither."
-    ),
-    told_apart_by="the same trial exported without a filter",
-    branch="time/filter",
-    odds_against=3.0,
-    less_at_first=3.0,  # edges of 39 sound real stretches say 0.7 nats for it at most, filtered ones 4 to 8
-    readings=(Reading("cutoff_Hz", "smoothed with a low-pass filter at {amount}", "Hz"),),
-)
-
-
 @dataclass(frozen=True)
 class FilterMismatch(Candidate):
     """The forces were low-passed (Butterworth, 2nd order, forwards and backwards), the markers less.
@@ -75,7 +53,26 @@ class FilterMismatch(Candidate):
 
     fall: float | None = None  # of that spectrum; None where no contact begins or ends
 
-    about = ABOUT
+    about = About(
+        id="filter_mismatch",
+        entry=Entry(
+            "`all`",
+            "forces were low-passed (2nd order, zero phase), markers less or as much",
+            "`cutoff_Hz` (of each pass)",
+        ),
+        title="smoothed forces",
+        sentence="The forces were smoothed before they were exported: impacts are blunted.",
+        remedy=(
+            "Export the forces unfiltered. If they have to be smoothed, filter markers and forces "
+            "with the same "
+            "cutoff, and take peaks and impacts from neither."
+        ),
+        told_apart_by="the same trial exported without a filter",
+        branch="time/filter",
+        odds_against=3.0,
+        less_at_first=3.0,  # edges of 39 sound stretches say 0.7 nats for it at most, filtered ones 4 to 8
+        readings=(Reading("cutoff_Hz", "smoothed with a low-pass filter at {amount}", "Hz"),),
+    )
 
     @property
     def seen_elsewhere(self) -> float:
@@ -128,32 +125,25 @@ class FilterMismatch(Candidate):
             for log_ratio in eta[1:]:
                 alike = blunted(alike, plate.plate.rate, cutoff_Hz * float(np.exp(log_ratio)))
             fixed = fixed + np.nan_to_num(plate.at_frames(alike))
-        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
+        return Signature.of_fixed(fixed)
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, "0"],
-        covariance: Float[np.ndarray, "0 0"],
-    ) -> dict[str, Estimate]:
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """cutoff_Hz."""
-        cutoff_Hz = float(np.exp(eta[0]))
-        return {"cutoff_Hz": Estimate(cutoff_Hz, cutoff_Hz * float(np.hypot(eta_std[0], CUT_OFF_STD)))}
+        cutoff_Hz = float(np.exp(fit.eta[0]))
+        return {"cutoff_Hz": Estimate(cutoff_Hz, cutoff_Hz * float(np.hypot(fit.eta_std[0], CUT_OFF_STD)))}
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Below what leaves the forces of walking as they are."""
         return estimates["cutoff_Hz"].value < LEAST_HARM_HZ
 
-
-def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One filter for all plates; none where a plate's samples hold noise that it would have taken off."""
-    plates = [plate for scene in scenes for plate in scene.plates]
-    if not any(plate.loaded.any() for plate in plates) or any(map(shows_no_filter, plates)):
-        return []
-    edges = [fall for p in plates for fall in fall_off(p.loads.raw_ground[:, 1], p.plate.rate)]
-    return [FilterMismatch("all", usual_fall_off(edges))]
+    @classmethod
+    def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
+        """One filter for all plates; none where a plate's samples hold noise that it would have taken off."""
+        plates = [plate for scene in scenes for plate in scene.plates]
+        if not any(plate.loaded.any() for plate in plates) or any(map(shows_no_filter, plates)):
+            return []
+        edges = [fall for p in plates for fall in fall_off(p.loads.raw_ground[:, 1], p.plate.rate)]
+        return [cls("all", usual_fall_off(edges))]
 
 
 def shows_no_filter(plate: PlateScene) -> bool:

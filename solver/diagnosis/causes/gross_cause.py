@@ -12,12 +12,15 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.capture.plates.centre_of_pressure import centre_of_pressure, surface_of
 from solver.capture.plates.conditioning import PlateLoads
 from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Range, Signature
-from solver.diagnosis.causes.scene import PlateScene, Scene
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Range, Signature
+from solver.diagnosis.causes.scene import PlateScene, Scene, force_at, moments_aside
 
 KEPT_SCENES = 32
+KNOWN_MIDDLE_M = 0.02  # how far a plate's middle may be from that of the corners in the files
+UNKNOWN_MIDDLE_M = 0.1  # or from that of the pressures, where the files have no corners
 
 
 class GrossCause(Candidate):
@@ -42,18 +45,16 @@ class GrossCause(Candidate):
         if plates is None:
             return None
         fixed = np.sum([plate.wrench_ground for plate in plates], axis=0) - scene.measured_ground
-        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
+        return Signature.of_fixed(fixed)
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, "0"],
-        covariance: Float[np.ndarray, "0 0"],
-    ) -> dict[str, Estimate]:
-        """Nothing to estimate."""
-        return {}
+    @staticmethod
+    def beside_middles(
+        plain: Signature, force_ground: Float[np.ndarray, "frames 3"], *plates: PlateScene
+    ) -> Signature:
+        """With what it changes if the plates' middles lie elsewhere, and the force with them."""
+        known = all(plate.plate.corners_ground is not None for plate in plates)
+        std_m = np.sqrt(len(plates)) * (KNOWN_MIDDLE_M if known else UNKNOWN_MIDDLE_M)
+        return replace(plain, columns=moments_aside(force_ground), prior_std=np.full(2, std_m))
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always."""
@@ -119,16 +120,9 @@ class Beyond(Candidate):
         """The cause's."""
         return self.cause.unrecorded(corrected(self.gross, scene), eta)
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, " parameters"],
-        covariance: Float[np.ndarray, "parameters parameters"],
-    ) -> dict[str, Estimate]:
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """The cause's."""
-        return self.cause.estimates(self._corrected(scenes), eta, eta_std, x, covariance)
+        return self.cause.estimates(self._corrected(scenes), fit)
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """The cause's."""
@@ -173,3 +167,22 @@ def with_samples(
         wrench_ground=at_frames,
         loaded=at_frames[:, 1] >= plate.conditioning.threshold_N,
     )
+
+
+def points_ground(plate: PlateScene) -> Float[np.ndarray, "samples 3"]:
+    """Centre of pressure of each sample, from recorded force and moment [m]; zero where unloaded."""
+    wrench = plate.loads.wrench_ground
+    points = centre_of_pressure(wrench[:, :3], wrench[:, 3:], surface_of(plate.plate, plate.conditioning))
+    return np.where(plate.loads.carrying[:, None], points, 0.0)
+
+
+def wrench_change(
+    plate: PlateScene, force_change_ground: Float[np.ndarray, "samples 3"]
+) -> Float[np.ndarray, "frames 6"]:
+    """Change of the plate's wrench at the frames; centres of pressure and free moments stay.
+
+    Args:
+        plate: as recorded.
+        force_change_ground: of its samples, zero where unloaded [N].
+    """
+    return np.nan_to_num(plate.at_frames(force_at(force_change_ground, points_ground(plate))))

@@ -9,7 +9,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
-from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Named, Size, TimeHistory
+from solver.diagnosis.causes.about import (
+    About,
+    CorrectedBy,
+    Entry,
+    Markers,
+    Named,
+    Reading,
+    Size,
+    TimeHistory,
+)
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_effect import (
     FEWEST_SEEN,
@@ -22,8 +31,6 @@ from solver.diagnosis.causes.marker_effect import (
     pose_free,
     seen_share,
 )
-from solver.diagnosis.causes.pictures import Markers
-from solver.diagnosis.causes.readings import Reading
 from solver.diagnosis.causes.scene import Scene
 
 SOFT_TISSUE = 1.5  # a segment's markers move together by half as much again as each moves for itself
@@ -45,34 +52,6 @@ AngleFit = Callable[[int | None], tuple[Float[np.ndarray, "samples axes"], Float
 """From the sample of a step, or None, to what angles leave of a marker's place, and the step's size [m]."""
 
 
-ABOUT = About(
-    id="marker_slip",
-    entry=Entry(
-        "marker",
-        "from a moment on the marker sits elsewhere on its segment",
-        "`shift_m`, `time_s`, `shift_x_m`, `shift_y_m`, `shift_z_m`",
-    ),
-    title="a marker that moved on its segment: {target}",
-    sentence="Marker {target} has moved on its segment during the trial and stayed there.",
-    remedy=(
-        'In this recording leave it out: set it to "" in the map that `addb-viewer markers SUBJECT` '
-        "writes. Before the next one, attach it again and record another static trial."
-    ),
-    told_apart_by="a static trial before and after the recording",
-    branch="markers/one",
-    names=Named.MARKERS,
-    time_history=TimeHistory.EVENT,
-    corrected_by=CorrectedBy.FILES,
-    in_markers=True,
-    sizes=(Size("shift_m", 0.012, 0.04, 0.3, "the segment's length at most"),),
-    readings=(
-        Reading("shift_m", "by {amount}", "mm", 1e3),
-        Reading("time_s", "at {amount} from the trial's start", "s"),
-    ),
-    picture=Markers(),
-)
-
-
 @dataclass(frozen=True, eq=False)
 class MarkerSlip(MarkerFinding):
     """observed(t) = true(t) + R(t) shift for t ≥ time_s, R the orientation of the marker's segment.
@@ -86,7 +65,32 @@ class MarkerSlip(MarkerFinding):
     R_ground_body: Float[np.ndarray, "frames 3 3"]  # of the marker's segment
     in_its_path: bool = False  # its own path is cut there (`leaps`), not only its place among the others
 
-    about = ABOUT
+    about = About(
+        id="marker_slip",
+        entry=Entry(
+            "marker",
+            "from a moment on the marker sits elsewhere on its segment",
+            "`shift_m`, `time_s`, `shift_x_m`, `shift_y_m`, `shift_z_m`",
+        ),
+        title="a marker that moved on its segment: {target}",
+        sentence="Marker {target} has moved on its segment during the trial and stayed there.",
+        remedy=(
+            'In this recording leave it out: set it to "" in the map that `addb-viewer markers SUBJECT` '
+            "writes. Before the next one, attach it again and record another static trial."
+        ),
+        told_apart_by="a static trial before and after the recording",
+        branch="markers/one",
+        names=Named.MARKERS,
+        time_history=TimeHistory.EVENT,
+        corrected_by=CorrectedBy.FILES,
+        in_markers=True,
+        sizes=(Size("shift_m", 0.012, 0.04, 0.3, "the segment's length at most"),),
+        readings=(
+            Reading("shift_m", "by {amount}", "mm", 1e3),
+            Reading("time_s", "at {amount} from the trial's start", "s"),
+        ),
+        picture=Markers(),
+    )
 
     def repaired(
         self, observed_ground: Float[np.ndarray, "frames markers 3"]
@@ -102,7 +106,7 @@ class MarkerSlip(MarkerFinding):
 class UnusedMarkerSlip(MarkerFinding):
     """Likewise, of a marker that the model does not use: nothing was fitted to it."""
 
-    about = ABOUT
+    about = MarkerSlip.about
 
     def repaired(
         self, observed_ground: Float[np.ndarray, "frames markers 3"]

@@ -7,10 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.common.runs import runs
-from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Named, TimeHistory
+from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Markers, Named, TimeHistory
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.causes.marker_effect import TRUSTED_M, MarkerFinding
-from solver.diagnosis.causes.pictures import Markers
 from solver.diagnosis.causes.scene import Scene
 
 SHORT_GAP_S = 0.035  # over which a marker is expected to keep its velocity; beyond, to stay on its segment
@@ -25,22 +24,6 @@ LEAST_GAIN = 10.0
 MOST_EDGES = 40
 
 
-ABOUT = About(
-    id="marker_swap",
-    entry=Entry("markers", "two labels exchanged for a while", ""),
-    title="swapped markers: {target}",
-    sentence="Two markers carry each other's names: {target}.",
-    remedy="Exchange the two labels on these frames in the tracking software.",
-    told_apart_by=("the cameras' own view: labels are swapped where the markers pass or were hidden"),
-    branch="markers/one",
-    names=Named.MARKERS,
-    time_history=TimeHistory.EVENT,
-    corrected_by=CorrectedBy.LABELS,
-    in_markers=True,
-    picture=Markers(),
-)
-
-
 @dataclass(frozen=True, eq=False)
 class MarkerSwap(MarkerFinding):
     """observed A = true B and observed B = true A on the frames.
@@ -50,7 +33,20 @@ class MarkerSwap(MarkerFinding):
 
     pair: tuple[int, int]
 
-    about = ABOUT
+    about = About(
+        id="marker_swap",
+        entry=Entry("markers", "two labels exchanged for a while", ""),
+        title="swapped markers: {target}",
+        sentence="Two markers carry each other's names: {target}.",
+        remedy="Exchange the two labels on these frames in the tracking software.",
+        told_apart_by=("the cameras' own view: labels are swapped where the markers pass or were hidden"),
+        branch="markers/one",
+        names=Named.MARKERS,
+        time_history=TimeHistory.EVENT,
+        corrected_by=CorrectedBy.LABELS,
+        in_markers=True,
+        picture=Markers(),
+    )
 
     def repaired(
         self, observed_ground: Float[np.ndarray, "frames markers 3"]

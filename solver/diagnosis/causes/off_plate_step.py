@@ -4,16 +4,33 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.common.runs import runs
-from solver.diagnosis.causes.about import About, AtFault, CorrectedBy, Entry, Named, TimeHistory
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
-from solver.diagnosis.causes.pictures import Arrow, Steady
-from solver.diagnosis.causes.readings import Reading
+from solver.contact.contact_phases import contact_phases
+from solver.contact.proposals import (
+    CONTACT_BUT_NO_FORCE,
+    COP_OUTSIDE_FOOT,
+    FORCE_DISCREPANCY,
+    MISSING_BLIP,
+    NOT_OVER_FORCE_PLATE,
+    UNMEASURED_EXTERNAL_FORCE,
+    ZERO_WHILE_ACCELERATING,
+)
+from solver.diagnosis.causes.about import (
+    About,
+    Arrow,
+    AtFault,
+    CorrectedBy,
+    Entry,
+    Named,
+    Reading,
+    Steady,
+    TimeHistory,
+)
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InPieces, Range, Signature
 from solver.diagnosis.causes.scene import Scene, force_at
-from solver.diagnosis.causes.time_history import Stretch, frames_of
-from solver.diagnosis.causes.unmeasured_stances import UnmeasuredStance, unmeasured_stances
+from solver.diagnosis.causes.time_history import Stretch, frames_of, joined, stretch_of
 from solver.skeleton.forward import cross
 
 KNOTS_S = 0.07  # a heel strike rises in as much; the two peaks of a step are 0.3 s apart
@@ -27,31 +44,98 @@ TANGENT_SHARE = 0.2  # of body weight
 SIDEWAYS_M = 0.02  # of the centre of pressure from the sole's middle line
 TWIST_M = 0.008  # free moment over vertical force
 UP = 1  # y, among the components of a force
-
-
-ABOUT = About(
-    id="off_plate_step",
-    entry=Entry(
-        "foot",
-        "a foot stands where no plate measures it",
-        "`force_y_N` (mean), `weight_share` (of body weight)",
-    ),
-    title="a step that no plate measured: {target}",
-    sentence="No plate measures the force under {target}: no plate is there, or it recorded nothing.",
-    remedy="Flag these frames, or repeat the trial with every step on a plate.",
-    told_apart_by="a trial with every step on a plate",
-    branch="ground/missed step",
-    names=Named.BODIES,
-    at_fault=AtFault.MOVEMENT,
-    time_history=TimeHistory.NOW_AND_THEN,
-    corrected_by=CorrectedBy.FLAGGED,
-    seen_standing=True,
-    readings=(
-        Reading("force_y_N", "the ground carries {amount} there on average", "N"),
-        Reading("weight_share", "that is {amount} of body weight", "%", 1e2),
-    ),
-    picture=Arrow(Steady(upward="force_y_N"), like_ground_force=True, mean_on_label=True),
+EDGE_S = 0.04  # how early and late a sole's motion and a detection may see a contact
+SUSPECT_SHARE = 0.08  # of body weight, mean over a stance: worth trying
+SUSPECT_ONE_SIGNED = 0.7  # of its frames lack force
+GROSS_SHARE = 0.3  # of body weight, likewise: nothing else is looked for there
+SHORTEST_SHARE = 0.4  # of the subject's median stance
+SHORTEST_S = 0.06  # where no whole stance is known
+REASONS = (
+    CONTACT_BUT_NO_FORCE,
+    NOT_OVER_FORCE_PLATE,
+    FORCE_DISCREPANCY,
+    MISSING_BLIP,
+    ZERO_WHILE_ACCELERATING,
+    COP_OUTSIDE_FOOT,
+    UNMEASURED_EXTERNAL_FORCE,
 )
+
+
+@dataclass(frozen=True)
+class UnmeasuredStance:
+    """A foot that may stand beside the plates."""
+
+    foot_body: str
+    stretch: Stretch
+    gross: bool  # no plate carries the foot, and much of body weight is lacking
+
+
+def unmeasured_stances(scenes: Sequence[Scene]) -> list[UnmeasuredStance]:
+    """Foot by foot in order of time: long enough, and a deficit of one sign over most of it.
+
+    A foot stands there by its motion or because the detection thinks so, and no plate carries it.
+    """
+    shortest = shortest_stance_s(scenes)
+    found = []
+    for scene in scenes:
+        missing = missing_force(scene) / scene.weight_N
+        for foot, sole in enumerate(scene.soles):
+            carried = scene.contacts.in_contact[:, scene.contacts.foot_bodies.index(sole.foot_body)]
+            suspects = []
+            for start, end in runs(seems_to_stand(scene, foot)):
+                cut_off = start == 0 or end == scene.frames
+                lacks = missing[start:end]
+                if (end - start) / scene.rate < (SHORTEST_S if cut_off else shortest):
+                    continue
+                if lacks.mean() > SUSPECT_SHARE and (lacks > 0).mean() > SUSPECT_ONE_SIGNED:
+                    suspects.append(stretch_of(scene, start, end).widened(EDGE_S))
+            for stretch in joined(suspects):
+                inside = slice(stretch.start, stretch.end)
+                gross = (
+                    missing[inside].mean() > GROSS_SHARE and carried[inside].mean() < 1 - SUSPECT_ONE_SIGNED
+                )
+                found.append(UnmeasuredStance(sole.foot_body, stretch, bool(gross)))
+    return found
+
+
+def missing_force(scene: Scene) -> Float[np.ndarray, " frames"]:
+    """Vertical force that the motion demands beyond what was recorded, low-passed [N]."""
+    return scene.missing_ground[:, UP]
+
+
+def seems_to_stand(scene: Scene, foot: int) -> Bool[np.ndarray, " frames"]:
+    """Frames on which a foot stands by its motion and no plate carries it, or the detection thinks so."""
+    body = scene.soles[foot].foot_body
+    column = scene.contacts.foot_bodies.index(body)
+    standing = np.zeros(scene.frames, dtype=bool)
+    phases = contact_phases(
+        scene.contacts,
+        scene.R_ground_body,
+        scene.p_ground_body,
+        skeleton=scene.skeleton,
+        rate=scene.rate,
+        settings=scene.contact_settings,
+    )
+    for phase in phases:
+        if phase.foot == column:
+            standing[phase.start : phase.end] = True
+    standing &= ~scene.contacts.in_contact[:, column]
+    for proposal in scene.proposals:
+        if proposal.foot == body and proposal.reason in REASONS:
+            standing[slice(*proposal.range)] = True
+    return standing
+
+
+def shortest_stance_s(scenes: Sequence[Scene]) -> float:
+    """Least duration of a missing stance, from the measured ones [s]."""
+    lengths = [
+        (end - start) / scene.rate
+        for scene in scenes
+        for foot in scene.contacts.in_contact.T
+        for start, end in runs(foot)
+        if start > 0 and end < scene.frames
+    ]
+    return max(SHORTEST_S, SHORTEST_SHARE * float(np.median(lengths))) if lengths else SHORTEST_S
 
 
 @dataclass(frozen=True)
@@ -65,7 +149,29 @@ class OffPlateStep(InPieces):
 
     stances: tuple[UnmeasuredStance, ...] = ()  # of any trials, each with parameters of its own
 
-    about = ABOUT
+    about = About(
+        id="off_plate_step",
+        entry=Entry(
+            "foot",
+            "a foot stands where no plate measures it",
+            "`force_y_N` (mean), `weight_share` (of body weight)",
+        ),
+        title="a step that no plate measured: {target}",
+        sentence="No plate measures the force under {target}: no plate is there, or it recorded nothing.",
+        remedy="Flag these frames, or repeat the trial with every step on a plate.",
+        told_apart_by="a trial with every step on a plate",
+        branch="ground/missed step",
+        names=Named.BODIES,
+        at_fault=AtFault.MOVEMENT,
+        time_history=TimeHistory.NOW_AND_THEN,
+        corrected_by=CorrectedBy.FLAGGED,
+        seen_standing=True,
+        readings=(
+            Reading("force_y_N", "the ground carries {amount} there on average", "N"),
+            Reading("weight_share", "that is {amount} of body weight", "%", 1e2),
+        ),
+        picture=Arrow(Steady(upward="force_y_N"), like_ground_force=True, mean_on_label=True),
+    )
 
     def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Columns of all stances one after another; zero for those of other trials."""
@@ -79,21 +185,14 @@ class OffPlateStep(InPieces):
             )
             yield Signature(columns, scene.weight_N * _prior_shares(stance.stretch))
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, " parameters"],
-        covariance: Float[np.ndarray, "parameters parameters"],
-    ) -> dict[str, Estimate]:
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """force_y_N: mean vertical force; weight_share: of body weight; pressing_share: of the impulse."""
         trials = {s.trial for s in self._stretches}
         own, weight = [scene for scene in scenes if scene.name in trials], scenes[0].weight_N
         inside = {scene.name: frames_of(self._stretches, scene) for scene in own}
         time_history = self._vertical_sums(own) / sum(int(frames.sum()) for frames in inside.values())
-        mean, std = float(time_history @ x), float(np.sqrt(time_history @ covariance @ time_history))
-        force = np.concatenate([self._vertical(scene, x)[inside[scene.name]] for scene in own])
+        mean, std = float(time_history @ fit.x), float(np.sqrt(time_history @ fit.covariance @ time_history))
+        force = np.concatenate([self._vertical(scene, fit.x)[inside[scene.name]] for scene in own])
         pressing = force.clip(min=0).sum() / max(np.abs(force).sum(), np.finfo(float).tiny)
         return {
             "force_y_N": Estimate(mean, std),
@@ -146,6 +245,25 @@ class OffPlateStep(InPieces):
     def _stretches(self) -> tuple[Stretch, ...]:
         return tuple(stance.stretch for stance in self.stances)
 
+    @classmethod
+    def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
+        """One for each foot that seems to stand while the balance lacks a force; and for all together.
+
+        Where several feet step beside the plates in turn, each alone leaves so much that all else looks
+        better.
+        Where only some of a foot's stances lack most of their force, these are also tried without the others:
+        whatever carries the person all the time makes every stance lack something.
+        """
+        suspects = unmeasured_stances(scenes)
+        feet = list(dict.fromkeys(s.foot_body for s in suspects))
+        gross = tuple(s for s in suspects if s.gross)
+        made: list[Candidate] = []
+        for foot in feet:
+            own, own_gross = (tuple(s for s in some if s.foot_body == foot) for some in (suspects, gross))
+            made += [cls(foot, some) for some in dict.fromkeys((own, own_gross)) if some]
+        missing = list(dict.fromkeys(s.foot_body for s in gross))
+        return [*made, cls("+".join(missing), gross)] if len(missing) > 1 else made
+
 
 def _columns(scene: Scene, stance: UnmeasuredStance) -> Float[np.ndarray, "frames 6 parameters"]:
     heel, tip, left = sole_line(scene, stance.foot_body)
@@ -189,21 +307,3 @@ def sole_line(
     along = tip - heel
     left = cross(np.array([0.0, 1.0, 0.0]), along)
     return heel, tip, left / np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-9)
-
-
-def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One for each foot that seems to stand somewhere while the balance lacks a force; and for all together.
-
-    Where several feet step beside the plates in turn, each alone leaves so much that all else looks better.
-    Where only some of a foot's stances lack most of their force, these are also tried without the others:
-    whatever carries the person all the time makes every stance lack something.
-    """
-    suspects = unmeasured_stances(scenes)
-    feet = list(dict.fromkeys(s.foot_body for s in suspects))
-    gross = tuple(s for s in suspects if s.gross)
-    made: list[Candidate] = []
-    for foot in feet:
-        own, own_gross = (tuple(s for s in some if s.foot_body == foot) for some in (suspects, gross))
-        made += [OffPlateStep(foot, some) for some in dict.fromkeys((own, own_gross)) if some]
-    missing = list(dict.fromkeys(s.foot_body for s in gross))
-    return [*made, OffPlateStep("+".join(missing), gross)] if len(missing) > 1 else made

@@ -81,6 +81,11 @@ class PlateScene:
         empty = (self.loads.recorded & ~self.loads.carrying).sum()
         return bool(empty > EMPTY_S * self.plate.rate)
 
+    @cached_property
+    def carrying_share(self) -> Float[np.ndarray, " frames"]:
+        """Whether it counts as loaded, at the markers' frames: 1 while it does, less at the edges."""
+        return np.nan_to_num(self.at_frames(self.loads.carrying.astype(float)))
+
     def covers(self, times: Float[np.ndarray, " frames"]) -> Bool[np.ndarray, " frames"]:
         """Whether something was recorded at these times [s] on the markers' clock."""
         return observed_at(times, self.plate, self.loads.recorded)
@@ -153,6 +158,14 @@ class Scene:
         """Wrench of all plates together [N], [N·m about the ground origin]."""
         return np.sum([p.wrench_ground for p in self.plates], axis=0)
 
+    def loaded_plate(self, target: str) -> PlateScene | None:
+        """The plate of that name, if anything loads it."""
+        return next((p for p in self.plates if p.target == target and p.loaded.any()), None)
+
+    def carrying_plate(self, target: str) -> PlateScene | None:
+        """Likewise, if any of its samples counts as loaded."""
+        return next((p for p in self.plates if p.target == target and p.loads.carrying.any()), None)
+
     @cached_property
     def T_ground_body(self) -> Float[np.ndarray, "frames bodies 4 4"]:
         """Poses as homogeneous matrices."""
@@ -224,6 +237,14 @@ def force_at(
         ],
         axis=-1,
     )
+
+
+def moments_aside(force_ground: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 6 2"]:
+    """What forces add to a wrench per metre that they act farther along x, and along z [N·m/m]."""
+    columns = np.zeros((len(force_ground), 6, 2))
+    for k, axis in enumerate(np.eye(3)[[0, 2]]):
+        columns[:, 3:, k] = cross(axis, force_ground)
+    return columns
 
 
 def loaded_plates(scenes: Sequence[Scene]) -> list[str]:

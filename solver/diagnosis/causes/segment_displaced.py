@@ -10,43 +10,23 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Named, Size, TimeHistory
+from solver.diagnosis.causes.about import (
+    About,
+    CorrectedBy,
+    Entry,
+    Named,
+    Reading,
+    Segments,
+    Size,
+    TimeHistory,
+)
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.leaps import Leap
 from solver.diagnosis.causes.marker_effect import RESOLVED_M, MarkerFinding
 from solver.diagnosis.causes.marker_slip import MarkerSlip, UnusedMarkerSlip
-from solver.diagnosis.causes.pictures import Segments
-from solver.diagnosis.causes.readings import Reading
 from solver.diagnosis.causes.scene import Scene
 
 TOGETHER_S = 0.1  # slips within are one event
-
-ABOUT = About(
-    id="segment_displaced",
-    entry=Entry(
-        "bodies",
-        "from a moment on several markers of neighbouring segments sit elsewhere, together",
-        "`shift_m` (mean), `time_s`",
-    ),
-    title="several markers that moved together: {target}",
-    sentence="At one moment several markers of {target} moved together over the body and stayed there.",
-    remedy=(
-        "Look for cloth, a strap or a plate of markers that was caught there. In this recording use what "
-        "was recorded before that moment; before the next one fix them anew and take another static trial."
-    ),
-    told_apart_by="a static trial before and after the recording",
-    branch="markers/several at once",
-    names=Named.BODIES,
-    time_history=TimeHistory.EVENT,
-    corrected_by=CorrectedBy.FILES,
-    in_markers=True,
-    sizes=(Size("shift_m", 0.02, 0.06, 0.3, "cloth that slides; the segment's length at most"),),
-    readings=(
-        Reading("shift_m", "by {amount}", "mm", 1e3),
-        Reading("time_s", "at {amount} from the trial's start", "s"),
-    ),
-    picture=Segments(),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +35,33 @@ class SegmentDisplaced(MarkerFinding):
 
     slips: tuple[MarkerSlip, ...]
 
-    about = ABOUT
+    about = About(
+        id="segment_displaced",
+        entry=Entry(
+            "bodies",
+            "from a moment on several markers of neighbouring segments sit elsewhere, together",
+            "`shift_m` (mean), `time_s`",
+        ),
+        title="several markers that moved together: {target}",
+        sentence="At one moment several markers of {target} moved together over the body and stayed there.",
+        remedy=(
+            "Look for cloth, a strap or a plate of markers that was caught there. In this recording use what "
+            "was recorded before that moment; before the next one fix them anew and take another "
+            "static trial."
+        ),
+        told_apart_by="a static trial before and after the recording",
+        branch="markers/several at once",
+        names=Named.BODIES,
+        time_history=TimeHistory.EVENT,
+        corrected_by=CorrectedBy.FILES,
+        in_markers=True,
+        sizes=(Size("shift_m", 0.02, 0.06, 0.3, "cloth that slides; the segment's length at most"),),
+        readings=(
+            Reading("shift_m", "by {amount}", "mm", 1e3),
+            Reading("time_s", "at {amount} from the trial's start", "s"),
+        ),
+        picture=Segments(),
+    )
 
     def repaired(
         self, observed_ground: Float[np.ndarray, "frames markers 3"]

@@ -10,10 +10,8 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from solver.common.filters import low_pass
-from solver.diagnosis.causes.about import About, AtFault, Entry, Named
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Signature
-from solver.diagnosis.causes.pictures import Ball
-from solver.diagnosis.causes.readings import Reading
+from solver.diagnosis.causes.about import About, AtFault, Ball, Entry, Named, Reading
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Nonlinear, Signature
 from solver.diagnosis.causes.scene import Scene
 from solver.skeleton.forward import cross
 
@@ -29,30 +27,6 @@ KEPT = 64  # segments of a session's trials
 TRANSIENT_M_PER_S2 = 1.5  # a push that could have set it swinging before the recording begins
 
 
-ABOUT = About(
-    id="wobbling_mass",
-    entry=Entry(
-        "body",
-        "a share of the segment hangs on a spring and a damper",
-        "`mass_kg`, `frequency_Hz`, `damping_ratio`",
-    ),
-    title="wobbling soft tissue: {target}",
-    sentence="Soft tissue of {target} swings on its own, and the markers do not show it.",
-    remedy="Strap it, or state which share of the segment swings, and at which frequency.",
-    told_apart_by="a hop or a heel drop, after which the swing dies out",
-    branch="body/soft_tissue",
-    names=Named.BODIES,
-    at_fault=AtFault.MODEL,
-    odds_against=13.0,
-    readings=(
-        Reading("mass_kg", "{amount} swing", "kg"),
-        Reading("frequency_Hz", "at {amount}", "Hz"),
-        Reading("damping_ratio", "with a damping ratio of {amount}", ""),
-    ),
-    picture=Ball("mass_kg"),
-)
-
-
 @dataclass(frozen=True)
 class WobblingMass(Candidate):
     """A mass m at the segment's centre of mass hangs on a spring and a damper, alike in all directions.
@@ -62,24 +36,33 @@ class WobblingMass(Candidate):
     and damping ratio; m acts linearly. Six more columns let it swing already when the recording begins.
     """
 
-    about = ABOUT
-
-    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
-        """What abdomen, thigh and calf do."""
-        return ((3.0, 0.2), (5.0, 0.2), (8.0, 0.2))
-
-    def steps(self) -> Eta:
-        """[Hz], and of the damping ratio."""
-        return (0.8, 0.08)
-
-    def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
-        """Of frequency [Hz] and damping ratio."""
-        return ((5.0, 2.5), (0.25, 0.2))
-
-    def admissible(self, eta: Eta) -> bool:
-        """Within what soft tissue does."""
-        frequency, damping = eta
-        return FREQUENCIES_HZ[0] <= frequency <= FREQUENCIES_HZ[1] and DAMPING[0] <= damping <= DAMPING[1]
+    about = About(
+        id="wobbling_mass",
+        entry=Entry(
+            "body",
+            "a share of the segment hangs on a spring and a damper",
+            "`mass_kg`, `frequency_Hz`, `damping_ratio`",
+        ),
+        title="wobbling soft tissue: {target}",
+        sentence="Soft tissue of {target} swings on its own, and the markers do not show it.",
+        remedy="Strap it, or state which share of the segment swings, and at which frequency.",
+        told_apart_by="a hop or a heel drop, after which the swing dies out",
+        branch="body/soft_tissue",
+        names=Named.BODIES,
+        at_fault=AtFault.MODEL,
+        odds_against=13.0,
+        readings=(
+            Reading("mass_kg", "{amount} swing", "kg"),
+            Reading("frequency_Hz", "at {amount}", "Hz"),
+            Reading("damping_ratio", "with a damping ratio of {amount}", ""),
+        ),
+        picture=Ball("mass_kg"),
+    )
+    parameters = ("mass_kg",)
+    nonlinear = (  # what abdomen, thigh and calf do
+        Nonlinear("frequency_Hz", (3.0, 5.0, 8.0), step=0.8, bounds=FREQUENCIES_HZ, prior=(5.0, 2.5)),
+        Nonlinear("damping_ratio", (0.2,), step=0.08, bounds=DAMPING, prior=(0.25, 0.2)),
+    )
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """A kilogramme that swings from rest, and six ways to swing from the beginning."""
@@ -91,21 +74,6 @@ class WobblingMass(Candidate):
         driven = np.concatenate([-r_dd, moment], axis=1)[:, :, None]
         columns = np.concatenate([driven, _free(soft_tissue, scene, eta)], axis=2)
         return Signature(columns, np.full(7, PRIOR_STD_KG))
-
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, "7"],
-        covariance: Float[np.ndarray, "7 7"],
-    ) -> dict[str, Estimate]:
-        """mass_kg, frequency_Hz, damping_ratio."""
-        return {
-            "mass_kg": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0]))),
-            "frequency_Hz": Estimate(eta[0], eta_std[0]),
-            "damping_ratio": Estimate(eta[1], eta_std[1]),
-        }
 
     def is_possible(self, estimates: dict[str, Estimate]) -> bool:
         """Soft tissue that swings slower or faster, or goes on by itself, is no soft tissue."""
@@ -119,13 +87,13 @@ class WobblingMass(Candidate):
         """A mass that counts; none is negative."""
         return self.is_possible(estimates) and estimates["mass_kg"].value > LEAST_KG
 
-
-def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One for each body with enough soft tissue."""
-    if not scenes:
-        return []
-    skeleton = scenes[0].skeleton
-    return [WobblingMass(skeleton.body_names[b]) for b in skeleton.bodies_from_share(LIGHTEST_SHARE)]
+    @classmethod
+    def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
+        """One for each body with enough soft tissue."""
+        if not scenes:
+            return []
+        skeleton = scenes[0].skeleton
+        return [cls(skeleton.body_names[b]) for b in skeleton.bodies_from_share(LIGHTEST_SHARE)]
 
 
 def swing(
@@ -163,7 +131,7 @@ def decay(
 
 
 @dataclass(frozen=True, eq=False)
-class _Flesh:
+class _SwingingMass:
     """What of a kilogramme at a body's centre of mass does not depend on how it hangs there."""
 
     place: Float[np.ndarray, "frames 3"]  # [m]
@@ -175,14 +143,14 @@ class _Flesh:
 
 
 @lru_cache(maxsize=KEPT)
-def _soft_tissue(scene: Scene, body: int) -> _Flesh:
+def _soft_tissue(scene: Scene, body: int) -> _SwingingMass:
     """Kept: a search over frequency and damping asks again and again."""
     com = scene.skeleton.bodies[body].com_body
     place = scene.point_ground(body, com)
     felt = scene.material[:, body] @ np.append(com, 1.0)  # p̈ − g
     push = low_pass(-(felt + np.asarray(scene.skeleton.gravity)), scene.rate, DRIVEN_BELOW_HZ)
     axes = np.eye(3)
-    return _Flesh(
+    return _SwingingMass(
         place,
         felt,
         _finer(push, scene.rate),
@@ -192,7 +160,7 @@ def _soft_tissue(scene: Scene, body: int) -> _Flesh:
     )
 
 
-def _free(soft_tissue: _Flesh, scene: Scene, eta: Eta) -> Float[np.ndarray, "frames 6 6"]:
+def _free(soft_tissue: _SwingingMass, scene: Scene, eta: Eta) -> Float[np.ndarray, "frames 6 6"]:
     """Wrenches of a kilogramme that swings out from a place or a speed along each axis, by closed form."""
     omega = 2 * np.pi * eta[0]
     columns = np.zeros((scene.frames, 6, 2, 3))

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
-from solver.diagnosis.causes.catalogue import MODULES
+from solver.diagnosis.causes.catalogue import CAUSES
 from solver.diagnosis.causes.effect import NO_PATHS, Candidate, Corrected, Eta, Paths
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.direct_checks.weighings import Weighings
@@ -234,9 +234,9 @@ def laboratory_errors(
     scenes = [t.scene for t in trials]
     rows = sum(len(t.residual) for t in trials)
     found = [np.zeros((rows, 0))]
-    for module in MODULES:
-        std = dict(settings.laboratory).get(module.ABOUT.id, module.ABOUT.usual_std)
-        for candidate in module.candidates(scenes) if std else ():
+    for cause in CAUSES:
+        std = dict(settings.laboratory).get(cause.about.id, cause.about.usual_std)
+        for candidate in cause.candidates(scenes) if std else ():
             if isinstance(candidate, Corrected) or candidate.place_odds:
                 continue  # undone already, or rarer than what every laboratory has
             parts = [t.rows_of(candidate, ()) for t in trials]

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
-from solver.diagnosis.causes.effect import Candidate, Eta
+from solver.diagnosis.causes.effect import Candidate, Eta, Fitted
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import Beside, Gained, beside
@@ -109,7 +109,9 @@ class Climb:
     def _is_possible(self, one: Tried) -> bool:
         nothing = tuple(0.0 for _ in one.rows.eta)
         gained, scenes = one.gained, self._balance.scenes
-        estimates = self._candidate.estimates(scenes, one.rows.eta, nothing, gained.x, gained.covariance)
+        estimates = self._candidate.estimates(
+            scenes, Fitted(one.rows.eta, nothing, gained.x, gained.covariance)
+        )
         return self._candidate.is_possible(estimates)
 
     def _step(self, here: Tried) -> tuple[Float[np.ndarray, " etas"], float]:

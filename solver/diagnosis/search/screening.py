@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import cho_factor, solve_triangular
 
-from solver.diagnosis.causes.effect import Candidate
+from solver.diagnosis.causes.effect import Candidate, Fitted
 from solver.diagnosis.noise.noise_scales import Basis, NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import handicap
@@ -296,7 +296,7 @@ class Screen:
     def _tried(self, rows: CandidateRows, gained: Gained) -> Screened:
         candidate, nothing = rows.candidate, tuple(0.0 for _ in rows.eta)
         whole = with_the_usual(gained.x, gained.covariance, rows.prior_std, rows.usual_std)
-        estimates = candidate.estimates(self._balance.scenes, rows.eta, nothing, *whole)
+        estimates = candidate.estimates(self._balance.scenes, Fitted(rows.eta, nothing, *whole))
         notable, possible = candidate.is_notable(estimates), candidate.is_possible(estimates)
         return Screened(rows, notable, possible, gained.log_evidence, gained.x)
 

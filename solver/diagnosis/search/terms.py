@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import solve_triangular
 
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.noise.noise_scales import Basis, NoiseScale, Seen
 
@@ -157,7 +157,7 @@ class Solved:
             term.prior_std[:linear],
             term.usual_std,
         )
-        return term.candidate.estimates(scenes, eta, eta_std, x, covariance)
+        return term.candidate.estimates(scenes, Fitted(eta, eta_std, x, covariance))
 
     def eta(self, k: int) -> tuple[Eta, Eta]:
         """Value and standard deviation of each η of the k-th term."""

@@ -12,12 +12,12 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.plate_figures import HALF_SIDE_M
+from solver.diagnosis.causes.clocks import MOST_TRIALS
 from solver.diagnosis.causes.contact_windows import contact_windows
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
-from solver.diagnosis.causes.plate_gain import required_of
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InPieces, Range, Signature
+from solver.diagnosis.causes.plate_readings import required_of
 from solver.diagnosis.causes.scene import PlateScene, Scene, force_at
 from solver.diagnosis.causes.time_history import Stretch
-from solver.diagnosis.causes.trial_clocks import MOST_TRIALS
 from solver.diagnosis.unmodelled.unknown_time_history import force_columns, moment_columns, time_histories_of
 
 SIZES = (0.01, 0.05, 0.2, 0.8)  # of body weight, or of what a plate bears: standard deviations
@@ -56,16 +56,9 @@ class Outside(Candidate):
         """Every size."""
         return tuple((size,) for size in SIZES)
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, " parameters"],
-        covariance: Float[np.ndarray, "parameters parameters"],
-    ) -> dict[str, Estimate]:
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """Root mean square of the force that it adds, where it acts [N]."""
-        force = np.concatenate([self._force(s, x) for s in scenes if self.trial in (None, s.name)])
+        force = np.concatenate([self._force(s, fit.x) for s in scenes if self.trial in (None, s.name)])
         return {"rms_force_N": Estimate(float(np.sqrt((force**2).sum(axis=1).mean())), 0.0)}
 
     def _force(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, "some 3"]:

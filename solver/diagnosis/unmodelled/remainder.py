@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.carried_mass import LIGHTEST_SHARE
-from solver.diagnosis.causes.effect import Estimate, Eta, InPieces, Signature
+from solver.diagnosis.causes.body_masses import LIGHTEST_SHARE
+from solver.diagnosis.causes.effect import Estimate, Eta, Fitted, InPieces, Signature
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.unmodelled.unknown_time_history import (
     KNOTS_S,
@@ -68,18 +68,11 @@ class UnknownForce(InPieces):
             for axis in range(3):
                 yield Signature(moment_columns(time_histories, axis, self.reach_m(scene)), each)
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, " parameters"],
-        covariance: Float[np.ndarray, "parameters parameters"],
-    ) -> dict[str, Estimate]:
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """Mean and RMS of the force."""
-        force = self.force_ground(scene_named(scenes, self.trial), x)
+        force = self.force_ground(scene_named(scenes, self.trial), fit.x)
         mean, rms = force.mean(axis=0), float(np.sqrt((force**2).sum(axis=1).mean()))
-        std = float(np.sqrt(np.trace(covariance) / len(x)))
+        std = float(np.sqrt(np.trace(fit.covariance) / len(fit.x)))
         names = ("mean_force_x_N", "mean_force_y_N", "mean_force_z_N")
         return {n: Estimate(float(m), std) for n, m in zip(names, mean, strict=True)} | {
             "rms_force_N": Estimate(rms, std)
@@ -191,17 +184,10 @@ class UnknownMoment(InPieces):
             for axis in range(3):
                 yield Signature(moment_columns(time_histories, axis), each)
 
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, " parameters"],
-        covariance: Float[np.ndarray, "parameters parameters"],
-    ) -> dict[str, Estimate]:
+    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """RMS of the moment."""
-        moment = self.moment_ground(scenes, x)
-        std = float(np.sqrt(np.trace(covariance) / len(x)))
+        moment = self.moment_ground(scenes, fit.x)
+        std = float(np.sqrt(np.trace(fit.covariance) / len(fit.x)))
         return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
 
     def moment_ground(

@@ -20,6 +20,11 @@ from solver.diagnosis.causes.carried_mass import ABOUT as CARRIED
 from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.diagnosis.causes.plate_bias import TAKEN_OFF
 from solver.diagnosis.causes.readings import OF_EACH_TRIAL, Reading
+from solver.diagnosis.causes.about import OF_EACH_TRIAL, Reading
+from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
+from solver.diagnosis.causes.plate_readings import TAKEN_OFF
+from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 from tests.addb_viewer.synthetic_residual import residual
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
@@ -409,9 +414,11 @@ def test_without_causes_what_remains_is_all_with_its_moment():
 
 
 def test_segments_have_an_article_in_a_sentence():
-    load = effect("carried_mass", "tibia_l") | {"sentence": CARRIED.sentence.format(target="tibia_l")}
+    load = effect("carried_mass", "tibia_l") | {
+        "sentence": CarriedMass.about.sentence.format(target="tibia_l")
+    }
     assert "carried on the left shank (tibia_l)." in sentence(load)
-    trunk = load | {"target": "pelvis", "sentence": CARRIED.sentence.format(target="pelvis")}
+    trunk = load | {"target": "pelvis", "sentence": CarriedMass.about.sentence.format(target="pelvis")}
     assert "carried on the pelvis." in sentence(trunk)
 
 

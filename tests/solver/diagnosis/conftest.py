@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.extension import extension_of
 from solver.diagnosis.noise.model_errors import mass_change, model_error, nuisances, soft_tissue

@@ -21,8 +21,7 @@ class Helper(Candidate):
         shaken = 0.05 * scene.required_ground * np.sin(20 * scene.times)[:, None]
         return Signature((shaken - 0.05 * scene.required_ground)[:, :, None], np.ones(1))
 
-    def estimates(self, scenes, eta, eta_std, x, covariance):
-        return {"size": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
+    parameters = ("size",)
 
     def is_notable(self, estimates):
         return True
@@ -50,11 +49,8 @@ class TimeHistory(Candidate):
     def signature(self, scene, eta):
         return Signature(self.wrench_ground[:, :, None], np.ones(1))
 
-    def estimates(self, scenes, eta, eta_std, x, covariance):
-        return {"size": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
-
-    def is_notable(self, estimates):
-        return abs(estimates["size"].value) > 0.2
+    parameters = ("size",)
+    least = 0.2
 
 
 @dataclass(frozen=True)
@@ -64,12 +60,12 @@ class Shaken(Corrected):
     id = "shaken"
 
     def signature(self, scene, eta):
-        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), np.zeros((scene.frames, 6)))
+        return Signature.of_fixed(np.zeros((scene.frames, 6)))
 
     def uncorrected_ground(self, scene):
         return scene.measured_ground + np.array([40.0, 0, 0, 0, 0, 0])
 
-    def estimates(self, scenes, eta, eta_std, x, covariance):
+    def estimates(self, scenes, fit):
         return {"force_N": Estimate(40.0, 1.0)}
 
     def is_notable(self, estimates):
@@ -96,8 +92,7 @@ class Limb(TimeHistory):
     def signature(self, scene, eta):
         return Signature(self.wrench_ground[:, :, None], np.full(1, 0.3))
 
-    def is_notable(self, estimates):
-        return 0.2 < abs(estimates["size"].value) < 0.9
+    most = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,9 +106,6 @@ class Bounded(TimeHistory):
 
     def signature(self, scene, eta):
         return Signature(self.wrench_ground[:, :, None], np.full(1, self.usual))
-
-    def is_notable(self, estimates):
-        return self.least < abs(estimates["size"].value) < self.most
 
 
 @dataclass(frozen=True)

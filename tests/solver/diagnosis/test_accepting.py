@@ -7,7 +7,7 @@ import pytest
 from solver.common.errors import FitError
 from solver.diagnosis import accepting
 from solver.diagnosis.causes.effect import Range
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.corrected_causes import CorrectedCause
 from solver.diagnosis.marker_causes import NOTHING_SEEN
 from solver.diagnosis.search.contenders import Contender

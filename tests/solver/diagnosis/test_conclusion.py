@@ -7,8 +7,8 @@ import pytest
 
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_effect import MarkerFinding
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.plate_position import candidates as positions
+from solver.diagnosis.causes.plate_geometry import PlatePosition
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.causes.scene import force_at
 from solver.diagnosis.conclusion import conclude, likeness
 from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED
@@ -45,7 +45,7 @@ def weak(short_scene, drawn, balance_of_scenes):
 
 @pytest.fixture(scope="module")
 def few(short_scene):
-    return [PlateGain("plate_1"), PlateGain("plate_2"), *positions([short_scene])]
+    return [PlateGain("plate_1"), PlateGain("plate_2"), *PlatePosition.candidates([short_scene])]
 
 
 def test_model_errors_alone_are_clean(sound, few):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.plate_swap import PlateSwap
+from solver.diagnosis.causes.exchanged_forces import PlateSwap
 from solver.diagnosis.search.selection import select
 from tests.solver.diagnosis.named_causes import (
     Shaken,

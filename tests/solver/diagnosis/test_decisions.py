@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.body_masses import SubjectMass
+from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.off_plate_step import OffPlateStep
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.subject_mass import candidates as masses
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.decisions import CHECKS, tenable
 from solver.diagnosis.direct_checks.weighings import Weighing, Weighings
 from solver.diagnosis.gain_asked import least_first_gain, loose_ends
@@ -52,7 +52,7 @@ def test_a_cause_far_ahead_of_all_others_stays_though_the_mass_is_wrong_as_well(
     alone = balance.solve([balance.term(shake, ())])
     assert abs(balance.mass_strain(alone)) > SETTINGS.most_mass_strain
     assert named(select(balance, [shake])) == [shake.key]
-    assert set(named(select(balance, [shake, *masses([short_scene])]))) == {
+    assert set(named(select(balance, [shake, *SubjectMass.candidates([short_scene])]))) == {
         shake.key,
         ("subject_mass", "all"),
     }
@@ -63,7 +63,7 @@ def test_a_wrong_mass_is_named_even_where_held_out_blocks_hardly_tell(short_scen
     shares = []
     for seed in range(5):
         balance = balance_of_scenes(drawn(seed, -0.08 * short_scene.measured_ground, scale=0.5))
-        selection = select(balance, masses([short_scene]))
+        selection = select(balance, SubjectMass.candidates([short_scene]))
         assert named(selection) == [("subject_mass", "all")]
         (found,) = selection.found
         shares.append(found.held_out_gain / found.contender.gain)
@@ -75,7 +75,7 @@ def test_a_mass_that_no_models_error_imitates_needs_less_to_be_named_first(
     short_scene, drawn, balance_of_scenes
 ):
     balance = balance_of_scenes(drawn(4, -0.04 * short_scene.measured_ground, scale=0.5))
-    (mass,) = masses([short_scene])
+    (mass,) = SubjectMass.candidates([short_scene])
     gain = balance.solve([balance.term(mass, ())]).log_evidence - balance.solve([]).log_evidence
     assert least_first_gain(mass, 1.0, SETTINGS) < gain < SETTINGS.least_gain
     assert named(select(balance, [mass])) == [mass.key]
@@ -84,7 +84,7 @@ def test_a_mass_that_no_models_error_imitates_needs_less_to_be_named_first(
 
 
 def test_less_is_asked_where_the_model_has_next_to_no_errors_that_could_imitate_a_cause(short_scene):
-    clock, mass = ClockOffset("all"), masses([short_scene])[0]
+    clock, mass = ClockOffset("all"), SubjectMass.candidates([short_scene])[0]
     quiet, usual = SETTINGS.quiet_scale, 2 * SETTINGS.quiet_scale
     assert least_first_gain(clock, quiet, SETTINGS) < least_first_gain(clock, usual, SETTINGS)
     assert least_first_gain(mass, quiet, SETTINGS) == least_first_gain(mass, usual, SETTINGS)

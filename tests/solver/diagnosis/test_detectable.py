@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.plate_position import PlatePosition
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.plate_geometry import PlatePosition
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.detectable import detectable
 from solver.diagnosis.search.selection import select
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.common.runs import runs
-from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.extended_fit import (
     SUB_BLOCK_S,
     _Fitted,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.carried_mass import CarriedMass
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.extension import causes_of, extension_of
 from tests.solver.diagnosis.late_walk import LATE_S, rms
 

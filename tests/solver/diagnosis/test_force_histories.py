@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.body_weight_support import BodyWeightSupport
 from solver.diagnosis.causes.effect import Range, in_view
 from solver.diagnosis.causes.external_contact import ExternalContact
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.forces_on_trunk import BodyWeightSupport
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.causes.time_history import stretch_of
 from solver.diagnosis.force_histories import STEP_S, force_histories
 

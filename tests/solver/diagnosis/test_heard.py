@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.diagnose import causes_of, without_unrecorded
 from solver.diagnosis.search.selection import select
 from solver.fitting.diagnosis_settings import DiagnosisSettings

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import multivariate_normal
 
 import solver.diagnosis.held_out
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.held_out import BlockScores, block_scores, blocks, held_out_gain, short_blocks
 from solver.diagnosis.search.balance import Balance
 from solver.fitting.diagnosis_settings import DiagnosisSettings

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes import plate_bias
-from solver.diagnosis.causes.carried_mass import CarriedMass
-from solver.diagnosis.causes.catalogue import MODULES, catalogue
-from solver.diagnosis.causes.plate_bias import PlateBias
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.catalogue import CAUSES, catalogue
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.plate_readings import PlateBias, PlateGain
 from solver.diagnosis.search.balance import laboratory_errors, usual_std
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.search.terms import with_the_usual
@@ -22,7 +21,7 @@ def test_columns_are_what_plates_off_by_a_standard_deviation_change(short_scene)
     rows = trial_rows_of(short_scene)
     H = laboratory_errors([rows], SETTINGS)
     plate = short_scene.plates[0]
-    newtons = plate_bias.ABOUT.usual_std
+    newtons = PlateBias.about.usual_std
     wrench = np.zeros((short_scene.frames, 6))
     wrench[plate.loaded, 0] = newtons
     wrench[plate.loaded, 3:] = np.cross(plate.centre_ground, [newtons, 0.0, 0.0])
@@ -43,14 +42,16 @@ def test_plates_are_shared_by_trials(short_scene, drawn):
 def test_they_stay_below_what_anybody_acts_on(short_scene, balance_of_scenes):
     """A standard deviation of each, told as a cause, would not be named."""
     scenes = [short_scene]
-    usual = [module for module in MODULES if module.ABOUT.usual_std]
+    usual = [cause for cause in CAUSES if cause.about.usual_std]
     assert usual
-    for module in usual:
-        std = module.ABOUT.usual_std
-        for candidate in module.candidates(scenes):
+    for cause in usual:
+        std = cause.about.usual_std
+        for candidate in cause.candidates(scenes):
             width = balance_of_scenes(short_scene).rows_of(candidate, ()).columns.shape[1]
             x = np.full(width, std / np.sqrt(width))
-            assert not candidate.is_notable(candidate.estimates(scenes, (), (), x, np.zeros((width, width))))
+            assert not candidate.is_notable(
+                candidate.estimates(scenes, Fitted((), (), x, np.zeros((width, width))))
+            )
 
 
 def test_only_causes_of_the_laboratory_are_usual():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.contact.wrenches import TWO_FEET
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.residual_description import WORST_S, described
 from solver.diagnosis.search.balance import Balance, laboratory_errors
 from solver.fitting.diagnosis_settings import DiagnosisSettings

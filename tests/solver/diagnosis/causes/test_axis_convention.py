@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.axis_convention import AxisConvention, candidates
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.exchanged_forces import AxisConvention
 
 
 def misread(capture, columns, signs, refiled):
@@ -48,8 +49,10 @@ def test_a_wrong_vertical_sign_leaves_wrong_horizontal_ones_once_the_plate_is_up
 
 def test_every_convention_is_a_candidate_where_anything_is_loaded(crisp, seen):
     scene = seen(crisp)
-    made = candidates([scene])
+    made = AxisConvention.candidates([scene])
     assert {c.target for c in made} >= {"x", "z", "xz"}
-    assert all(c.is_notable(c.estimates([scene], (), (), np.zeros(0), np.zeros((0, 0)))) for c in made)
+    assert all(
+        c.is_notable(c.estimates([scene], Fitted((), (), np.zeros(0), np.zeros((0, 0))))) for c in made
+    )
     assert made[0].signature(replace(scene, plates=()), ()) is None
-    assert candidates([replace(scene, plates=())]) == []
+    assert AxisConvention.candidates([replace(scene, plates=())]) == []

@@ -4,13 +4,8 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture
-from solver.diagnosis.causes.belt_acceleration import (
-    KNOTS_S,
-    MOST_KNOTS,
-    MOST_VALUES,
-    candidates,
-    progression,
-)
+from solver.diagnosis.causes.belts import KNOTS_S, MOST_KNOTS, MOST_VALUES, BeltAcceleration, progression
+from solver.diagnosis.causes.effect import Fitted
 from solver.diagnosis.causes.time_history import DEGREE
 from solver.simulate.contacts import about_vertical
 from solver.simulate.demo import MARKERS
@@ -32,18 +27,18 @@ def belt(scene, walk):
 
 def test_time_history_is_recovered(scene, fitted, belt):
     acceleration, missing = belt
-    (candidate,) = candidates([scene])
+    (candidate,) = BeltAcceleration.candidates([scene])
     x, covariance = fitted(candidate, scene, missing, (0.0,))
     left = missing - candidate.signature(scene, (0.0,)).columns @ x
     assert np.sqrt((left[:, :3] ** 2).sum() / (missing[:, :3] ** 2).sum()) < 0.06
-    found = candidate.estimates([scene], (0.0,), (0.0,), x, covariance)
+    found = candidate.estimates([scene], Fitted((0.0,), (0.0,), x, covariance))
     rms = np.sqrt((acceleration**2).sum(axis=1).mean())
     assert found["rms_m_per_s2"].value == pytest.approx(rms, rel=0.05)
     assert candidate.is_notable(found)
 
 
 def test_has_no_moment_about_the_centre_of_mass(scene):
-    (candidate,) = candidates([scene])
+    (candidate,) = BeltAcceleration.candidates([scene])
     columns = candidate.signature(scene, (0.4,)).columns
     force, moment = columns[:, :3].transpose(0, 2, 1), columns[:, 3:].transpose(0, 2, 1)
     about_com = moment - np.cross(scene.com_ground[:, None], force)
@@ -77,7 +72,7 @@ def treadmill_scene(straight_walk, seen_of):
 
 def test_each_trial_has_its_own_time_history(scene):
     other = replace(scene, name="other")
-    candidate, *_ = candidates([scene, other])
+    candidate, *_ = BeltAcceleration.candidates([scene, other])
     first, second = (candidate.signature(s, (0.0,)).columns for s in (scene, other))
     assert first.shape == second.shape
     assert not (first.any(axis=(0, 1)) & second.any(axis=(0, 1))).any()
@@ -87,7 +82,7 @@ def test_each_trial_has_its_own_time_history(scene):
 
 def test_a_belt_may_be_uneven_in_one_trial_alone(scene):
     other = replace(scene, name="other")
-    both, *alone = candidates([scene, other])
+    both, *alone = BeltAcceleration.candidates([scene, other])
     assert {c.trial for c in both.time_histories} == {scene.name, "other"}
     assert [[c.trial for c in one.time_histories] for one in alone] == [[scene.name], ["other"]]
     last = alone[1]
@@ -100,7 +95,7 @@ def test_a_belt_may_be_uneven_in_one_trial_alone(scene):
 
 def test_a_belt_does_not_go_on_speeding_up(scene):
     """Every time history but the constant one has no mean: over the trial the belt gains no speed by it."""
-    (candidate,) = candidates([scene])
+    (candidate,) = BeltAcceleration.candidates([scene])
     force = candidate.signature(scene, (0.0,)).columns[:, :3]
     gained = np.linalg.norm(force.mean(axis=0), axis=0) / np.linalg.norm(force, axis=1).max(axis=0)
     assert gained[:-1].max() < 1e-12
@@ -109,18 +104,18 @@ def test_a_belt_does_not_go_on_speeding_up(scene):
 
 
 def test_its_size_is_that_of_the_force_over_the_mass(scene):
-    (candidate,) = candidates([scene])
+    (candidate,) = BeltAcceleration.candidates([scene])
     columns = candidate.signature(scene, (0.0,)).columns
     x = np.random.default_rng(5).normal(size=columns.shape[2])
     force = columns[:, :3] @ x
     rms = np.sqrt((force**2).sum(axis=1).mean()) / scene.skeleton.mass
-    found = candidate.estimates([scene], (0.0,), (0.0,), x, np.zeros((len(x), len(x))))
+    found = candidate.estimates([scene], Fitted((0.0,), (0.0,), x, np.zeros((len(x), len(x)))))
     assert found["rms_m_per_s2"].value == pytest.approx(rms, rel=1e-9)
 
 
 def test_over_minutes_time_histories_are_longer_and_come_some_at_a_time(scene):
     trial = walked_again(scene)
-    (candidate,) = candidates([trial])
+    (candidate,) = BeltAcceleration.candidates([trial])
     pieces = list(candidate.pieces(trial, (0.0,)))
     assert len(pieces) > 1
     assert sum(len(p.prior_std) for p in pieces) == MOST_KNOTS + DEGREE + 1

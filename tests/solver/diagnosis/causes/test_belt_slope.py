@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver.diagnosis.causes.belt_slope import OF_ALL, OF_FORCES, BeltSlope, candidates
+from solver.diagnosis.causes.belts import OF_ALL, OF_FORCES, BeltSlope
+from solver.diagnosis.causes.effect import Fitted
 
 
 def heading(scene):
@@ -67,12 +68,12 @@ def test_bounds_and_the_practical_minimum(crisp, seen):
     assert not one.admissible((np.radians(2.0),))  # a vertical out of level
     assert not one.admissible((np.radians(40.0),))
     assert all(one.admissible(eta) for eta in one.starts([seen(crisp)]))
-    found = one.estimates([], (np.radians(-7.0),), (np.radians(0.2),), np.zeros(0), np.zeros((0, 0)))
+    found = one.estimates([], Fitted((np.radians(-7.0),), (np.radians(0.2),), np.zeros(0), np.zeros((0, 0))))
     assert found["slope_deg"].value == pytest.approx(-7.0)
     assert one.is_notable(found)
 
 
 def test_no_candidate_where_nothing_is_loaded(crisp, seen):
     scene = seen(crisp)
-    assert {c.target for c in candidates([scene])} == {OF_ALL, OF_FORCES}
-    assert candidates([replace(scene, plates=())]) == []
+    assert {c.target for c in BeltSlope.candidates([scene])} == {OF_ALL, OF_FORCES}
+    assert BeltSlope.candidates([replace(scene, plates=())]) == []

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.body_weight_support import BodyWeightSupport, candidates
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.forces_on_trunk import BodyWeightSupport
 from solver.simulate.loads import BodyPoint, PointForce, constant
 
 FORCE_N = 80.0
@@ -25,12 +26,12 @@ def test_is_a_constant_force_upward_near_the_centre_of_mass(scene, explains, har
 def test_force_is_recovered(scene, fitted, harness):
     body, _, missing = harness
     candidate = BodyWeightSupport(body)
-    found = candidate.estimates([scene], (), (), *fitted(candidate, scene, missing))
+    found = candidate.estimates([scene], Fitted((), (), *fitted(candidate, scene, missing)))
     assert found["force_N"].value == pytest.approx(FORCE_N, abs=0.2)
     assert candidate.is_notable(found)
-    pressed = candidate.estimates([scene], (), (), *fitted(candidate, scene, -missing))
+    pressed = candidate.estimates([scene], Fitted((), (), *fitted(candidate, scene, -missing)))
     assert not candidate.is_notable(pressed)
 
 
 def test_harnesses_hold_pelvis_and_trunk(scene):
-    assert [c.target for c in candidates([scene])] == ["pelvis", "torso"]
+    assert [c.target for c in BodyWeightSupport.candidates([scene])] == ["pelvis", "torso"]

@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.capture_scale import CaptureScale, candidates
+from solver.diagnosis.causes.capture_scale import CaptureScale
+from solver.diagnosis.causes.effect import Fitted
 from solver.simulate.ground_demand import GroundDemand
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import scaled
@@ -48,11 +49,11 @@ def test_what_is_left_over_falls_with_the_square_of_the_scale(scene, enlarged, d
 def test_the_scale_is_recorded_over_true(scene, enlarged, fitted, demand_of):
     seen, candidate = enlarged(1.012), CaptureScale("all")
     x, covariance = fitted(candidate, seen, seen.required_ground - demand_of(scene.skeleton))
-    found = candidate.estimates([seen], (), (), x, covariance)
+    found = candidate.estimates([seen], Fitted((), (), x, covariance))
     assert found["scale"].value == pytest.approx(1.012, abs=3e-4)
     assert candidate.is_notable(found)
     assert not candidate.is_notable({"scale": replace(found["scale"], value=0.998)})
 
 
 def test_there_is_one_room(scene):
-    assert [c.target for c in candidates([scene, scene])] == ["all"]
+    assert [c.target for c in CaptureScale.candidates([scene, scene])] == ["all"]

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.carried_mass import CarriedMass, candidates
-from solver.diagnosis.causes.effect import Estimate
+from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.effect import Estimate, Fitted
 from solver.simulate.other_masses import with_carried_mass
 
 LOADS = [
@@ -34,7 +34,7 @@ def test_mass_and_place_are_recovered(scene, fitted, load):
     body, mass, place, missing = load
     candidate = CarriedMass(body)
     x, covariance = fitted(candidate, scene, missing)
-    found = candidate.estimates([scene], (), (), x, covariance)
+    found = candidate.estimates([scene], Fitted((), (), x, covariance))
     assert candidate.is_notable(found)
     for name, true in zip(("mass_kg", "offset_x_m", "offset_y_m", "offset_z_m"), (mass, *place), strict=True):
         assert abs(found[name].value - true) < 3 * found[name].std + 1e-3, name
@@ -46,7 +46,7 @@ def test_spread_of_the_place_is_that_of_draws(scene):
     L = 0.02 * np.tril(np.ones((10, 10)))
     draws = x + np.random.default_rng(0).standard_normal((20000, 10)) @ L.T
     com = scene.skeleton.bodies[scene.skeleton.body_index("torso")].com_body
-    found = candidate.estimates([scene], (), (), x, L @ L.T)
+    found = candidate.estimates([scene], Fitted((), (), x, L @ L.T))
     for i, name in enumerate(("offset_x_m", "offset_y_m", "offset_z_m")):
         places = com[i] + draws[:, 1 + i] / draws[:, 0]
         assert found[name].value == pytest.approx(places.mean(), abs=1e-3)
@@ -66,12 +66,12 @@ def test_what_can_be_carried(mass, std, away, notable):
 
 
 def test_bodies_of_some_weight_are_candidates(scene):
-    targets = {c.target for c in candidates([scene])}
+    targets = {c.target for c in CarriedMass.candidates([scene])}
     assert {"pelvis", "torso", "femur_r", "tibia_l", "calcn_r", "hand_r"} <= targets
     assert not targets & {"patella_r", "talus_l", "toes_r"}
 
 
 def test_of_somebody_unweighed_only_a_load_of_one_trial_among_several_is_told(scene):
     one, other = replace(scene, weighed=False), replace(scene, name="again", weighed=False)
-    assert candidates([one]) == []
-    assert {c.trial for c in candidates([one, other])} == {scene.name, "again"}
+    assert CarriedMass.candidates([one]) == []
+    assert {c.trial for c in CarriedMass.candidates([one, other])} == {scene.name, "again"}

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.clock_offset import ClockOffset, candidates
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.effect import Fitted
 
 
 @pytest.mark.parametrize("offset_s", [0.0123, -0.04])
@@ -26,15 +27,15 @@ def test_where_nothing_was_recorded_a_shift_explains_nothing(on_one_plate, seen)
 
 def test_estimates_bounds_and_the_practical_minimum(on_one_plate, seen):
     scene = seen(on_one_plate(lambda times: times))
-    (candidate,) = candidates([scene])
+    (candidate,) = ClockOffset.candidates([scene])
     nothing = np.zeros(0), np.zeros((0, 0))
-    estimate = candidate.estimates([scene], (0.008,), (0.0004,), *nothing)
+    estimate = candidate.estimates([scene], Fitted((0.008,), (0.0004,), *nothing))
     assert (estimate["offset_s"].value, estimate["offset_s"].std) == (0.008, 0.0004)
     assert candidate.is_notable(estimate)
-    assert not candidate.is_notable(candidate.estimates([scene], (0.001,), (0.0004,), *nothing))
+    assert not candidate.is_notable(candidate.estimates([scene], Fitted((0.001,), (0.0004,), *nothing)))
     assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
     assert not candidate.admissible((0.5,))
-    assert candidates([]) == []
+    assert ClockOffset.candidates([]) == []
 
 
 @pytest.mark.parametrize("offset_s", [0.003, -0.006, 0.011, -0.022, 0.045, 0.08, -0.13])
@@ -42,7 +43,7 @@ def test_one_start_lies_nearer_to_any_offset_than_no_shift(on_one_plate, seen, o
     """Candidates are screened at their starts: none of them would do better than nothing otherwise."""
     late = seen(on_one_plate(lambda times: times - offset_s))
     true = seen(on_one_plate(lambda times: times)).measured_ground
-    (candidate,) = candidates([late])
+    (candidate,) = ClockOffset.candidates([late])
     with_evidence = ~np.any([candidate.unrecorded(late, eta) for eta in candidate.starts([late])], axis=0)
     without = ((late.measured_ground - true)[with_evidence] ** 2).sum()
     left = [

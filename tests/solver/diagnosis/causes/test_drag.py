@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.drag import Drag, candidates
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.forces_on_trunk import Drag
 from solver.simulate.loads import BodyPoint, PointForce, drag
 
 
@@ -21,7 +22,7 @@ def test_coefficient_and_mean_are_recovered(scene, fitted, wind):
     exponent, missing = wind
     candidate = Drag("torso")
     x, covariance = fitted(candidate, scene, missing, (exponent,))
-    found = candidate.estimates([scene], (exponent,), (0.1,), x, covariance)
+    found = candidate.estimates([scene], Fitted((exponent,), (0.1,), x, covariance))
     assert found["b_Ns_per_m"].value == pytest.approx(15.0, rel=0.01)
     assert found["mean_force_N"].value == pytest.approx(
         np.linalg.norm(missing[:, :3], axis=1).mean(), rel=0.01
@@ -34,10 +35,10 @@ def test_what_pushes_forward_is_no_drag(scene, fitted, wind):
     exponent, missing = wind
     candidate = Drag("torso")
     found = candidate.estimates(
-        [scene], (exponent,), (0.1,), *fitted(candidate, scene, -missing, (exponent,))
+        [scene], Fitted((exponent,), (0.1,), *fitted(candidate, scene, -missing, (exponent,)))
     )
     assert not candidate.is_notable(found)
 
 
 def test_at_pelvis_and_trunk(scene):
-    assert [c.target for c in candidates([scene])] == ["pelvis", "torso"]
+    assert [c.target for c in Drag.candidates([scene])] == ["pelvis", "torso"]

@@ -12,7 +12,8 @@ from benchmarks.faults.editor.files import write_folder
 from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.subject.subject import open_subject
 from solver.common.filters import low_pass
-from solver.diagnosis.causes.filter_mismatch import FilterMismatch, candidates, sharpened, with_tails
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.filter_mismatch import FilterMismatch, sharpened, with_tails
 from solver.diagnosis.diagnose import diagnose
 from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
@@ -75,10 +76,10 @@ def test_the_cutoff_of_a_walk_is_found_within_a_tenth(noisy, seen, cutoff_Hz):
 @pytest.mark.parametrize("decimals", [6, 0], ids=["as filtered", "rounded to whole newtons"])
 def test_noise_of_single_samples_speaks_against_a_filter_and_rounding_does_not(noisy, seen, decimals):
     zeroed, capture = noisy
-    assert candidates([seen(capture)]) == []
+    assert FilterMismatch.candidates([seen(capture)]) == []
     smooth = smoothed(capture, 20.0, threshold_N=12.0 if zeroed else 0.0)
     rounded = tuple(replace(p, force_ground=np.round(p.force_ground, decimals)) for p in smooth.plates)
-    (found,) = candidates([seen(replace(smooth, plates=rounded))])
+    (found,) = FilterMismatch.candidates([seen(replace(smooth, plates=rounded))])
     assert found.id == "filter_mismatch"
 
 
@@ -131,16 +132,16 @@ def test_tails_below_a_threshold_are_put_back(cutoff_Hz):
 
 def test_estimates_bounds_and_the_practical_minimum(crisp, seen):
     scene = seen(crisp)
-    (candidate,) = candidates([scene])
+    (candidate,) = FilterMismatch.candidates([scene])
     nothing = np.zeros(0), np.zeros((0, 0))
-    estimate = candidate.estimates([scene], (np.log(6.0),), (0.05,), *nothing)["cutoff_Hz"]
+    estimate = candidate.estimates([scene], Fitted((np.log(6.0),), (0.05,), *nothing))["cutoff_Hz"]
     assert (estimate.value, estimate.std) == pytest.approx((6.0, 6 * np.hypot(0.05, 0.03)))
     assert candidate.is_notable({"cutoff_Hz": estimate})
-    assert not candidate.is_notable(candidate.estimates([scene], (np.log(22.0),), (0.1,), *nothing))
+    assert not candidate.is_notable(candidate.estimates([scene], Fitted((np.log(22.0),), (0.1,), *nothing)))
     assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
     assert not candidate.admissible((np.log(60.0),))
     assert not candidate.admissible((np.log(6.0), -0.1)), "that would smooth the forces"
-    assert candidates([replace(scene, plates=())]) == []
+    assert FilterMismatch.candidates([replace(scene, plates=())]) == []
 
 
 def test_markers_that_were_smoothed_as_much_leave_the_forces_as_they_are(walk, seen):

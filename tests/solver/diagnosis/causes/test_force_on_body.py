@@ -1,6 +1,6 @@
 import numpy as np
 
-from solver.diagnosis.causes.force_on_body import columns_at_point, prior_with_reach, trunk_bodies
+from solver.diagnosis.causes.on_segments import columns_at_point, prior_with_reach, trunk_bodies
 from solver.diagnosis.causes.scene import force_at
 
 

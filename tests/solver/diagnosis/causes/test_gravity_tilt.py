@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver.diagnosis.causes.gravity_tilt import GravityTilt, candidates
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.plate_geometry import GravityTilt
 
 
 def leaning(tilt_deg, capture, seen, refiled):
@@ -44,15 +45,17 @@ def test_columns_are_derivatives(crisp, seen, refiled, axis):
 def test_estimates_and_the_practical_minimum():
     candidate = GravityTilt("all")
     covariance = np.diag(np.radians([0.1, 0.2]) ** 2)
-    found = candidate.estimates([], (), (), np.radians([1.5, -0.5]), covariance)
+    found = candidate.estimates([], Fitted((), (), np.radians([1.5, -0.5]), covariance))
     assert list(found) == ["tilt_x_deg", "tilt_z_deg"]
     assert [e.value for e in found.values()] == pytest.approx([1.5, -0.5])
     assert [e.std for e in found.values()] == pytest.approx([0.1, 0.2])
     assert candidate.is_notable(found)
-    assert not candidate.is_notable(candidate.estimates([], (), (), np.radians([0.3, 0.3]), covariance))
+    assert not candidate.is_notable(
+        candidate.estimates([], Fitted((), (), np.radians([0.3, 0.3]), covariance))
+    )
 
 
 def test_one_candidate_where_anything_is_loaded(crisp, seen):
     scene = seen(crisp)
-    assert [c.target for c in candidates([scene])] == ["all"]
-    assert candidates([replace(scene, plates=())]) == []
+    assert [c.target for c in GravityTilt.candidates([scene])] == ["all"]
+    assert GravityTilt.candidates([replace(scene, plates=())]) == []

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.exchanged_forces import PlateSwap
 from solver.diagnosis.causes.gross_cause import Beyond
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.plate_swap import PlateSwap
+from solver.diagnosis.causes.plate_readings import PlateGain
 
 LATE_SAMPLES = 12
 SWAP = PlateSwap("plate_2+plate_3")
@@ -74,7 +75,9 @@ def test_it_goes_by_the_name_of_the_cause(late_and_exchanged):
     assert (beyond.sentence, beyond.remedy) == (gain.sentence, gain.remedy)
     x, covariance = np.array([0.03]), np.array([[1e-6]])
     scenes = (late_and_exchanged,)
-    assert beyond.estimates(scenes, (), (), x, covariance) == gain.estimates(scenes, (), (), x, covariance)
+    assert beyond.estimates(scenes, Fitted((), (), x, covariance)) == gain.estimates(
+        scenes, Fitted((), (), x, covariance)
+    )
     assert beyond.frames(scenes, (), x) == gain.frames(scenes, (), x)
 
 

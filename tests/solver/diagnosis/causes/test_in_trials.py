@@ -4,18 +4,20 @@ from dataclasses import replace
 
 import pytest
 
-from solver.diagnosis.causes import body_weight_support, carried_mass, drag, elastic_tether, object_on_plate
+from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.effect import all_and_each
+from solver.diagnosis.causes.forces_on_trunk import BodyWeightSupport, Drag, ElasticTether
+from solver.diagnosis.causes.plate_readings import ObjectOnPlate
 
-MODULES = [body_weight_support, carried_mass, drag, elastic_tether, object_on_plate]
+CAUSES = [BodyWeightSupport, CarriedMass, Drag, ElasticTether, ObjectOnPlate]
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_each_trial_alone_and_all_of_them(scene, module):
+@pytest.mark.parametrize("cause", CAUSES)
+def test_each_trial_alone_and_all_of_them(scene, cause):
     other = replace(scene, name="other")
-    found = module.candidates([scene, other])
+    found = cause.candidates([scene, other])
     assert {c.trial for c in found} == {None, scene.name, "other"}
-    assert {c.trial for c in module.candidates([scene])} == {None}
+    assert {c.trial for c in cause.candidates([scene])} == {None}
     by_trial = {c.trial: c for c in found if c.target == found[0].target}
     eta = by_trial["other"].starts([scene, other])[0]
     assert by_trial["other"].signature(scene, eta) is None

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes import carried_mass, external_contact, segment_mass, wobbling_mass
+from solver.diagnosis.causes.body_masses import CarriedMass, SegmentMass
+from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.scene import force_at
+from solver.diagnosis.causes.wobbling_mass import WobblingMass
 from solver.diagnosis.unmodelled.remainder import unknown_forces
 
 CHILD = 0.4  # of an adult's mass
@@ -25,7 +27,7 @@ def child(scene, recorded):
 
 @pytest.mark.parametrize(
     "candidates",
-    [carried_mass.candidates, segment_mass.candidates, wobbling_mass.candidates, unknown_forces],
+    [CarriedMass.candidates, SegmentMass.candidates, WobblingMass.candidates, unknown_forces],
     ids=["carried", "segment", "wobbling", "unknown"],
 )
 def test_a_childs_segments_are_those_of_an_adult(scene, child, candidates):
@@ -41,4 +43,4 @@ def test_a_childs_hand_may_be_touched(child):
     place = child.point_ground(body, child.skeleton.bodies[body].com_body)
     push[80:170] = force_at(np.array([-20.0, 25.0, 20.0]), place)[80:170]
     pushed = replace(child, required_ground=child.required_ground + push)
-    assert "hand_r" in {c.target for c in external_contact.candidates([pushed])}
+    assert "hand_r" in {c.target for c in ExternalContact.candidates([pushed])}

@@ -1,7 +1,7 @@
 """Segments between others, in the default body."""
 
-from solver.diagnosis.causes.carried_mass import candidates
-from solver.diagnosis.causes.limbs import inner_arm_segments, inner_segments
+from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.on_segments import inner_arm_segments, inner_segments
 
 
 def named(skeleton, bodies):
@@ -17,8 +17,8 @@ def test_arms_and_shanks_lie_between_others(scene):
 
 
 def test_loads_are_rarely_carried_on_the_arm_itself(scene):
-    rare = {c.target for c in candidates([scene]) if c.place_odds}
-    usual = {c.target for c in candidates([scene]) if not c.place_odds}
+    rare = {c.target for c in CarriedMass.candidates([scene]) if c.place_odds}
+    usual = {c.target for c in CarriedMass.candidates([scene]) if not c.place_odds}
     assert {"humerus_r", "ulna_l", "radius_r"} <= rare
     assert {"pelvis", "torso", "hand_l", "femur_r", "tibia_r", "calcn_l"} <= usual
     assert not rare & usual

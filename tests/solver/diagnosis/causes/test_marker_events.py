@@ -11,9 +11,8 @@ from benchmarks.faults.editor.markers import carried_by_cloth, slipped
 from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.subject.subject import open_subject
 from solver.common.progress import silent
-from solver.diagnosis.causes.marker_events import UNDECIDED_GAIN, events_of
+from solver.diagnosis.causes.marker_events import UNDECIDED_GAIN, events_of, segment_distances
 from solver.diagnosis.causes.marker_slip import findings
-from solver.diagnosis.causes.segment_distances import segment_distances
 from solver.diagnosis.diagnose import repaired_balance
 from solver.fitting.settings import settings_for
 

@@ -5,7 +5,8 @@ import pytest
 
 from solver.common.runs import runs
 from solver.contact.proposals import CONTACT_BUT_NO_FORCE, FORCE_DISCREPANCY, Proposal
-from solver.diagnosis.causes.off_plate_step import candidates, sole_line
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.off_plate_step import OffPlateStep, sole_line
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under, stances_within
 
@@ -27,7 +28,7 @@ def partial(walk, seen_of):
 
 def test_the_foot_is_found_and_when_it_stands(partial, missed):
     foot, start, end = missed
-    (candidate,) = candidates([partial])
+    (candidate,) = OffPlateStep.candidates([partial])
     assert candidate.target == foot
     stance = candidate.stances[0].stretch
     assert len(candidate.stances) == 1
@@ -37,7 +38,7 @@ def test_the_foot_is_found_and_when_it_stands(partial, missed):
 
 def test_signature_holds_the_step(partial, scene, missed, fitted, walk):
     """The force that no plate measured, from the simulator: nothing else is missing."""
-    (candidate,) = candidates([partial])
+    (candidate,) = OffPlateStep.candidates([partial])
     foot = ("calcn_r", "calcn_l").index(missed[0])
     missing = walk.reactions(scene.times).wrench_ground[:, foot].copy()
     missing[(scene.times < missed[1]) | (scene.times > missed[2])] = 0.0
@@ -46,7 +47,7 @@ def test_signature_holds_the_step(partial, scene, missed, fitted, walk):
     left[:, 3:] -= np.cross(scene.com_ground, left[:, :3])
     assert np.sqrt((left[:, 1] ** 2).mean()) < 0.05 * np.sqrt((missing[:, 1] ** 2).mean())
     assert np.sqrt((left[:, 3:] ** 2).mean()) < 0.01 * scene.weight_N  # a lever of a centimetre
-    found = candidate.estimates([partial], (), (), x, covariance)
+    found = candidate.estimates([partial], Fitted((), (), x, covariance))
     stance = candidate.stances[0].stretch
     assert found["force_y_N"].value == pytest.approx(missing[stance.start : stance.end, 1].mean(), rel=0.02)
     assert found["pressing_share"].value > 0.9
@@ -60,7 +61,7 @@ def test_signature_holds_the_step(partial, scene, missed, fitted, walk):
 def test_feet_that_step_beside_in_turn_are_also_tried_together(walk, seen_of):
     plates = plates_under(walk.contacts, (0.0, walk.scenario.duration), missed=(MISSED, MISSED + 1))
     scene = seen_of(walk, measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(3)))
-    made = candidates([scene])
+    made = OffPlateStep.candidates([scene])
     assert {c.target for c in made[:2]} == {"calcn_r", "calcn_l"}
     assert set(made[2].target.split("+")) == {"calcn_r", "calcn_l"}
     widths = [c.signature(scene, ()).columns.shape[2] for c in made]
@@ -68,21 +69,21 @@ def test_feet_that_step_beside_in_turn_are_also_tried_together(walk, seen_of):
 
 
 def test_a_pull_is_no_step(partial, fitted):
-    (candidate,) = candidates([partial])
+    (candidate,) = OffPlateStep.candidates([partial])
     missing = np.zeros((partial.frames, 6))
     missing[:, 1] = -300.0
     x, covariance = fitted(candidate, partial, missing)
-    assert not candidate.is_notable(candidate.estimates([partial], (), (), x, covariance))
+    assert not candidate.is_notable(candidate.estimates([partial], Fitted((), (), x, covariance)))
     assert candidate.frames([partial], (), x) == ()
 
 
 def test_nothing_is_suspected_where_all_is_measured(scene):
-    assert candidates([scene]) == []
+    assert OffPlateStep.candidates([scene]) == []
 
 
 def test_a_proposal_is_not_believed_where_the_balance_closes(scene):
     proposal = Proposal((40, 100), "calcn_r", CONTACT_BUT_NO_FORCE, 0.9)
-    assert candidates([replace(scene, proposals=(proposal,))]) == []
+    assert OffPlateStep.candidates([replace(scene, proposals=(proposal,))]) == []
 
 
 def test_sole_line_runs_from_heel_to_toes(scene):
@@ -107,8 +108,8 @@ def test_stances_that_lack_all_are_also_tried_without_those_that_lack_some(walk,
         for start, end in runs(scene.contacts.in_contact[:, foot])
     )
     held_up = replace(scene, plates=tuple(carried), proposals=proposals)
-    foot = next(c.target for c in candidates([scene]))
-    counts = [len(c.stances) for c in candidates([held_up]) if c.target == foot]
+    foot = next(c.target for c in OffPlateStep.candidates([scene]))
+    counts = [len(c.stances) for c in OffPlateStep.candidates([held_up]) if c.target == foot]
     assert len(counts) == 2
     assert counts[1] == 1 < counts[0]
 
@@ -116,7 +117,7 @@ def test_stances_that_lack_all_are_also_tried_without_those_that_lack_some(walk,
 def test_its_size_is_the_mean_of_the_vertical_force_while_it_stands(walk, seen_of):
     plates = plates_under(walk.contacts, (0.0, walk.scenario.duration), missed=(MISSED, MISSED + 1))
     scene = seen_of(walk, measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(3)))
-    both = candidates([scene])[2]
+    both = OffPlateStep.candidates([scene])[2]
     columns = both.signature(scene, ()).columns
     x = np.random.default_rng(6).normal(size=columns.shape[2])
     covariance = np.diag(np.arange(1.0, len(x) + 1))
@@ -124,6 +125,6 @@ def test_its_size_is_the_mean_of_the_vertical_force_while_it_stands(walk, seen_o
     for stance in both.stances:
         standing[stance.stretch.start : stance.stretch.end] = True
     time_history = columns[standing, 1].mean(axis=0)
-    found = both.estimates([scene], (), (), x, covariance)["force_y_N"]
+    found = both.estimates([scene], Fitted((), (), x, covariance))["force_y_N"]
     assert found.value == pytest.approx(time_history @ x, rel=1e-9)
     assert found.std == pytest.approx(np.sqrt(time_history @ covariance @ time_history), rel=1e-9)

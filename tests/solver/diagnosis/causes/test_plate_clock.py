@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.plate_clock import PlateClock, candidates
+from solver.diagnosis.causes.clocks import PlateClock
+from solver.diagnosis.causes.effect import Fitted
 
 
 def one_late(capture, k, samples):
@@ -49,10 +50,10 @@ def test_a_shift_says_nothing_of_other_plates_nor_beyond_the_recording(walk_capt
 def test_estimates_bounds_and_the_practical_minimum(walk_capture, seen):
     scene = seen(walk_capture)
     candidate, nothing = PlateClock("plate_1"), (np.zeros(0), np.zeros((0, 0)))
-    estimate = candidate.estimates([scene], (0.02,), (0.001,), *nothing)
+    estimate = candidate.estimates([scene], Fitted((0.02,), (0.001,), *nothing))
     assert (estimate["offset_s"].value, estimate["offset_s"].std) == (0.02, 0.001)
     assert candidate.is_notable(estimate)
-    assert not candidate.is_notable(candidate.estimates([scene], (-0.003,), (0.001,), *nothing))
+    assert not candidate.is_notable(candidate.estimates([scene], Fitted((-0.003,), (0.001,), *nothing)))
     assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
     assert not candidate.admissible((0.5,))
 
@@ -60,5 +61,5 @@ def test_estimates_bounds_and_the_practical_minimum(walk_capture, seen):
 def test_each_plate_is_a_candidate_where_there_are_several(walk_capture, seen):
     scene = seen(walk_capture)
     loaded = [p.target for p in scene.plates if p.loaded.any()]
-    assert [c.target for c in candidates([scene, scene])] == loaded
-    assert candidates([replace(scene, plates=scene.plates[:1])]) == []
+    assert [c.target for c in PlateClock.candidates([scene, scene])] == loaded
+    assert PlateClock.candidates([replace(scene, plates=scene.plates[:1])]) == []

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.plate_exchange import PlateExchange, candidates
+from solver.diagnosis.causes.exchanged_forces import PlateExchange
 
 
 def in_each_others_place(capture, a, b, nudge=(0.0, 0.0, 0.0)):
@@ -51,8 +51,8 @@ def test_other_causes_are_told_of_the_other_plate():
 
 def test_every_pair_is_a_candidate_where_the_files_hold_pressures(crisp, seen):
     """Without pressures `plate_swap` moves whole wrenches already."""
-    assert candidates([seen(crisp)]) == []
-    exchanged = candidates([seen(in_each_others_place(crisp, 1, 2))])
+    assert PlateExchange.candidates([seen(crisp)]) == []
+    exchanged = PlateExchange.candidates([seen(in_each_others_place(crisp, 1, 2))])
     assert "plate_2+plate_3" in [c.target for c in exchanged]
     assert all({"plate_2", "plate_3"} & set(c.targets) for c in exchanged)
 
@@ -63,5 +63,5 @@ def test_a_plate_that_nobody_used_has_no_place_without_its_corners(crisp, seen):
     nowhere = replace(idle, plate=replace(idle.plate, corners_ground=None))
     for plate, there in ((idle, True), (nowhere, False)):
         plates = (*exchanged.plates[:2], plate, *exchanged.plates[3:])
-        targets = [c.target for c in candidates([replace(exchanged, plates=plates)])]
+        targets = [c.target for c in PlateExchange.candidates([replace(exchanged, plates=plates)])]
         assert ("plate_2+plate_3" in targets) == there

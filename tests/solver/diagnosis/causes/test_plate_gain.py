@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.plate_gain import PlateGain, candidates
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.plate_readings import PlateGain
 
 
 def recorded(capture, gain_error, k=1):
@@ -35,7 +36,7 @@ def test_the_true_wrench_comes_back_at_any_size_while_the_plate_stands_alone(cri
     assert np.abs(told[~scene.plates[1].loaded]).max() < 0.01 * np.abs(error).max()
     with_others = scene.plates[1].loaded & others
     assert np.abs((told - error)[with_others]).max() <= abs(gain_error) * np.abs(error).max()
-    estimate = candidate.estimates([scene], (), (), x, np.array([[0.01**2]]))["gain_error"]
+    estimate = candidate.estimates([scene], Fitted((), (), x, np.array([[0.01**2]])))["gain_error"]
     assert (estimate.value, estimate.std) == (gain_error, pytest.approx(0.01))
 
 
@@ -66,7 +67,7 @@ def test_a_force_that_something_else_took_is_not_counted_as_the_plates(crisp, se
 
 def test_every_loaded_plate_is_a_candidate_and_no_other_trial_is_touched(crisp, seen):
     scene = seen(crisp)
-    made = candidates([scene])
+    made = PlateGain.candidates([scene])
     assert [c.target for c in made] == [p.target for p in scene.plates]
     assert made[0].signature(replace(scene, plates=scene.plates[1:]), ()) is None
 
@@ -74,4 +75,6 @@ def test_every_loaded_plate_is_a_candidate_and_no_other_trial_is_touched(crisp, 
 def test_a_hundredth_is_not_worth_a_word(crisp, seen):
     candidate = PlateGain("plate_1")
     for x, notable in ((-0.01, False), (-0.04, True), (0.04, True)):
-        assert candidate.is_notable(candidate.estimates([], (), (), np.array([x]), np.eye(1))) is notable
+        assert (
+            candidate.is_notable(candidate.estimates([], Fitted((), (), np.array([x]), np.eye(1)))) is notable
+        )

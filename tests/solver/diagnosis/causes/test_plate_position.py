@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.plate_position import PlatePosition, candidates
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.plate_geometry import PlatePosition
 
 
 @pytest.mark.parametrize("shift", [(0.012, -0.005), (-0.1, 0.2)])
@@ -24,18 +25,20 @@ def test_the_true_wrench_comes_back_whatever_the_size(crisp, seen, refiled, shif
 def test_estimates_and_the_practical_minimum():
     candidate = PlatePosition("plate_1")
     covariance = np.array([[4e-6, 1e-6], [1e-6, 9e-6]])
-    found = candidate.estimates([], (), (), np.array([0.012, -0.004]), covariance)
+    found = candidate.estimates([], Fitted((), (), np.array([0.012, -0.004]), covariance))
     assert [(name, e.value, e.std) for name, e in found.items()] == [
         ("shift_x_m", 0.012, pytest.approx(0.002)),
         ("shift_z_m", -0.004, pytest.approx(0.003)),
     ]
     assert candidate.is_notable(found)
-    assert not candidate.is_notable(candidate.estimates([], (), (), np.array([0.003, 0.003]), covariance))
+    assert not candidate.is_notable(
+        candidate.estimates([], Fitted((), (), np.array([0.003, 0.003]), covariance))
+    )
 
 
 def test_every_loaded_plate_is_a_candidate(crisp, seen):
     scene = seen(crisp)
-    made = candidates([scene, scene])
+    made = PlatePosition.candidates([scene, scene])
     assert [c.target for c in made] == [p.target for p in scene.plates for _ in range(2)]
     near, far = made[:2]
     assert far.prior_std_m > 5 * near.prior_std_m

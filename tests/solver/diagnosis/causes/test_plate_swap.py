@@ -8,7 +8,7 @@ import pytest
 
 from solver.capture.formats.storage import Storage
 from solver.capture.plates.moment_convention import plates_from_storage
-from solver.diagnosis.causes.plate_swap import PlateSwap, candidates
+from solver.diagnosis.causes.exchanged_forces import PlateSwap
 
 
 def columns_of(plate):
@@ -73,9 +73,9 @@ def test_plates_with_clocks_of_their_own_are_not_exchanged(crisp, seen):
 
 def test_every_pair_is_a_candidate(crisp, seen):
     scene = seen(crisp)
-    targets = [c.target for c in candidates([scene, scene])]
+    targets = [c.target for c in PlateSwap.candidates([scene, scene])]
     count = len(scene.plates)
     assert len(targets) == count * (count - 1) // 2
     assert targets[0] == "plate_1+plate_2"
-    assert candidates([scene])[0].is_notable({})
-    assert candidates([replace(scene, plates=scene.plates[:1])]) == []
+    assert PlateSwap.candidates([scene])[0].is_notable({})
+    assert PlateSwap.candidates([replace(scene, plates=scene.plates[:1])]) == []

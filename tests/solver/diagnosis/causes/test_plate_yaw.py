@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver.diagnosis.causes.plate_yaw import PlateYaw, candidates
+from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.plate_geometry import PlateYaw
 
 K = 1
 
@@ -50,15 +51,19 @@ def test_the_column_is_the_derivative(crisp, seen, refiled):
 def test_estimates_are_degrees_of_the_same_sign():
     candidate = PlateYaw("plate_1")
     std = 0.01
-    found = candidate.estimates([], (), (), np.array([np.sin(np.radians(-3.0))]), np.array([[std**2]]))
+    found = candidate.estimates(
+        [], Fitted((), (), np.array([np.sin(np.radians(-3.0))]), np.array([[std**2]]))
+    )
     assert found["yaw_deg"].value == pytest.approx(-3.0)
     assert found["yaw_deg"].std == pytest.approx(np.degrees(std) / np.cos(np.radians(3.0)))
     assert candidate.is_notable(found)
-    assert not candidate.is_notable(candidate.estimates([], (), (), np.array([0.01]), np.array([[1e-4]])))
+    assert not candidate.is_notable(
+        candidate.estimates([], Fitted((), (), np.array([0.01]), np.array([[1e-4]])))
+    )
 
 
 def test_every_loaded_plate_is_a_candidate(crisp, seen):
     scene = seen(crisp)
-    made = candidates([scene])
+    made = PlateYaw.candidates([scene])
     assert [c.target for c in made] == [p.target for p in scene.plates]
     assert made[0].signature(replace(scene, plates=scene.plates[1:]), ()) is None

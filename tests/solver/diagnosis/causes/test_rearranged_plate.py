@@ -7,12 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from solver.diagnosis.causes.gross_cause import with_samples
-from solver.diagnosis.causes.plate_mirror import MIRRORS, PlateMirror
-from solver.diagnosis.causes.plate_mirror import candidates as mirrors
-from solver.diagnosis.causes.plate_turn import PlateTurn
-from solver.diagnosis.causes.plate_turn import candidates as turns
-from solver.diagnosis.causes.plate_units import FACTORS, PlateUnits
-from solver.diagnosis.causes.plate_units import candidates as units
+from solver.diagnosis.causes.rearranged_plate import FACTORS, MIRRORS, PlateMirror, PlateTurn, PlateUnits
 from tests.solver.diagnosis.causes.conftest import RATE
 
 
@@ -112,10 +107,17 @@ def test_a_middle_that_lies_elsewhere_is_a_shift(scene):
 
 def test_each_plate_has_each_of_them(scene):
     loaded = sum(p.loaded.any() for p in scene.plates)
-    assert len(turns([scene])) == 3 * loaded
-    assert len(mirrors([scene])) == len(MIRRORS) * loaded
-    assert len(units([scene])) == len(FACTORS) * loaded
-    assert {c.key[0] for c in (*turns([scene]), *mirrors([scene]), *units([scene]))} == {
+    assert len(PlateTurn.candidates([scene])) == 3 * loaded
+    assert len(PlateMirror.candidates([scene])) == len(MIRRORS) * loaded
+    assert len(PlateUnits.candidates([scene])) == len(FACTORS) * loaded
+    assert {
+        c.key[0]
+        for c in (
+            *PlateTurn.candidates([scene]),
+            *PlateMirror.candidates([scene]),
+            *PlateUnits.candidates([scene]),
+        )
+    } == {
         "plate_turn",
         "plate_mirror",
         "plate_units",

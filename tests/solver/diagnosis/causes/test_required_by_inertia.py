@@ -1,6 +1,6 @@
 import numpy as np
 
-from solver.diagnosis.causes.required_by_inertia import required_by_bodies, required_by_changes
+from solver.diagnosis.causes.on_segments import required_by_bodies, required_by_changes
 from solver.simulate.other_masses import with_segment_masses
 
 LEG = ("femur_r", "tibia_r")

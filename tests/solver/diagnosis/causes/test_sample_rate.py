@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.sample_rate import SampleRate, candidates
+from solver.diagnosis.causes.clocks import SampleRate
+from solver.diagnosis.causes.effect import Fitted
 
 
 @pytest.mark.parametrize("stretch", [0.01, -0.02])
@@ -29,7 +30,7 @@ def test_where_nothing_was_recorded_a_stretch_explains_nothing(on_one_plate, see
 
 def test_starts_lie_as_close_as_the_longest_trial_needs(on_one_plate, seen):
     scene = seen(on_one_plate(lambda times: times))
-    (candidate,) = candidates([scene])
+    (candidate,) = SampleRate.candidates([scene])
     starts = np.array(candidate.starts([scene]))[:, 0]
     assert np.diff(starts).max() * scene.times[-1] <= 0.06
     assert starts.min() <= -0.02
@@ -42,7 +43,7 @@ def test_starts_lie_as_close_as_the_longest_trial_needs(on_one_plate, seen):
 def test_estimates_and_the_practical_minimum():
     candidate = SampleRate("all")
     nothing = np.zeros(0), np.zeros((0, 0))
-    estimate = candidate.estimates([], (-0.01,), (0.001,), *nothing)
+    estimate = candidate.estimates([], Fitted((-0.01,), (0.001,), *nothing))
     assert (estimate["stretch"].value, estimate["stretch"].std) == (-0.01, 0.001)
     assert candidate.is_notable(estimate)
-    assert not candidate.is_notable(candidate.estimates([], (0.001,), (0.001,), *nothing))
+    assert not candidate.is_notable(candidate.estimates([], Fitted((0.001,), (0.001,), *nothing)))

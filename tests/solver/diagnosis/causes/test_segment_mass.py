@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.segment_mass import SegmentMass, candidates
+from solver.diagnosis.causes.body_masses import SegmentMass
+from solver.diagnosis.causes.effect import Fitted
 from solver.simulate.other_masses import with_segment_masses
 
 LEGS = ("femur_r", "tibia_r", "femur_l", "tibia_l")
@@ -26,7 +27,7 @@ def test_a_wrong_division_of_a_right_total(scene, fitted, demand_of):
     x, covariance = fitted(candidate, in_model, missing, (1.0,))
     left = missing - candidate.signature(in_model, (1.0,)).columns @ x
     assert np.abs(left).max() < 0.01 * np.abs(missing).max()
-    found = candidate.estimates([in_model], (1.0,), (0.0,), x, covariance)
+    found = candidate.estimates([in_model], Fitted((1.0,), (0.0,), x, covariance))
     assert found["mass_factor"].value == pytest.approx(1.15, abs=3e-3)
 
 
@@ -35,7 +36,7 @@ def test_standard_deviation_is_the_slope_s(scene, eta):
     candidate = SegmentMass("femur_r+femur_l")
 
     def factor(x):
-        return candidate.estimates([scene], (eta,), (0.0,), np.array([x]), np.eye(1))["mass_factor"]
+        return candidate.estimates([scene], Fitted((eta,), (0.0,), np.array([x]), np.eye(1)))["mass_factor"]
 
     assert factor(0.1).std == pytest.approx(
         (factor(0.1 + 1e-6).value - factor(0.1 - 1e-6).value) / 2e-6, rel=1e-6
@@ -43,7 +44,7 @@ def test_standard_deviation_is_the_slope_s(scene, eta):
 
 
 def test_segments_pairs_and_legs_are_candidates(scene):
-    targets = [c.target for c in candidates([scene])]
+    targets = [c.target for c in SegmentMass.candidates([scene])]
     assert {"torso", "femur_r", "femur_r+femur_l", "tibia_r+tibia_l", "+".join(LEGS)} <= set(targets)
     assert len(set(targets)) == len(targets)
     assert not any("toes" in t for t in targets)

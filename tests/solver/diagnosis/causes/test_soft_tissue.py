@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver.diagnosis.causes.segment_displacement import segment_displacements
-from solver.diagnosis.causes.soft_tissue import findings
+from solver.diagnosis.causes.soft_tissue import findings, segment_displacements
 
 
 def carried(scene, observed, joint, rms_m, seed=0):

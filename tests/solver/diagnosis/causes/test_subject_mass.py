@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.subject_mass import SubjectMass, candidates
+from solver.diagnosis.causes.body_masses import SubjectMass
+from solver.diagnosis.causes.effect import Fitted
 from solver.simulate.other_masses import with_segment_masses
 
 
@@ -21,7 +22,7 @@ def test_claims_nothing_of_the_body_s_spin(scene):
 
 def test_the_factor_is_true_over_entered():
     candidate = SubjectMass("all")
-    found = candidate.estimates([], (), (), np.array([-0.03]), np.array([[0.004**2]]))
+    found = candidate.estimates([], Fitted((), (), np.array([-0.03]), np.array([[0.004**2]])))
     assert found["mass_factor"].value == pytest.approx(0.97)
     assert found["mass_factor"].std == pytest.approx(0.004)
     assert candidate.is_notable(found)
@@ -34,13 +35,15 @@ def test_the_factor_is_true_over_entered():
 def test_the_mass_of_another_adult_may_have_been_entered(true_kg, entered_kg, can_be):
     """Half as much again is no wrong entry, but forces that are missing or in other units."""
     candidate = SubjectMass("all")
-    found = candidate.estimates([], (), (), np.array([true_kg / entered_kg - 1]), np.array([[0.01**2]]))
+    found = candidate.estimates(
+        [], Fitted((), (), np.array([true_kg / entered_kg - 1]), np.array([[0.01**2]]))
+    )
     assert candidate.is_notable(found) == can_be
 
 
 def test_there_is_one_person(scene):
-    assert [c.target for c in candidates([scene, scene])] == ["all"]
+    assert [c.target for c in SubjectMass.candidates([scene, scene])] == ["all"]
 
 
 def test_what_nobody_entered_cannot_be_wrong(scene):
-    assert candidates([replace(scene, weighed=False)]) == []
+    assert SubjectMass.candidates([replace(scene, weighed=False)]) == []

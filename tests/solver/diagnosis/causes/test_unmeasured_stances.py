@@ -4,8 +4,8 @@ import numpy as np
 
 from solver.common.runs import runs
 from solver.contact.proposals import CONTACT_BUT_NO_FORCE, Proposal
+from solver.diagnosis.causes.off_plate_step import missing_force, shortest_stance_s, unmeasured_stances
 from solver.diagnosis.causes.scene import force_at
-from solver.diagnosis.causes.unmeasured_stances import missing_force, shortest_stance_s, unmeasured_stances
 
 
 def silenced(scene, frames):

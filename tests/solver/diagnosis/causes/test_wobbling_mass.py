@@ -3,13 +3,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solver.common.filters import low_pass
-from solver.diagnosis.causes.effect import Estimate
+from solver.diagnosis.causes.effect import Estimate, Fitted
 from solver.diagnosis.causes.wobbling_mass import (
     CRITICAL,
     DRIVEN_BELOW_HZ,
     TRANSIENT_M_PER_S2,
     WobblingMass,
-    candidates,
     decay,
     swing,
 )
@@ -34,7 +33,7 @@ def test_mass_is_recovered_and_little_is_left_below_the_band(scene, fitted, soft
     slow_left, slow = (low_pass(w, scene.rate, DRIVEN_BELOW_HZ / 2) for w in (left, missing))
     inner = slice(30, -30)  # the swing before the recording dies down, and filters forget the ends
     assert np.sqrt((slow_left[inner] ** 2).mean(axis=0) / (slow[inner] ** 2).mean(axis=0)).max() < 0.05
-    found = candidate.estimates([scene], ETA, (0.0, 0.0), x, covariance)
+    found = candidate.estimates([scene], Fitted(ETA, (0.0, 0.0), x, covariance))
     assert found["mass_kg"].value == pytest.approx(4.0, rel=0.05)
     assert candidate.is_notable(found)
 
@@ -124,4 +123,4 @@ def test_soft_tissue_neither_swings_on_by_itself_nor_outside_its_range(frequency
 
 
 def test_bodies_with_soft_tissue(scene):
-    assert {c.target for c in candidates([scene])} >= {"pelvis", "torso", "femur_r", "femur_l"}
+    assert {c.target for c in WobblingMass.candidates([scene])} >= {"pelvis", "torso", "femur_r", "femur_l"}

@@ -8,8 +8,7 @@ import pytest
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.reading_settings import READING
 from solver.common.gravity import GRAVITY
-from solver.diagnosis.causes.plate_mirror import MIRRORS, PlateMirror
-from solver.diagnosis.causes.plate_turn import TURNS_DEG, PlateTurn
+from solver.diagnosis.causes.rearranged_plate import MIRRORS, TURNS_DEG, PlateMirror, PlateTurn
 from solver.diagnosis.direct_checks.lag import lag_of
 from solver.diagnosis.direct_checks.measured import measured
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path

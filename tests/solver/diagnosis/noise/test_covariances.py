@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import block_diag
 
 import solver.diagnosis.search.balance
-from solver.diagnosis.causes.carried_mass import CarriedMass
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.held_out import block_scores, blocks
 from solver.diagnosis.noise.covariances import Covariances
 from solver.diagnosis.noise.noise_scales import Basis, TrialsBasis

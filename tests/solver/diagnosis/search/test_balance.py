@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.plate_bias import candidates as biases
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.plate_readings import PlateBias, PlateGain
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance, laboratory_errors
 from solver.diagnosis.search.terms import Term
@@ -24,7 +23,7 @@ def balance(drawn, balance_of_scenes) -> Balance:
 
 @pytest.fixture(scope="module")
 def terms(balance) -> list[Term]:
-    bias = biases(balance.scenes)[0]
+    bias = PlateBias.candidates(balance.scenes)[0]
     found = [
         balance.term(PlateGain("plate_1"), ()),
         balance.term(ClockOffset("all"), (0.01,)),

@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.causes.body_masses import WHOLE_LIMBS_ODDS, SegmentMass
+from solver.diagnosis.causes.exchanged_forces import PlateSwap
 from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.gross_cause import Beyond
-from solver.diagnosis.causes.limbs import BETWEEN_OTHERS_ODDS
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.plate_position import candidates as positions
-from solver.diagnosis.causes.plate_swap import PlateSwap
-from solver.diagnosis.causes.segment_mass import WHOLE_LIMBS_ODDS, SegmentMass
-from solver.diagnosis.causes.segment_mass import candidates as segments
+from solver.diagnosis.causes.on_segments import BETWEEN_OTHERS_ODDS
+from solver.diagnosis.causes.plate_geometry import PlatePosition
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.contenders import (
     confidence,
     handicap,
@@ -24,13 +23,15 @@ SETTINGS = DiagnosisSettings()
 
 
 def test_one_leg_alone_is_rarer_than_both(short_scene):
-    usual = {c.target: handicap(c, SETTINGS) for c in segments([short_scene])}
+    usual = {c.target: handicap(c, SETTINGS) for c in SegmentMass.candidates([short_scene])}
     assert usual["femur_r"] == usual["femur_l"] > usual["femur_r+femur_l"]
 
 
 def test_confidence_is_a_share_among_rivals_and_none(drawn, balance_of_scenes, short_scene):
     balance = balance_of_scenes(drawn(4, 0.2 * short_scene.plates[0].wrench_ground))
-    found = select(balance, [PlateGain("plate_1"), PlateGain("plate_2"), *positions([short_scene])]).found[0]
+    found = select(
+        balance, [PlateGain("plate_1"), PlateGain("plate_2"), *PlatePosition.candidates([short_scene])]
+    ).found[0]
     one = found.contender
     temper = SETTINGS.confidence_temper
     odds = [c.gain - handicap(c.term.candidate, SETTINGS) for c in (one, *found.rivals)]

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.effect import Signature
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.effect import Estimate, Signature
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.refinement import refined
 from solver.diagnosis.search.screening import Screen
@@ -48,9 +48,9 @@ class Ramp(ClockOffset):
         column = (eta[1] ** 2 * scene.plates[0].wrench_ground)[:, :, None]
         return Signature(column, np.array([0.05]), made.fixed)
 
-    def estimates(self, scenes, eta, eta_std, x, covariance):
-        assert x.shape == (1,)
-        return ClockOffset.estimates(self, scenes, eta, eta_std, x, covariance)
+    def estimates(self, scenes, fit):
+        assert fit.x.shape == (1,)
+        return {"offset_s": Estimate(fit.eta[0], fit.eta_std[0])}
 
 
 def first(balance, candidate, noise_scale):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.causes.catalogue import catalogue
-from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.effect import Corrected
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.plate_yaw import PlateYaw
+from solver.diagnosis.causes.plate_geometry import PlateYaw
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.contenders import handicap
 from solver.diagnosis.search.screening import Screen, Stack
 

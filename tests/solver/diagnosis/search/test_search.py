@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.plate_bias import candidates as biases
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.plate_position import candidates as positions
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.plate_geometry import PlatePosition
+from solver.diagnosis.causes.plate_readings import PlateBias, PlateGain
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import (
     handicap,
@@ -39,8 +38,8 @@ def test_a_later_cause_makes_room_for_a_better_first_one(short_scene, drawn, bal
     moved[:, 3:] = np.cross([0.03, 0, 0.02], loads[:, :3])
     catalogue = [
         *[PlateGain(plate.target) for plate in short_scene.plates],
-        *biases([short_scene]),
-        *positions([short_scene]),
+        *PlateBias.candidates([short_scene]),
+        *PlatePosition.candidates([short_scene]),
         ClockOffset("all"),
     ]
     balance = balance_of_scenes(drawn(4, 0.12 * short_scene.plates[1].wrench_ground + moved, scale=0.5))

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from solver.common.errors import Cancelled
-from solver.diagnosis.causes.clock_offset import ClockOffset
+from solver.diagnosis.causes.body_masses import SubjectMass
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.exchanged_forces import PlateSwap
 from solver.diagnosis.causes.gross_cause import with_samples
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.plate_position import candidates as positions
-from solver.diagnosis.causes.plate_swap import PlateSwap
-from solver.diagnosis.causes.subject_mass import candidates as masses
+from solver.diagnosis.causes.plate_geometry import PlatePosition
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.selection import select
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.named_causes import (
@@ -25,7 +25,12 @@ SETTINGS = DiagnosisSettings()
 def few(short_scene):
     """A small catalogue."""
     gains = [PlateGain(plate.target) for plate in short_scene.plates]
-    return [*gains, *positions([short_scene]), *masses([short_scene]), ClockOffset("all")]
+    return [
+        *gains,
+        *PlatePosition.candidates([short_scene]),
+        *SubjectMass.candidates([short_scene]),
+        ClockOffset("all"),
+    ]
 
 
 def test_nothing_is_found_in_what_model_errors_make(drawn, balance_of_scenes, few):

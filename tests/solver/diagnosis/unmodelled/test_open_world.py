@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.plate_gain import PlateGain
-from solver.diagnosis.causes.plate_position import candidates as positions
+from solver.diagnosis.causes.plate_geometry import PlatePosition
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.decisions import is_only_tentative
 from solver.diagnosis.report import as_json
@@ -24,7 +24,7 @@ NAMES = 60
 
 @pytest.fixture(scope="module")
 def few(short_scene):
-    return [PlateGain("plate_1"), PlateGain("plate_2"), *positions([short_scene])]
+    return [PlateGain("plate_1"), PlateGain("plate_2"), *PlatePosition.candidates([short_scene])]
 
 
 @pytest.fixture(scope="module")

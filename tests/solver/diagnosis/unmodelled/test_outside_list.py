@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.plate_gain import required_of
-from solver.diagnosis.causes.trial_clocks import MOST_TRIALS
+from solver.diagnosis.causes.clocks import MOST_TRIALS
+from solver.diagnosis.causes.plate_readings import required_of
 from solver.diagnosis.unmodelled.outside_list import (
     TIME_HISTORY_KNOTS_S,
     AnyClock,

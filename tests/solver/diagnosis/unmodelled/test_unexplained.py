@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.effect import Candidate, Estimate, Signature
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.body_masses import SubjectMass
+from solver.diagnosis.causes.effect import Candidate, Signature
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.causes.scene import force_at
-from solver.diagnosis.causes.subject_mass import candidates as masses
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Contender, Found
 from solver.diagnosis.search.selection import Selection, select
@@ -32,11 +32,8 @@ class Steady(Candidate):
         pull = np.tile([1.0, 0.0, 0.0], (scene.frames, 1))
         return Signature(force_at(pull, point)[:, :, None], np.array([60.0]))
 
-    def estimates(self, scenes, eta, eta_std, x, covariance):
-        return {"force_N": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
-
-    def is_notable(self, estimates):
-        return abs(estimates["force_N"].value) > 5
+    parameters = ("force_N",)
+    least = 5.0
 
 
 def at_the_hand(scene, force):
@@ -145,7 +142,7 @@ def test_a_free_force_that_takes_back_what_a_named_cause_explains_is_not_told(
 ):
     """Some other weight and a steady pull up are as good as the weight, of whatever size."""
     plain = balance_of_scenes(drawn(4, at_the_hand(short_scene, [0.0, 60.0, 0.0]), scale=0.5))
-    (mass,) = masses([short_scene])
+    (mass,) = SubjectMass.candidates([short_scene])
 
     def left(most_constant):
         balance = Balance(plain.trials, replace(SETTINGS, most_constant=most_constant, unknown_margin=1e9))

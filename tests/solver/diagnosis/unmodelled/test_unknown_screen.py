@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.clock_offset import ClockOffset
-from solver.diagnosis.causes.plate_gain import PlateGain
+from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.screening import Beside
 from solver.diagnosis.unmodelled.remainder import UnknownForce, UnknownMoment, unknown_forces
 from solver.diagnosis.unmodelled.unknown_screen import UnknownScreen
