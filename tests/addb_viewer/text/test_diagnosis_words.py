@@ -23,7 +23,7 @@ from solver.diagnosis.causes.readings import OF_EACH_TRIAL, Reading
 from solver.diagnosis.causes.about import OF_EACH_TRIAL, Reading
 from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
-from solver.diagnosis.causes.plate_readings import TAKEN_OFF
+from solver.diagnosis.causes.plate_readings import PlateBiasTakenOff
 from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 from tests.addb_viewer.synthetic_residual import residual
 
@@ -395,7 +395,7 @@ def test_what_to_do_next_with_this_recording():
     assert "First do what each cause says under 'what to do'" in text
     assert "Do not use" not in text
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
-        "sentence": TAKEN_OFF.sentence.format(target="plate_1")
+        "sentence": PlateBiasTakenOff.about.sentence.format(target="plate_1")
     }
     text = said(figures(effects=[taken_off], residual=residual()))
     assert "Every fit already corrects the bias" in text
@@ -535,7 +535,7 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     elsewhere = rival("clock_offset", "clock_offset all", "a stamp")
     assert "with the cause corrected" in use(effects=[guessed], alternatives=[elsewhere])
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
-        "sentence": TAKEN_OFF.sentence.format(target="plate_1")
+        "sentence": PlateBiasTakenOff.about.sentence.format(target="plate_1")
     }
     assert "corrects the fault when it reads the files" in use(effects=[taken_off])
     assert "outside the frames named" in use(effects=[STEP, taken_off])

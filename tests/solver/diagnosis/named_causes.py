@@ -1,6 +1,6 @@
 """Causes made for tests of the search: wrenches of known time history, some rare, some bounded."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -100,8 +100,8 @@ class Bounded(TimeHistory):
     """Of bounded size, and seldom large."""
 
     id = "bounded"
-    least: float = 0.0
-    most: float = 0.0
+    least: float = field(default=0.0, kw_only=True)
+    most: float = field(default=0.0, kw_only=True)
     usual: float = 1.0
 
     def signature(self, scene, eta):
