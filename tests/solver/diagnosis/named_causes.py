@@ -1,6 +1,6 @@
 """Causes made for tests of the search: wrenches of known time history, some rare, some bounded."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -100,9 +100,12 @@ class Bounded(TimeHistory):
     """Of bounded size, and seldom large."""
 
     id = "bounded"
-    least: float = field(default=0.0, kw_only=True)
-    most: float = field(default=0.0, kw_only=True)
+    smallest: float = 0.0
+    largest: float = 0.0
     usual: float = 1.0
+
+    least = property(lambda self: self.smallest)
+    most = property(lambda self: self.largest)
 
     def signature(self, scene, eta):
         return Signature(self.wrench_ground[:, :, None], np.full(1, self.usual))
