@@ -18,10 +18,10 @@ from benchmarks.zoo.truth import read_truth
 from solver.capture.subject.subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
-from solver.diagnosis.direct_checks import rigid_distances
+from solver.diagnosis.direct_checks import lag as timing
+from solver.diagnosis.direct_checks import pressure_path, rigid_distances, weight
 from solver.diagnosis.direct_checks.measured import Measured, measured
 from solver.diagnosis.direct_checks.run_checks import asked
-from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.fitting.settings import Settings
 
@@ -122,9 +122,8 @@ def of_direct_checks(people: Sequence[Recorded]) -> list[Figure]:
         for of in moving
     ]
     alone = [[ratio for one in of for ratio in _between_plates(one)] for of in moving]
-    used = DIRECT_CHECKES
     lags = [
-        [lag + used.lag_bias_s for lag in _told(of, "lag", "lag_s")] for of in moving
+        [lag + timing.LAG_BIAS_S for lag in _told(of, "lag", "lag_s")] for of in moving
     ]  # its own is taken off
     bias_s = usual(lags)
     paths = [_told(of, "path of the pressure", "scatter_m") for of in everything]
@@ -133,27 +132,27 @@ def of_direct_checks(people: Sequence[Recorded]) -> list[Figure]:
     lengths = [_told(of, "rigid distances", "scatter") for of in everything]
     about = [[lag - bias_s for lag in of] for of in lags]
     return [
-        _scatter("mass_scatter", used.mass_scatter, masses, "carried over entered mass, logarithm"),
-        _scatter("plates_scatter", used.plates_scatter, alone, "mass on one plate over that on the others"),
+        _scatter("MASS_SCATTER", weight.MASS_SCATTER, masses, "carried over entered mass, logarithm"),
+        _scatter("PLATES_SCATTER", weight.PLATES_SCATTER, alone, "mass on one plate over that on the others"),
         _figure(
-            "lag_bias_s",
-            used.lag_bias_s,
+            "LAG_BIAS_S",
+            timing.LAG_BIAS_S,
             lags,
             "forces after motion",
             remade=usual,
-            within=used.lag_scatter_s,
+            within=timing.LAG_SCATTER_S,
         ),
-        _scatter("lag_scatter_s", used.lag_scatter_s, about, "about that"),
+        _scatter("LAG_SCATTER_S", timing.LAG_SCATTER_S, about, "about that"),
         _figure(
-            "path_scatter_m",
-            used.path_scatter_m,
+            "PATH_SCATTER_M",
+            pressure_path.PATH_SCATTER_M,
             paths,
             "pressure about the pressing markers, each plate's root mean square",
             remade=usual,
         ),
         _figure(
-            "place_scatter_m",
-            used.place_scatter_m,
+            "PLACE_SCATTER_M",
+            pressure_path.PLACE_SCATTER_M,
             places,
             "middle of the stances on a plate, each coordinate, beyond what few stances leave open",
             remade=lambda of: float(np.sqrt((PLANE * usual(of)) ** 2 - own**2)),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
+from solver.diagnosis.direct_checks.statement import REFUTING_NATS
 from solver.diagnosis.gain_asked import asked, loose_ends, may_lose
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import confidence, cosine, overlap
@@ -87,7 +87,7 @@ def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -
         reason = "nobody entered a mass, and no other plate weighs the person: nothing tells units from that"
         return Decision(DIRECT_CHECKED, False, None, None, reason)
     nats = weighings.for_factors(claimed, beside)
-    limit = max(0.0, weighings.of_another_plate(claimed, beside)) - DIRECT_CHECKES.refuting_nats
+    limit = max(0.0, weighings.of_another_plate(claimed, beside)) - REFUTING_NATS
     plates = [plate for plate in claimed if claimed[plate] != beside.get(plate)]
     with_it, without = (
         ", ".join(f"{mass:.0f}" for mass in weighings.masses_kg(plates, factors)) or "nothing"
@@ -104,7 +104,7 @@ def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -
 def _lifted(p: Proposal, lifts_N: dict[str, float], others_N: dict[str, float]) -> Decision:
     """What the plates carry while they bear all, if something else bears so much."""
     mass_kg = p.balance.scenes[0].skeleton.mass
-    nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -DIRECT_CHECKES.refuting_nats
+    nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -REFUTING_NATS
     carried = ", ".join(f"{w.mass_kg({}):.0f}" for w in p.balance.weighings.weighings) or "nothing"
     reason = (
         f"while they bear all, plates carry {carried} kg of a body of {mass_kg:.0f} kg; that is {nats:+.1f} "

@@ -22,7 +22,7 @@ from solver.diagnosis.diagnosis import CLEAN, Diagnosis
 from solver.diagnosis.direct_checks.measured import Measured, measured
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
 from solver.diagnosis.direct_checks.run_checks import asked, suspect_plates
-from solver.diagnosis.direct_checks.weighings import weighings
+from solver.diagnosis.direct_checks.weight import weighings
 from solver.diagnosis.marker_causes import SeenInMarkers, as_distances_tell, with_markers_repaired
 from solver.diagnosis.noise.rows import TrialRows, trial_rows
 from solver.diagnosis.report import as_json

@@ -16,8 +16,8 @@ from solver.diagnosis.causes.marker_events import events_of
 from solver.diagnosis.causes.marker_slip import MarkerSlip, UnusedMarkerSlip
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.causes.segment_displaced import TOGETHER_S, of_leap, of_others, slips_together
-from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
-from solver.diagnosis.direct_checks.statement import About, Statement
+from solver.diagnosis.direct_checks.rigid_distances import STEP_SCATTER_M
+from solver.diagnosis.direct_checks.statement import TOLD_NATS, About, Statement
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import Settings
@@ -108,12 +108,12 @@ def _as_distances_tell(
         return finding
     time_s = scene.motion.start_time + finding.frames.start / scene.rate
     for one in direct_checks:
-        if About.SEGMENT not in one.spoken_for(DIRECT_CHECKES.told_nats) or one.trial != scene.name:
+        if About.SEGMENT not in one.spoken_for(TOLD_NATS) or one.trial != scene.name:
             continue
         moved = str(one.target).split("+")
         at_once = abs(one.figures["time_s"] - time_s) <= TOGETHER_S
         if at_once and finding.target not in moved:
-            shift = Estimate(one.figures["change_m"], DIRECT_CHECKES.step_scatter_m)
+            shift = Estimate(one.figures["change_m"], STEP_SCATTER_M)
             return of_others(scene, finding, moved, shift) or finding
     return finding
 

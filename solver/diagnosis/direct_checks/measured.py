@@ -13,8 +13,15 @@ from solver.capture.plates.conditioning import at_nearest_samples, gaps_filled
 from solver.capture.reading_settings import ReadingSettings
 from solver.capture.resampling import covered, resample
 from solver.common.gravity import GRAVITY
+from solver.common.plate_figures import CONTACT_N
 from solver.common.runs import runs
-from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES, DirectCheckSettings
+
+WINDOW_S = 0.12  # smoothing that heights and forces share: a quarter of a step's bounce
+MISSING_SHARE = 0.25  # of what weight and motion ask for: where more is missing, a foot is beside the plates
+FEWEST_S = 0.5  # of frames that count: half a step tells no weight
+STANDING_SHARE = 0.6  # of body weight: in walking the plates bear more
+STANDING_S = 1.0  # on two plates, for an exchange between them
+EDGE_S = 0.14  # double support: how long a weight passes to the next foot
 
 # Heights of ankle, knee and hip as shares of the highest marker's, and what lies below, between and above
 # weighs of body mass (Winter 2009, tables 4.1 and fig. 4.1); hands hang at the hip and count as trunk.
@@ -28,7 +35,6 @@ class Measured:
 
     capture: Capture
     reading: ReadingSettings
-    settings: DirectCheckSettings = DIRECT_CHECKES
 
     @property
     def rate(self) -> float:
@@ -81,22 +87,22 @@ class Measured:
         """Frames on which the plates bear all: not much less than the mass of most frames asks for."""
         asked = GRAVITY + self.acceleration
         with np.errstate(invalid="ignore"):
-            counts = (self.total_N > 10 * self.settings.loaded_N) & (asked > 0.3 * GRAVITY)
+            counts = (self.total_N > 10 * CONTACT_N) & (asked > 0.3 * GRAVITY)
         if not counts.any():
             return counts
         carried = np.where(counts, self.total_N / np.where(counts, asked, 1.0), np.nan)
         usual = np.nanpercentile(carried, 60)
         with np.errstate(invalid="ignore"):
-            return counts & (np.abs(carried / usual - 1) < self.settings.missing_share)
+            return counts & (np.abs(carried / usual - 1) < MISSING_SHARE)
 
     @cached_property
     def usual_kg(self) -> float | None:
         """Mass that most whole frames ask for; where these are few, all frames together."""
         whole, asked = self.whole, GRAVITY + self.acceleration
-        if whole.sum() / self.rate >= self.settings.fewest_s:
+        if whole.sum() / self.rate >= FEWEST_S:
             return float(np.median(self.total_N[whole] / asked[whole]))
         known = np.isfinite(self.total_N) & np.isfinite(asked)
-        if known.sum() / self.rate < self.settings.fewest_s or self.total_N[known].sum() <= 0:
+        if known.sum() / self.rate < FEWEST_S or self.total_N[known].sum() <= 0:
             return None
         return float(self.total_N[known].sum() / asked[known].sum())
 
@@ -110,9 +116,9 @@ class Measured:
         known = np.isfinite(self.total_N) & np.isfinite(self.acceleration)
         if self.usual_kg is None:
             return np.zeros_like(known)
-        weight_N, edge = self.usual_kg * GRAVITY, round(self.settings.edge_s * self.rate)
+        weight_N, edge = self.usual_kg * GRAVITY, round(EDGE_S * self.rate)
         with np.errstate(invalid="ignore"):
-            stands = known & (self.total_N > self.settings.standing_share * weight_N)
+            stands = known & (self.total_N > STANDING_SHARE * weight_N)
             flies = known & (self.total_N < 0.2 * weight_N) & (self.acceleration < -0.7 * GRAVITY)
         counts = known & (np.convolve(flies, np.ones(2 * edge + 1), mode="same") > 0.5)
         for start, end in runs(stands):
@@ -141,7 +147,7 @@ class Measured:
 
     @property
     def _half_window(self) -> int:
-        return max(2, round(0.5 * self.settings.window_s * self.rate))
+        return max(2, round(0.5 * WINDOW_S * self.rate))
 
 
 def _bridged(height: Float[np.ndarray, "frames markers"]) -> Float[np.ndarray, "frames markers"]:
@@ -154,15 +160,9 @@ def _bridged(height: Float[np.ndarray, "frames markers"]) -> Float[np.ndarray, "
     return filled
 
 
-def measured(
-    captures: Sequence[Capture], reading: ReadingSettings, settings: DirectCheckSettings = DIRECT_CHECKES
-) -> list[Measured]:
+def measured(captures: Sequence[Capture], reading: ReadingSettings) -> list[Measured]:
     """Trials that have plates and markers."""
-    return [
-        Measured(capture, reading, settings)
-        for capture in captures
-        if capture.plates and capture.markers.frames
-    ]
+    return [Measured(capture, reading) for capture in captures if capture.plates and capture.markers.frames]
 
 
 def may_hide(trial: Measured, loaded: Bool[np.ndarray, "frames plates"], frame: int) -> bool:

@@ -1,25 +1,121 @@
-"""Path of the pressure: where a plate says the foot presses, against where the foot's markers press.
+"""Where plates say that feet press, against where the feet's markers do: paths of stances, and standing.
 
-Of eight turns and mirrors of the plate the one is sought under which its pressure goes as the foot does; the
-shift that is left then tells where the plate is. A treadmill is no exception: both travel with the belt.
+Markers that are down bear more than those that are up. A foot strikes with the toes up and leaves with the
+heel up, so that the middle of what is down goes from heel to toe as the pressure does. Low markers that keep
+their distance are one foot. So do two feet that both stand still: these are told apart by the sides in their
+labels, or not at all. Of eight turns and mirrors of a plate the one is sought under which its pressure goes
+as the foot does; the shift that is left then tells where the plate is. A treadmill is no exception: both
+travel with the belt.
+
+While somebody stands, the load shifts to and fro between the feet. How the moment changes with the force
+tells about which point, free of every constant; where the mean pressure lies elsewhere, a constant is in it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from solver.capture.capture import ForcePlate
+from solver.capture.capture import ForcePlate, Markers
+from solver.capture.plates.centre_of_pressure import surface_of
+from solver.capture.plates.loads_under_feet import UnderFeetSettings
+from solver.common.plate_figures import CONTACT_N
 from solver.common.runs import runs
 from solver.diagnosis.causes.effect import Turn
 from solver.diagnosis.causes.rearranged_plate import turn_of
-from solver.diagnosis.direct_checks.measured import Measured
-from solver.diagnosis.direct_checks.pressing_feet import PressingFoot, pressing_feet
-from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES, DirectCheckSettings
-from solver.diagnosis.direct_checks.statement import MOST_NATS, About, Statement, nats_of
+from solver.diagnosis.direct_checks.measured import STANDING_S, Measured
+from solver.diagnosis.direct_checks.statement import (
+    MOST_NATS,
+    REFUTING_NATS,
+    TOLD_NATS,
+    About,
+    Statement,
+    nats_of,
+)
+from solver.markers.label_parts import sides
 
-DIRECT_CHECK = "path of the pressure"
+PATH, STANDING = "path of the pressure", "point of the changes"
+FOOT_HEIGHT_M = UnderFeetSettings.foot_height_m  # markers that come so near the lowest are on feet
+FOOT_LENGTH_M = UnderFeetSettings.foot_length_m  # markers that are farther apart are on two feet
+FOOT_RIGID_M = 0.015  # by which distances on a foot scatter, toes that bend included
+PRESSING_M = 0.015  # a marker so much above its own lowest bears a third of what it bears there
+LOADED_SHARE = 0.3  # of a plate's largest load; below, pressures are noise
+PATH_SCATTER_M = 0.03  # of the pressure about the foot's pressing markers, as in eight sound stances
+PATH_WORTH = 3.0  # independent places of one stance: heel, middle, toes
+PLACE_SCATTER_M = 0.02  # of the middle of all stances, each way: shoes, markers on one side of the foot
+PLACE_USUAL_M = 0.15  # a plate entered at the wrong place
+STANDING_SCATTER_M = 0.04  # of the point about which a standing foot's load changes: heel to ball
+
+FEWEST_MARKERS = 2  # one marker has no heel and toe
+MOST_MARKERS = 24  # of somebody who lies down, all would be low
+
+
+@dataclass(frozen=True)
+class PressingFoot:
+    """One foot over time."""
+
+    middle: Float[np.ndarray, "frames 2"]  # [m] x and z of what is down; NaN where unseen
+    lift: Float[np.ndarray, " frames"]  # [m] of its lowest marker above its own lowest; NaN where unseen
+
+
+def pressing_feet(markers: Markers) -> Sequence[PressingFoot]:
+    """Both feet, or the one that is seen; none where no foot has two markers."""
+    height = markers.positions_ground[:, :, 1]
+    seen = np.flatnonzero(np.isfinite(height).any(axis=0))
+    if not len(seen):
+        return ()
+    lowest = np.nanpercentile(height[:, seen], 2, axis=0)
+    low = seen[lowest < lowest.min() + FOOT_HEIGHT_M]
+    low = low[np.argsort(np.nanpercentile(height[:, low], 2, axis=0))][:MOST_MARKERS]
+    still = _that_keep_their_distance(markers.positions_ground[:, low])
+    side_of = sides(tuple(markers.names))
+    groups = [g for kept in still for g in _one_foot_each(markers, low[kept], side_of)]
+    groups = [g for g in sorted(groups, key=len, reverse=True) if len(g) >= FEWEST_MARKERS]
+    return [_foot(markers.positions_ground[:, g]) for g in groups[:2]]
+
+
+def _one_foot_each(
+    markers: Markers,
+    group: Int[np.ndarray, " markers"],
+    side_of: Mapping[str, str],
+) -> list[Int[np.ndarray, " markers"]]:
+    """The same, or those of each side where both are in it; none where it is longer than a foot."""
+    of_side = [group[[side_of.get(markers.names[k]) == side for k in group]] for side in ("r", "l")]
+    if all(map(len, of_side)):
+        return of_side
+    flat = markers.positions_ground[:, group][:, :, [0, 2]]
+    apart = [np.linalg.norm(flat[:, i] - flat[:, k], axis=1) for i in range(len(group)) for k in range(i)]
+    lengths = [np.median(a[np.isfinite(a)]) for a in apart if np.isfinite(a).any()]
+    return [group] if max(lengths, default=0.0) < FOOT_LENGTH_M else []
+
+
+def _that_keep_their_distance(places: Float[np.ndarray, "frames markers 3"]) -> list[list[int]]:
+    count = places.shape[1]
+    group = list(range(count))
+    for i in range(count):
+        for j in range(i):
+            apart = np.linalg.norm(places[:, i] - places[:, j], axis=1)
+            apart = apart[np.isfinite(apart)]
+            if len(apart) and apart.max() < FOOT_LENGTH_M and apart.std() < FOOT_RIGID_M:
+                old, new = group[i], group[j]
+                group = [new if g == old else g for g in group]
+    return [[k for k in range(count) if group[k] == g] for g in sorted(set(group))]
+
+
+def _foot(places: Float[np.ndarray, "frames markers 3"]) -> PressingFoot:
+    above = places[:, :, 1] - np.nanpercentile(places[:, :, 1], 2, axis=0)
+    bears = np.exp(-np.clip(np.nan_to_num(above, nan=1.0), -PRESSING_M, 1.0) / PRESSING_M)
+    bears = np.where(np.isfinite(above), bears, 0.0)
+    total = bears.sum(axis=1)
+    flat = np.nan_to_num(places[:, :, [0, 2]])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        middle = (bears[:, :, None] * flat).sum(axis=1) / total[:, None]
+    middle[total <= 0] = np.nan
+    lift = np.min(np.where(np.isfinite(above), above, np.inf), axis=1)
+    return PressingFoot(middle, np.where(np.isfinite(lift), lift, np.nan))
+
+
 AS_IT_IS = "as it is"
 TURNS = {  # of x and z, seen from above
     AS_IT_IS: np.array([[1.0, 0.0], [0.0, 1.0]]),
@@ -49,19 +145,17 @@ def pressure_path(trials: Sequence[Measured]) -> list[Statement]:
     return [_of_plate(trials[0], k + 1, stances) for k, stances in _all_stances(trials).items()]
 
 
-def turns_by_path(
-    trials: Sequence[Measured], settings: DirectCheckSettings = DIRECT_CHECKES
-) -> dict[str, dict[Turn, float]]:
+def turns_by_path(trials: Sequence[Measured]) -> dict[str, dict[Turn, float]]:
     """By plate, how much better its pressures go with the foot under each turn than as they are [nats].
 
     The best of them is held to what refutes, and the others keep their distance from it, down to as much
     against them: beside the balance, which has the same pressures in its moments, this is to decide between
     turns and what else may be wrong with a plate, and not alone.
     """
-    most, told = settings.refuting_nats, {}
+    most, told = REFUTING_NATS, {}
     for k, stances in _all_stances(trials).items():
         errors, _ = _errors(stances)
-        gains = {name: _worth(settings) * (errors[AS_IT_IS] - error) for name, error in errors.items()}
+        gains = {name: _worth() * (errors[AS_IT_IS] - error) for name, error in errors.items()}
         over = max(0.0, max(gains.values()) - most)
         told[f"plate_{k + 1}"] = {
             turn_of(TURNS[name]): max(-most, gain - over) for name, gain in gains.items()
@@ -72,7 +166,7 @@ def turns_by_path(
 def _all_stances(trials: Sequence[Measured]) -> dict[int, list[_Stance]]:
     """By plate, counted from 0, of all trials that loaded it."""
     count = max((len(t.capture.plates) for t in trials), default=0)
-    feet = [pressing_feet(t.capture.markers, t.settings) for t in trials]
+    feet = [pressing_feet(t.capture.markers) for t in trials]
     found: dict[int, list[_Stance]] = {}
     for k in range(count):
         for trial, seen in zip(trials, feet, strict=True):
@@ -92,29 +186,28 @@ def _errors(stances: Sequence[_Stance]) -> tuple[dict[str, float], dict[str, Flo
     return errors, shifts
 
 
-def _worth(settings: DirectCheckSettings) -> float:
+def _worth() -> float:
     """Of a square metre [nats]."""
-    return settings.path_worth / (2 * settings.path_scatter_m**2)
+    return PATH_WORTH / (2 * PATH_SCATTER_M**2)
 
 
 def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> Statement:
-    settings = trial.settings
     errors, shifts = _errors(stances)
-    worth = _worth(settings)
+    worth = _worth()
     best = min(errors, key=lambda name: errors[name])
     others = min(error for name, error in errors.items() if name != AS_IT_IS)
     turned = float(np.clip(worth * (errors[AS_IT_IS] - others), -MOST_NATS, MOST_NATS))
     off = float(np.linalg.norm(shifts[AS_IT_IS]))
-    std = settings.path_scatter_m / np.sqrt(settings.path_worth * len(stances))
-    place = nats_of(off, std, settings.place_scatter_m, settings.place_usual_m, axes=2)
+    std = PATH_SCATTER_M / np.sqrt(PATH_WORTH * len(stances))
+    place = nats_of(off, std, PLACE_SCATTER_M, PLACE_USUAL_M, axes=2)
     scatter = np.sqrt(errors[AS_IT_IS] / len(stances))
     told = f"{100 * off:.0f} cm off the foot on average, scattering by {100 * scatter:.0f} cm"
-    if turned > settings.told_nats:
+    if turned > TOLD_NATS:
         rest = np.sqrt(errors[best] / len(stances))
         told += f"; {best} it would scatter by {100 * rest:.0f} cm"
     stood = "stance" if len(stances) == 1 else "stances"
     return Statement(
-        DIRECT_CHECK,
+        PATH,
         f"plate {number}: its pressure is {told} ({len(stances)} {stood}; normal: up to 7 cm off, "
         "scattering by 5).",
         {About.PLATE_TURN: turned, About.PLATE_PLACE: place},
@@ -147,7 +240,7 @@ def _pressed(trial: Measured, plate: ForcePlate) -> Float[np.ndarray, "frames 2"
     nearest = nearest.clip(0, plate.samples - 1)
     force, centre = plate.force_ground[nearest, 1], plate.cop_ground[nearest][:, [0, 2]]
     with np.errstate(invalid="ignore"):
-        least = max(5 * trial.settings.loaded_N, trial.settings.loaded_share * np.nanmax(force, initial=0.0))
+        least = max(5 * CONTACT_N, LOADED_SHARE * np.nanmax(force, initial=0.0))
         loaded = inside & (force > least)
     return np.where(loaded[:, None], centre, np.nan)
 
@@ -183,3 +276,82 @@ def _seen(foot: PressingFoot, start: int, end: int) -> bool:
 def _away(middle: Float[np.ndarray, "frames 2"], centre: Float[np.ndarray, "frames 2"]) -> float:
     gaps = np.linalg.norm(middle - centre, axis=1)
     return float(np.nanmean(gaps)) if np.isfinite(gaps).any() else np.inf
+
+
+LEAST_SHIFT_N = 10.0  # root mean square of what goes to and fro
+STILL_M = 0.02  # by which a standing foot's middle moves, in all
+
+
+def standing(trials: Sequence[Measured]) -> list[Statement]:
+    """Each plate of each trial on which one foot stands still for long enough."""
+    said = []
+    for trial in trials:
+        feet = pressing_feet(trial.capture.markers)
+        for k, plate in enumerate(trial.capture.plates, start=1):
+            found = _standing_on(trial, k, plate, feet)
+            if found is not None:
+                said.append(found)
+    return said
+
+
+def _standing_on(
+    trial: Measured, k: int, plate: ForcePlate, feet: Sequence[PressingFoot]
+) -> Statement | None:
+    times = trial.capture.markers.times
+    vertical = trial.vertical_N[:, k - 1]
+    with np.errstate(invalid="ignore"):
+        loaded = np.abs(vertical) > CONTACT_N
+    stretches = [r for r in runs(loaded) if (r[1] - r[0]) / trial.rate >= STANDING_S]
+    if not stretches or not feet:
+        return None
+    start, end = max(stretches, key=lambda r: r[1] - r[0])
+    still = [f for f in feet if np.ptp(f.middle[start:end], axis=0).max() < STILL_M]
+    if not still:
+        return None
+    height = float(surface_of(plate, trial.reading.conditioning).point_ground[1])
+    wrench = _at_frames(plate, times[start:end])
+    force, moment = wrench[:, :3], wrench[:, 3:]
+    moment = moment - np.cross([0.0, height, 0.0], force)
+    found = _point(force, moment, (end - start) / trial.rate)
+    if found is None:
+        return None
+    point, std = found
+    mean = np.array([moment[:, 2].mean(), -moment[:, 0].mean()]) / force[:, 1].mean()
+    places = [f.middle[start:end].mean(axis=0) for f in still]
+    foot = min(places, key=lambda p: float(np.linalg.norm(p - point)))
+    off, constant = float(np.linalg.norm(point - foot)), float(np.linalg.norm(mean - point))
+    return Statement(
+        STANDING,
+        f"The load on {plate.name} changes about a point {100 * off:.0f} ± {100 * std:.0f} cm from the "
+        f"foot's middle, and its mean pressure lies {100 * constant:.0f} cm from there (normal: within 8).",
+        {
+            About.PLATE_PLACE: nats_of(off, std, STANDING_SCATTER_M, PLACE_USUAL_M),
+            About.PLATE_ZERO: nats_of(constant, std, STANDING_SCATTER_M, PLACE_USUAL_M),
+        },
+        {"off_m": off, "constant_off_m": constant, "std_m": std},
+        trial=trial.capture.name,
+        target=f"plate_{k}",
+    )
+
+
+def _at_frames(plate: ForcePlate, times: Float[np.ndarray, " frames"]) -> Float[np.ndarray, "frames 6"]:
+    both = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+    known = np.isfinite(both).all(axis=1)
+    return np.stack([np.interp(times, plate.times[known], column[known]) for column in both.T], axis=1)
+
+
+def _point(
+    force: Float[np.ndarray, "frames 3"], moment: Float[np.ndarray, "frames 3"], seconds: float
+) -> tuple[Float[np.ndarray, "2"], float] | None:
+    """Where the load changes, in x and z, and how well that is known [m]."""
+    change = force[:, 1] - force[:, 1].mean()
+    if change.std() < LEAST_SHIFT_N:
+        return None
+    point, rests = [], []
+    for along in (moment[:, 2], -moment[:, 0]):
+        rest = along - along.mean()
+        slope = float(change @ rest / (change @ change))
+        point.append(slope)
+        rests.append(float((rest - slope * change).std()))
+    independent = max(2.0, 2 * seconds)
+    return np.array(point), float(np.linalg.norm(rests) / (change.std() * np.sqrt(independent)))

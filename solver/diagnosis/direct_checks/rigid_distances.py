@@ -8,11 +8,18 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Markers
+from solver.capture.subject.body_lengths import BodyLengthSettings
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.statement import About, Statement, nats_of
 
+RIGID_M = BodyLengthSettings.rigid_m  # by which distances scatter with soft tissue; joints let them vary more
+STEP_M = 0.008  # change of such a distance at one moment that is worth a word
+STEP_SCATTER_M = 0.005  # 13 mm at most, of soft tissue at a strike and of thighs, on the people who set this
+STEP_USUAL_M = 0.03  # a marker knocked off and put back elsewhere
+FARTHEST_M = 0.3  # markers farther apart are on other segments
+
 DIRECT_CHECK = "rigid distances"
-NEAR_M = 0.04  # nearer ones say nothing of a direction
+NEAREST_M = 0.04  # nearer ones say nothing of a direction
 SUDDEN_S = 0.1  # on either side of a moment
 SUDDEN_SHARE = 0.7  # of the lasting change that is there at once
 TOGETHER_S = 0.06
@@ -39,7 +46,7 @@ def rigid_distances(trials: Sequence[Measured]) -> list[Statement]:
 
 def steps(markers: Markers, trial: Measured) -> list[Step]:
     """Of all pairs that are near and rigid before and after."""
-    settings, places = trial.settings, markers.positions_ground
+    places = markers.positions_ground
     margin = round(SUDDEN_S * markers.rate) + 1
     if len(places) < 4 * margin:
         return []
@@ -48,8 +55,8 @@ def steps(markers: Markers, trial: Measured) -> list[Step]:
     for a, i in enumerate(seen):
         distance = np.linalg.norm(places[:, seen[:a]] - places[:, i : i + 1], axis=2)
         middle = np.median(distance, axis=0)
-        for b in np.flatnonzero((middle > NEAR_M) & (middle < settings.near_m)):
-            step = _step(distance[:, b], margin, settings.rigid_m, settings.step_m)
+        for b in np.flatnonzero((middle > NEAREST_M) & (middle < FARTHEST_M)):
+            step = _step(distance[:, b], margin, RIGID_M, STEP_M)
             if step is not None:
                 found.append(Step(int(seen[b]), int(i), *step))
     return found
@@ -76,7 +83,7 @@ def _step(
 
 def _moved(trial: Measured) -> list[Statement]:
     """Steps of one moment are one event: of one marker against the others, or of several together."""
-    markers, settings = trial.capture.markers, trial.settings
+    markers = trial.capture.markers
     left, said = steps(markers, trial), []
     while (first := _most_touched(left)) is not None:
         frame = float(np.median([s.frame for s in left if first in (s.one, s.other)]))
@@ -86,7 +93,7 @@ def _moved(trial: Measured) -> list[Statement]:
         if not moved:
             continue
         size = max(abs(s.change_m) for s in event)
-        nats = nats_of(size, 0.0, settings.step_scatter_m, settings.step_usual_m)
+        nats = nats_of(size, 0.0, STEP_SCATTER_M, STEP_USUAL_M)
         names, alone = [markers.names[k] for k in sorted(moved)], len(moved) == 1
         time = markers.start_time + frame / markers.rate
         said.append(
@@ -160,7 +167,7 @@ def _rigid_lengths(trial: Measured) -> dict[tuple[str, str], float]:
             if len(apart) < 5:
                 continue
             middle = float(np.median(apart))
-            if NEAR_M < middle < trial.settings.near_m and apart.std() < trial.settings.rigid_m / 2:
+            if NEAREST_M < middle < FARTHEST_M and apart.std() < RIGID_M / 2:
                 pair = (min(name, markers.names[j]), max(name, markers.names[j]))
                 found[pair] = middle
     return found

@@ -3,20 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from solver.diagnosis.direct_checks.contact_edges import contact_edges
-from solver.diagnosis.direct_checks.empty_plate import DIRECT_CHECK as EMPTY
-from solver.diagnosis.direct_checks.empty_plate import empty_plate
-from solver.diagnosis.direct_checks.exchange import exchange
-from solver.diagnosis.direct_checks.lag import lag
-from solver.diagnosis.direct_checks.levels import DIRECT_CHECK as LEVELS
-from solver.diagnosis.direct_checks.levels import levels
+from solver.diagnosis.direct_checks.lag import contact_edges, lag
+from solver.diagnosis.direct_checks.levels import EMPTY, LEVELS, empty_plate, levels
 from solver.diagnosis.direct_checks.measured import Measured
-from solver.diagnosis.direct_checks.pressure_path import pressure_path
+from solver.diagnosis.direct_checks.pressure_path import pressure_path, standing
 from solver.diagnosis.direct_checks.rigid_distances import rigid_distances
-from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES, DirectCheckSettings
-from solver.diagnosis.direct_checks.standing import standing
-from solver.diagnosis.direct_checks.statement import About, Statement
-from solver.diagnosis.direct_checks.weight import weight
+from solver.diagnosis.direct_checks.statement import TOLD_NATS, About, Statement
+from solver.diagnosis.direct_checks.weight import exchange, weight
+
+SUSPECTING_NATS = 6.0  # 400 to 1: from here on nothing else is named; a plate that is 19 cm off has as much
 
 BY_A_LAG = frozenset(a for a in About if a.startswith("plate_")) | {About.OFF_PLATE}
 GROSS = (About.PLATE_TURN, About.PLATE_PLACE, About.PLATE_SIGN)
@@ -44,13 +39,13 @@ def asked(trials: Sequence[Measured], entered_kg: float | None) -> tuple[Stateme
     )
 
 
-def _beside_a_lag(*said: Statement, settings: DirectCheckSettings = DIRECT_CHECKES) -> tuple[Statement, ...]:
+def _beside_a_lag(*said: Statement) -> tuple[Statement, ...]:
     """Statements that no longer speak for what clocks explain, once those are told to differ.
 
     A foot that moved on has left its pressure behind: its plate seems to be elsewhere, or turned, and bears
     what another one bore. Of an empty plate no clock says anything.
     """
-    late = {one.trial for one in said if About.CLOCK in one.spoken_for(settings.told_nats)}
+    late = {one.trial for one in said if About.CLOCK in one.spoken_for(TOLD_NATS)}
     if not late:
         return said
     return tuple(
@@ -61,9 +56,7 @@ def _beside_a_lag(*said: Statement, settings: DirectCheckSettings = DIRECT_CHECK
     )
 
 
-def suspect_plates(
-    statements: Sequence[Statement], settings: DirectCheckSettings = DIRECT_CHECKES
-) -> frozenset[str]:
+def suspect_plates(statements: Sequence[Statement]) -> frozenset[str]:
     """Plates so wrong that nothing else can be told of the recording before that.
 
     None while the clocks are in doubt: a foot that moves on has left its pressure behind. Two plates are not
@@ -72,28 +65,27 @@ def suspect_plates(
 
     Args:
         statements: of all direct checks.
-        settings: from where on a plate is suspected.
     """
-    if any(About.CLOCK in one.spoken_for(settings.told_nats) for one in statements):
+    if any(About.CLOCK in one.spoken_for(TOLD_NATS) for one in statements):
         return frozenset()
     own = [one for one in statements if one.target is not None and "+" not in one.target]
     placed = {one.target for one in own if About.PLATE_PLACE in one.nats}
     out_of_place = {one.target for one in own if one.nats.get(About.PLATE_PLACE, 0.0) > 0}
     suspect = {
-        about: {str(one.target) for one in own if one.nats.get(about, 0.0) >= settings.suspecting_nats}
+        about: {str(one.target) for one in own if one.nats.get(about, 0.0) >= SUSPECTING_NATS}
         for about in GROSS
     }
     if len(placed) > 1 and out_of_place == placed:
         del suspect[About.PLATE_PLACE]
-    return frozenset[str]().union(*suspect.values(), _untared(own, settings))
+    return frozenset[str]().union(*suspect.values(), _untared(own))
 
 
-def _untared(statements: Sequence[Statement], settings: DirectCheckSettings) -> set[str]:
+def _untared(statements: Sequence[Statement]) -> set[str]:
     """Plates whose zero level is off while their sign is clear, and which reading could not corrected."""
     said = [one for one in statements if one.direct_check == LEVELS]
     return {
         str(one.target)
         for one in said
-        if one.nats.get(About.PLATE_ZERO, 0.0) >= settings.suspecting_nats
-        and one.nats.get(About.PLATE_SIGN, 0.0) <= -settings.suspecting_nats
+        if one.nats.get(About.PLATE_ZERO, 0.0) >= SUSPECTING_NATS
+        and one.nats.get(About.PLATE_SIGN, 0.0) <= -SUSPECTING_NATS
     }

@@ -23,6 +23,15 @@ class About(StrEnum):
     SEGMENT = "segment"  # several markers that moved together
 
 
+TOLD_NATS = (
+    5.0  # 150 to 1: what a direct check says for a class is told from here on; each trial has ten figures
+)
+REFUTING_NATS = 10.0  # 20 000 to 1; one step that carries the entered mass has 13 against half or double
+SOUND_DOF = 8.0  # tails of what sound recordings show: real ones stray, some far
+FAULTY_DOF = 2.0  # and of the sizes of faults: some are huge
+MOST_NATS = 50.0  # samples that a program set leave no doubt at all; evidence elsewhere does
+
+
 @dataclass(frozen=True)
 class Statement:
     """One figure of one direct check.
@@ -48,11 +57,6 @@ class Statement:
         """Classes that it speaks for by so much, the clearest first."""
         loud = [about for about, nats in self.nats.items() if nats >= least_nats]
         return tuple(sorted(loud, key=lambda about: -self.nats[about]))
-
-
-SOUND_DOF = 8.0  # tails of what sound recordings show: real ones stray, some far
-MOST_NATS = 50.0  # samples that a program set leave no doubt at all; evidence elsewhere does
-FAULTY_DOF = 2.0  # and of the sizes of faults: some are huge
 
 
 def nats_of(figure: float, std: float, sound: float, usual: float, axes: int = 1) -> float:

@@ -19,7 +19,7 @@ from scipy.linalg import cho_solve, cholesky, solve_triangular
 from solver.diagnosis.causes.catalogue import CAUSES
 from solver.diagnosis.causes.effect import NO_PATHS, Candidate, Corrected, Eta, Paths
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.direct_checks.weighings import Weighings
+from solver.diagnosis.direct_checks.weight import Weighings
 from solver.diagnosis.noise.covariances import Covariances
 from solver.diagnosis.noise.noise_grid import NoiseGrid
 from solver.diagnosis.noise.noise_scales import Basis, NoiseScale, Seen, TrialsBasis

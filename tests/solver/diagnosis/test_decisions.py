@@ -12,7 +12,7 @@ from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.off_plate_step import OffPlateStep
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.decisions import CHECKS, tenable
-from solver.diagnosis.direct_checks.weighings import Weighing, Weighings
+from solver.diagnosis.direct_checks.weight import Weighing, Weighings
 from solver.diagnosis.gain_asked import least_first_gain, loose_ends
 from solver.diagnosis.held_out import blocks, held_out_gain
 from solver.diagnosis.search.balance import Balance

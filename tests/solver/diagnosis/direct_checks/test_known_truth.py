@@ -9,14 +9,12 @@ from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.reading_settings import READING
 from solver.common.gravity import GRAVITY
 from solver.diagnosis.causes.rearranged_plate import MIRRORS, TURNS_DEG, PlateMirror, PlateTurn
-from solver.diagnosis.direct_checks.lag import lag_of
+from solver.diagnosis.direct_checks.lag import LAG_BIAS_S, lag_of
 from solver.diagnosis.direct_checks.measured import measured
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
 from solver.diagnosis.direct_checks.run_checks import asked
-from solver.diagnosis.direct_checks.settings import DIRECT_CHECKES
-from solver.diagnosis.direct_checks.statement import About, nats_of
-from solver.diagnosis.direct_checks.weighings import weighings
-from solver.diagnosis.direct_checks.weight import carried_kg, carried_mass
+from solver.diagnosis.direct_checks.statement import REFUTING_NATS, TOLD_NATS, About, nats_of
+from solver.diagnosis.direct_checks.weight import carried_kg, carried_mass, weighings
 
 MASS_KG = 70.0
 FEET = {  # x and z of heel and toe markers; their middle is where the foot presses
@@ -75,7 +73,7 @@ def with_evidence(*captures, entered_kg=MASS_KG):
 
 
 def spoken(said):
-    return {about for one in said for about in one.spoken_for(DIRECT_CHECKES.told_nats)}
+    return {about for one in said for about in one.spoken_for(TOLD_NATS)}
 
 
 def test_a_sound_recording_leaves_all_direct_checks_quiet():
@@ -99,7 +97,7 @@ def test_the_mass_that_is_carried_is_the_persons(true_kg):
 def test_the_lag_is_the_one_put_in(late_s):
     """To a millisecond, but for what is taken off as the method's own on people."""
     found = lag_of(measured([standing_person(late_s)], READING)[0])
-    assert found.lag_s + DIRECT_CHECKES.lag_bias_s == pytest.approx(late_s, abs=0.001)
+    assert found.lag_s + LAG_BIAS_S == pytest.approx(late_s, abs=0.001)
 
 
 def test_two_trials_with_clocks_of_their_own_are_heard():
@@ -209,7 +207,7 @@ def test_a_plate_in_other_units_is_told_by_what_the_person_weighs_elsewhere(fact
     scaled = changed(
         whole, 0, force_ground=factor * one.force_ground, moment_ground=factor * one.moment_ground
     )
-    least = DIRECT_CHECKES.refuting_nats
+    least = REFUTING_NATS
     right = weighed(scaled, entered_kg).for_factors({"plate_1": factor}, {})
     assert right > least
     assert weighed(scaled, entered_kg).for_factors({"plate_2": factor}, {}) < right - least
@@ -225,7 +223,7 @@ def test_a_harness_takes_its_force_off_every_weighing(lifted_N):
     """Of 70 kg the plates carry what is left, whatever is entered."""
     rest = standing_person(mass_kg=MASS_KG - lifted_N / GRAVITY)
     none, lift = {"made up": 0.0}, {"made up": lifted_N}
-    least = DIRECT_CHECKES.refuting_nats
+    least = REFUTING_NATS
     assert weighed(rest, None).for_lifts(lift, none, MASS_KG) > 0.4 * least
     assert weighed(standing_person(), None).for_lifts({"made up": 300.0}, none, MASS_KG) < -least
     assert weighed(standing_person()).for_lifts({"another": 300.0}, none, MASS_KG) == 0.0
@@ -236,7 +234,7 @@ def test_where_nobody_entered_a_mass_units_of_all_plates_are_not_told_from_it():
     assert not weighed(standing_person(), None).tell(both, {})
     assert weighed(standing_person(), None).tell({"plate_1": 2.0}, {})
     assert weighed(standing_person()).tell(both, {})
-    assert weighed(standing_person()).for_factors(both, {}) < -DIRECT_CHECKES.refuting_nats
+    assert weighed(standing_person()).for_factors(both, {}) < -REFUTING_NATS
 
 
 def test_a_weighing_is_the_mean_force_over_that_of_gravity_and_acceleration():
@@ -272,7 +270,7 @@ def test_forces_that_bear_while_the_motion_falls_are_no_weighing(late_s):
 
 @pytest.mark.parametrize(("force_N", "asked_m_per_s2"), [(700.0, -2.0), (700.0, 0.0), (-700.0, GRAVITY)])
 def test_no_mass_is_carried_by_a_fall_or_a_pull(force_N, asked_m_per_s2):
-    assert carried_kg(np.full(9, force_N), np.full(9, asked_m_per_s2), DIRECT_CHECKES) is None
+    assert carried_kg(np.full(9, force_N), np.full(9, asked_m_per_s2)) is None
 
 
 def test_nothing_is_asked_of_a_recording_without_plates():
@@ -318,7 +316,7 @@ def test_the_path_tells_which_turn_is_right(turn_deg):
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))  # about y, which points up
     nats = path_says(REARRANGED, lambda x, z: (c * x + s * z, c * z - s * x))
     right = nats.pop(TURNS_DEG.index(turn_deg))
-    assert right == pytest.approx(DIRECT_CHECKES.refuting_nats)
+    assert right == pytest.approx(REFUTING_NATS)
     assert max(nats) < right - 5
 
 

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.reading_settings import READING
 from solver.diagnosis.direct_checks.measured import Measured
-from solver.diagnosis.direct_checks.pressing_feet import pressing_feet
-from solver.diagnosis.direct_checks.pressure_path import pressure_path
+from solver.diagnosis.direct_checks.pressure_path import pressing_feet, pressure_path
 
 FOOT = {"heel": (-0.10, 0.0), "toe": (0.14, 0.01), "side": (0.05, 0.05)}  # x and z about its middle
 APART_M = 0.26
