@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import softmax
 
 from solver.diagnosis.checks import DECIDED, PAYS, Decision
+from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, TEMPER_NATS
 from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
@@ -38,8 +39,8 @@ def chances(refused: Sequence[CauseDecisions], unknown_nats: float, settings: Di
     short = [
         odds - _asked(check, settings.least_gain) for odds, check in fell if check.name in SHORT_OF_EVIDENCE
     ]
-    ahead = [0.0, max(short, default=-np.inf), unknown_nats - settings.least_unknown_gain]
-    nothing, listed, other = softmax(np.array(ahead) / settings.confidence_temper)
+    ahead = [0.0, max(short, default=-np.inf), unknown_nats - LEAST_UNKNOWN_NATS]
+    nothing, listed, other = softmax(np.array(ahead) / TEMPER_NATS)
     return Chances(float(nothing), float(listed), float(other))
 
 

@@ -11,7 +11,15 @@ import numpy as np
 from solver.diagnosis.direct_checks.statement import REFUTING_NATS
 from solver.diagnosis.gain_asked import asked, loose_ends, may_lose
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import confidence, cosine, overlap
+from solver.diagnosis.search.contenders import (
+    BESIDE_UNKNOWN_SHARE,
+    LEAST_FURTHER_NATS,
+    LEAST_UNKNOWN_NATS,
+    SAME_TRACE,
+    confidence,
+    cosine,
+    overlap,
+)
 from solver.diagnosis.search.proposals import (
     Added,
     AgainstAnything,
@@ -25,6 +33,16 @@ from solver.diagnosis.search.proposals import (
 )
 from solver.diagnosis.search.terms import Solved
 
+MOST_MASS_STRAIN = 2.5  # standard deviations that a cause may need the body's mass from the entered one
+# of log density of held-out blocks; a wrong mass gains little there, since the other blocks tell it even
+# against the prior
+LEAST_HELD_OUT_NATS = 0.0
+# a cause so far ahead of all others stays even if it needs another mass: that may be wrong too
+SURE_NATS = 100.0
+OTHER_TRACE = 0.15  # cosine, up to which two causes explain different things and are no rivals
+# cosine, turned round, of what a cause explains and what the others do: beyond it two large causes that are
+# hardly there explain a small one that is not known
+MOST_UNDONE = 0.7
 MOST_BEHIND = 1.0  # T, by which what is on no list has to be ahead for a name to be given up
 LEAST_LIFT_N = 20.0  # of a weight that no plate bears: with less, weighings say nothing
 MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
@@ -141,7 +159,7 @@ def pays(p: Proposal) -> Decision:
 def holds_up(p: Proposal) -> Decision:
     """Whether it predicts blocks that its fit did not use."""
     assert isinstance(p, HeldOut)
-    limit = p.settings.least_held_out_gain - (0.0 if isinstance(p, Paired) else may_lose(p))
+    limit = LEAST_HELD_OUT_NATS - (0.0 if isinstance(p, Paired) else may_lose(p))
     nats = p.held_out.best + (0.0 if isinstance(p, Paired) else p.candidate.seen_elsewhere)
     reason = f"on held-out blocks it gains {nats:.1f} nats; more than {limit:.1f} is asked"
     return Decision(HOLDS_UP, nats > limit, nats, limit, reason)
@@ -156,7 +174,7 @@ def stands_alone(p: Proposal) -> Decision:
     if sum(term.candidate.about.is_a_clock for term in p.solved.terms) > 1:
         return Decision(STANDS_ALONE, False, None, None, "the same forces have another clock already")
     undone = 0.0 if isinstance(p, Paired) else _undone(p.solved)
-    if undone > p.settings.undone:
+    if undone > MOST_UNDONE:
         reason = f"it mostly takes back what the others explain (cosine −{undone:.2f})"
         return Decision(STANDS_ALONE, False, None, None, reason)
     reason = f"the body's mass stays within {strain:.1f} deviations" + (
@@ -177,13 +195,13 @@ def most_strain_asked(p: Proposal) -> float:
     wrong with the mass already.
     """
     same_scale = p.balance.solve_at(p.without.terms, p.solved.noise_scale)
-    return max(p.settings.most_mass_strain, abs(p.balance.mass_strain(same_scale)) + MORE_STRAIN)
+    return max(MOST_MASS_STRAIN, abs(p.balance.mass_strain(same_scale)) + MORE_STRAIN)
 
 
 def _tentative(p: Added) -> bool:
     """Whether nothing else comes near: then it stays, even if the mass is wrong as well."""
     others = [c.odds_gain(p.settings) for c in p.tenable if c is not p.contender]
-    return p.odds - max(others, default=0.0) > p.settings.sure_margin
+    return p.odds - max(others, default=0.0) > SURE_NATS
 
 
 def _undone(solved: Solved) -> float:
@@ -199,7 +217,7 @@ def beats_the_unknown(p: Proposal) -> Decision:
     assert isinstance(p, BesideUnknown)
     if p.candidate.about.seen_standing:
         return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows it as well")
-    least = p.settings.least_further_gain + p.settings.beside_unknown_share * max(0.0, p.left.gain)
+    least = LEAST_FURTHER_NATS + BESIDE_UNKNOWN_SHARE * max(0.0, p.left.gain)
     ahead = -np.inf if p.beyond is None else p.beyond - p.solved.log_evidence
     passed = not (p.loss <= least and ahead > p.margin)
     reason = (
@@ -267,7 +285,7 @@ def decided(p: Proposal) -> Decision:
     if p.odds >= settings.certain_gain:
         reason = "certain, whatever else would do"
         return Decision(DECIDED, True, p.odds, settings.certain_gain, reason)
-    unlike = [r for r in p.tenable if settings.other_trace < overlap(p.contender, r) < settings.same_trace]
+    unlike = [r for r in p.tenable if OTHER_TRACE < overlap(p.contender, r) < SAME_TRACE]
     share = confidence(p.contender, unlike, settings)
     reason = (
         f"among {len(unlike)} others in its place that leave another trace it has {100 * share:.0f} %; "
@@ -279,7 +297,7 @@ def decided(p: Proposal) -> Decision:
 def left_over(p: Proposal) -> Decision:
     """Whether something remains that no cause explains."""
     assert isinstance(p, Remainder)
-    limit = p.settings.least_unknown_gain + loose_ends(p.others, p.settings)
+    limit = LEAST_UNKNOWN_NATS + loose_ends(p.others)
     nats, size = p.contender.gain, f"{p.size_N:.0f} N"
     passed = nats > limit and p.size_N > p.least_N
     reason = f"a force of unknown time history of {size} (from {p.least_N:.0f} N on) gains {nats:.1f} nats"

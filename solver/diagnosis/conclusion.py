@@ -28,7 +28,14 @@ from solver.diagnosis.held_out import BlockScores, block_scores, blocks, short_b
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
 from solver.diagnosis.residual_description import described
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import Contender, Found
+from solver.diagnosis.search.contenders import (
+    LEAST_UNKNOWN_SHARE,
+    RIVAL_NATS,
+    RIVAL_SHARE,
+    TEMPER_NATS,
+    Contender,
+    Found,
+)
 from solver.diagnosis.search.proposals import Remainder
 from solver.diagnosis.search.selection import Selection
 from solver.diagnosis.search.terms import Solved, Term
@@ -40,6 +47,11 @@ from solver.diagnosis.unmodelled.unexplained import Kept, kept_beside_the_unknow
 from solver.diagnosis.unmodelled.unknown_time_history import dependence
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
+# of a name at most while something else stays unexplained, which it may stand in for: a plate in pounds
+# beside a harness, in a real recording, was held for certain
+SURE_BESIDE_UNEXPLAINED = 0.9
+STD_INFLATION = 1.3  # by calibration on hidden effects
+TOLERATED_SHARE = 0.05  # of what named causes took away; a contact is never described to the last newton
 BOOTSTRAPS = 400
 MARKER_TEMPER = 10.0  # [nats] of a marker's own likelihood, whose errors are far from independent
 MOST_ALTERNATIVES = 2  # with the named cause, as many as anybody can look into
@@ -66,8 +78,8 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     left = None
     if len(found) == len(kept.found) and not _has_a_class(world.told):
         left = _left_to_tell(balance, kept, selection.trail)
-    unexplained = is_unexplained(left, world.told, solved, settings)
-    most = settings.sure_beside_unexplained if unexplained else 1.0
+    unexplained = is_unexplained(left, world.told, solved)
+    most = SURE_BESIDE_UNEXPLAINED if unexplained else 1.0
     named = [_named(balance, solved, f, s) for f, s in zip(found, world.standings, strict=True)]
     named = [replace(effect, confidence=min(effect.confidence, most)) for effect in named]
     named += [_of_markers(f) for f in _together(seen.findings)]
@@ -95,7 +107,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         ),
         trials=tuple(s.name for s in balance.scenes),
         residual=described(balance, solved, selection.uncorrected),
-        evidence_nats=_evidence(selection, solved if left is None else left.solved, seen, settings),
+        evidence_nats=_evidence(selection, solved if left is None else left.solved, seen),
         certain_nats=settings.certain_gain,
         ended_early=selection.ended_early,
         decisions=decisions,
@@ -115,12 +127,12 @@ def _left_to_tell(balance: Balance, kept: Kept, trail: Trail) -> Contender | Non
     return left if trail.put(proposal).fell_at is None else None
 
 
-def _evidence(selection: Selection, last: Solved, seen: SeenInMarkers, settings: DiagnosisSettings) -> float:
+def _evidence(selection: Selection, last: Solved, seen: SeenInMarkers) -> float:
     """Log evidence of the forces, and of the markers on the same scale [nats]."""
     in_forces = last.log_evidence - selection.null.log_evidence
     on_reading = sum(c.contender.gain for c in selection.corrected)
     in_markers = sum(finding.gain for finding in seen.findings)
-    return float(in_forces + on_reading + in_markers * settings.confidence_temper / MARKER_TEMPER)
+    return float(in_forces + on_reading + in_markers * TEMPER_NATS / MARKER_TEMPER)
 
 
 def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
@@ -137,7 +149,6 @@ def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
 
 def _tolerated_N(balance: Balance, solved: Solved) -> float:
     """A practical minimum, and a few percent of what the named causes explain."""
-    settings = balance.settings
     explained, first = np.zeros(len(balance.residual)), 0
     for term in solved.terms:
         width = term.columns.shape[1]
@@ -147,7 +158,7 @@ def _tolerated_N(balance: Balance, solved: Solved) -> float:
         first += width
     force = explained.reshape(-1, 6)[:, :3]
     size_N = float(np.sqrt((force**2).sum(axis=1).mean()))
-    return settings.least_unknown_share * balance.scenes[0].weight_N + settings.tolerated_share * size_N
+    return LEAST_UNKNOWN_SHARE * balance.scenes[0].weight_N + TOLERATED_SHARE * size_N
 
 
 def _has_a_class(told: Unknown | None) -> bool:
@@ -178,7 +189,7 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
     x, _ = solved.of(k)
     linear = x[: len(x) - len(term.tangent_mean)]
     eta, _ = solved.eta(k)
-    wider = balance.settings.std_inflation
+    wider = STD_INFLATION
     estimates = {n: Estimate(e.value, wider * e.std) for n, e in solved.estimates(k, balance.scenes).items()}
     return NamedEffect(
         id=candidate.id,
@@ -187,7 +198,7 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
         confidence=standing.confidence,
         outside_the_list=standing.outside,
         in_its_class=standing.in_its_class,
-        is_tentative=is_only_tentative(candidate, standing.in_its_class, balance.settings),
+        is_tentative=is_only_tentative(candidate, standing.in_its_class),
         frames=in_view(candidate.frames(balance.scenes, eta, linear), balance.scenes),
         sentence=candidate.sentence.format(target=candidate.target),
         remedy=candidate.remedy.format(target=candidate.target),
@@ -204,7 +215,7 @@ def _of_reading(balance: Balance, undone: CorrectedCause) -> NamedEffect:
         id=candidate.id,
         target=undone.target,
         parameters=contender.solved.estimates(0, balance.scenes),
-        confidence=float(1 - np.exp(-min(50.0, contender.gain) / balance.settings.confidence_temper)),
+        confidence=float(1 - np.exp(-min(50.0, contender.gain) / TEMPER_NATS)),
         frames=candidate.frames(balance.scenes, (), np.zeros(0)),
         sentence=candidate.sentence.format(target=undone.target),
         remedy=candidate.remedy.format(target=undone.target),
@@ -258,7 +269,7 @@ def _alternatives(balance: Balance, solved: Solved, one: Found, standing: Standi
 
 def _likeliest(one: Found, settings: DiagnosisSettings) -> list[Contender]:
     """The rival of best odds, and the best of another kind than both, if there is one."""
-    margin = max(settings.rival_margin, settings.rival_share * one.contender.gain)
+    margin = max(RIVAL_NATS, RIVAL_SHARE * one.contender.gain)
     odds = one.contender.odds_gain(settings)
     near = [r for r in one.rivals if min(one.contender.gain - r.gain, odds - r.odds_gain(settings)) <= margin]
     near.sort(key=lambda r: -r.odds_gain(settings))

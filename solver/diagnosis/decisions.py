@@ -51,7 +51,11 @@ from solver.diagnosis.search.proposals import (
     Remainder,
 )
 from solver.diagnosis.search.terms import Solved
-from solver.fitting.diagnosis_settings import DiagnosisSettings
+
+UNEXPLAINED_SCALE = 2.4  # model errors of sound recordings stay below it
+# of confidence, with names of the same trace: what is likelier wrong than right is told as a tentative
+# cause
+LEAST_FOR_A_NAME = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,21 +119,18 @@ def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) 
     )
 
 
-def is_unexplained(
-    left: Contender | None, told: object | None, solved: Solved, settings: DiagnosisSettings
-) -> bool:
+def is_unexplained(left: Contender | None, told: object | None, solved: Solved) -> bool:
     """Whether something is left: an unknown force, or a balance worse than any sound recording's.
 
     Args:
         left: a force of unknown time history beside the names.
         told: what is on no list, beside them or instead.
         solved: all names together.
-        settings: of the diagnosis.
     """
-    return left is not None or told is not None or solved.noise_scale.scale > settings.unexplained_scale
+    return left is not None or told is not None or solved.noise_scale.scale > UNEXPLAINED_SCALE
 
 
-def is_only_tentative(candidate: Candidate, in_its_class: float, settings: DiagnosisSettings) -> bool:
+def is_only_tentative(candidate: Candidate, in_its_class: float) -> bool:
     """Whether a name at the end is likelier wrong than right, whichever of its class it is.
 
     A foot that the motion shows to stand is more than the balance's guess.
@@ -137,9 +138,8 @@ def is_only_tentative(candidate: Candidate, in_its_class: float, settings: Diagn
     Args:
         candidate: that is named.
         in_its_class: how likely it is, with names that leave the same trace.
-        settings: of the diagnosis.
     """
-    return not candidate.about.seen_standing and in_its_class < settings.least_for_a_name
+    return not candidate.about.seen_standing and in_its_class < LEAST_FOR_A_NAME
 
 
 CHECKS: tuple[Check, ...] = (

@@ -24,7 +24,7 @@ from solver.diagnosis.direct_checks.pressure_path import turns_by_path
 from solver.diagnosis.direct_checks.run_checks import asked, suspect_plates
 from solver.diagnosis.direct_checks.weight import weighings
 from solver.diagnosis.marker_causes import SeenInMarkers, as_distances_tell, with_markers_repaired
-from solver.diagnosis.noise.rows import TrialRows, trial_rows
+from solver.diagnosis.noise.rows import END_S, TrialRows, trial_rows
 from solver.diagnosis.report import as_json
 from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.search.balance import Balance
@@ -38,6 +38,7 @@ from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, settings_for
 from solver.fitting.summary import all_notes
 
+HOP_S = 0.03  # half a window: nothing is lost between them
 FITTED = 0.6  # share of the work that is done once the markers are fitted
 
 
@@ -206,7 +207,7 @@ def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings)
     if not pairs:
         raise FitError(_no_forces(fit.subject))
     seconds = sum(scene.counts.sum() / scene.rate for scene, _ in pairs)
-    hop_s = max(diagnosis.hop_s, 6 * seconds / diagnosis.most_rows)
+    hop_s = max(HOP_S, 6 * seconds / diagnosis.most_rows)
     each = [trial_rows(scene, posterior, diagnosis, hop_s) for scene, posterior in pairs]
     rows = [trial for trial in each if trial is not None]
     if not rows:
@@ -282,5 +283,5 @@ def _with_the_filters_ends(
     lost: Bool[np.ndarray, " frames"], trial: TrialRows, balance: Balance
 ) -> Bool[np.ndarray, " frames"]:
     """Frames beside them as well: what is read there lies at the recording's end."""
-    reach = round(balance.settings.end_s * trial.scene.rate)
+    reach = round(END_S * trial.scene.rate)
     return np.convolve(lost, np.ones(2 * reach + 1), mode="same") > 0

@@ -18,6 +18,7 @@ from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import beside
 from solver.diagnosis.search.terms import Solved, Term
 
+BLOCK_S = 0.5  # held out at a time: a stance or half a second
 SHORT_WINDOWS = 3  # a tenth of a second
 
 
@@ -43,7 +44,7 @@ def blocks(balance: Balance) -> list[Int[np.ndarray, " rows"]]:
         if not len(time_s):
             continue
         span = time_s[-1] - time_s[0]
-        count = max(min(4, len(time_s)), round(span / balance.settings.block_s))
+        count = max(min(4, len(time_s)), round(span / BLOCK_S))
         edges = np.linspace(time_s[0] - 1e-6, time_s[-1] + 1e-6, count + 1)
         for low, high in pairwise(edges):
             own = np.flatnonzero((time_s >= low) & (time_s < high))

@@ -13,6 +13,20 @@ from solver.skeleton.chain import Moving, chain_of
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Body
 
+# relative, where no mass was entered: what forces carry, of which some may be missing. With more, a foot
+# beside the plates all along would only seem to make the person lighter
+UNWEIGHED_MASS_STD = 0.012
+SEGMENT_INERTIA_STD = 0.10  # relative scatter of their moments of inertia
+BOUNCE_STD = 0.10  # skin and a stiff trunk exaggerate the motion of the centre of mass by 10 to 20 %
+SWAY_STD = 0.05  # likewise along the ground, where nearly all of such motion is real
+SPIN_STD = 0.10  # likewise of the spin, which a person's build changes as well
+TISSUE_LEAST_SHARE = 0.02  # of body mass; lighter segments hardly matter
+MODEL_FORCE_SHARE = 0.008  # [BW] what the model gets wrong for a tenth of a second at a time
+MODEL_MOTION_SHARE = 0.06  # likewise, of the force that accelerations demand
+MODEL_ARM_M = 0.008  # lever of such errors about the centre of mass, times body weight
+MODEL_TIME_S = 0.06  # how long they last
+
+
 Reduce = Callable[[np.ndarray], np.ndarray]  # wrenches about the ground origin, frame by frame, to rows
 
 
@@ -20,7 +34,7 @@ def nuisances(
     scene: Scene, reduced: Reduce, settings: DiagnosisSettings
 ) -> Float[np.ndarray, "rows nuisances"]:
     """Inertias and what skin exaggerates, shared by trials, each column at one standard deviation."""
-    return np.concatenate([_inertias(scene, reduced, settings), _bounce(scene, reduced, settings)], axis=1)
+    return np.concatenate([_inertias(scene, reduced, settings), _bounce(scene, reduced)], axis=1)
 
 
 def mass_change(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, " rows"]:
@@ -51,7 +65,7 @@ def _inertias(
         second = body.mass * (per_kg[:3, :3] - np.outer(body.com_body, body.com_body))
         for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
             change = np.zeros((4, 4))
-            size = np.sqrt(abs(second[i, i] * second[j, j])) * settings.segment_inertia_std
+            size = np.sqrt(abs(second[i, i] * second[j, j])) * SEGMENT_INERTIA_STD
             change[i, j] = change[j, i] = size if i == j else 0.5 * size
             changes.append(change)
         own = reduced(_required_by(scene, b, np.array(changes)))
@@ -81,7 +95,7 @@ def _mass_covariance(scene: Scene, settings: DiagnosisSettings) -> Float[np.ndar
     whole = (settings.body_mass_std * scene.skeleton.mass) ** -2.0
     covariance = np.linalg.inv(np.diag(std**-2.0) + whole)
     if not scene.weighed:
-        covariance = covariance + settings.unweighed_mass_std**2 * np.outer(masses, masses)
+        covariance = covariance + UNWEIGHED_MASS_STD**2 * np.outer(masses, masses)
     return np.asarray(covariance)
 
 
@@ -95,13 +109,13 @@ def _required_by(
     return required[:, 0].transpose(0, 2, 1)
 
 
-def _bounce(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, "rows 6"]:
+def _bounce(scene: Scene, reduced: Reduce) -> Float[np.ndarray, "rows 6"]:
     """Accelerations of the whole body along each axis, and changes of its spin about each, exaggerated."""
     inertial = scene.required_ground.copy()
     inertial[:, :3] += scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
     about_com = scene.required_ground[:, 3:] - cross(scene.com_ground, scene.required_ground[:, :3])
     columns = []
-    sizes = (settings.sway_std, settings.bounce_std, settings.sway_std, *[settings.spin_std] * 3)
+    sizes = (SWAY_STD, BOUNCE_STD, SWAY_STD, *[SPIN_STD] * 3)
     for axis, size in enumerate(sizes):
         bounce = np.zeros_like(inertial)
         if axis < 3:
@@ -130,7 +144,7 @@ def soft_tissue(
     angles = scene.motion.q - scene.motion.q.mean(axis=0)
     dt = 1 / scene.rate
     columns = []
-    for b in skeleton.bodies_from_share(settings.tissue_least_share):
+    for b in skeleton.bodies_from_share(TISSUE_LEAST_SHARE):
         body = skeleton.bodies[b]
         beside = [b, *(c for c, joint in enumerate(skeleton.joints) if joint.parent == b)]
         turning = rotational & np.isin(chain.body, [j for j in beside if skeleton.joints[j].parent >= 0])
@@ -146,15 +160,13 @@ def soft_tissue(
     return np.stack(columns, axis=1) if columns else np.zeros((len(reduced(scene.required_ground)), 0))
 
 
-def model_error(
-    scene: Scene, windows: Windows, settings: DiagnosisSettings
-) -> Float[np.ndarray, "rows rows"]:
-    """Errors that last `model_time_s`, larger where the body accelerates."""
+def model_error(scene: Scene, windows: Windows) -> Float[np.ndarray, "rows rows"]:
+    """Errors that last `MODEL_TIME_S`, larger where the body accelerates."""
     time_s = windows.centre / scene.rate
-    together = np.exp(-0.5 * ((time_s[:, None] - time_s) / settings.model_time_s) ** 2)
+    together = np.exp(-0.5 * ((time_s[:, None] - time_s) / MODEL_TIME_S) ** 2)
     weight = scene.weight_N
     demand = scene.required_ground[:, :3] - scene.skeleton.mass * -np.asarray(scene.skeleton.gravity)
     level = np.sqrt((windows.means(demand**2)).mean(axis=0))
-    force = settings.model_force_share * weight + settings.model_motion_share * level
-    moment = np.full(3, settings.model_arm_m * weight)
+    force = MODEL_FORCE_SHARE * weight + MODEL_MOTION_SHARE * level
+    moment = np.full(3, MODEL_ARM_M * weight)
     return np.kron(together, np.diag(np.concatenate([force, moment]) ** 2))

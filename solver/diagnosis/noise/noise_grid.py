@@ -6,7 +6,14 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from solver.diagnosis.noise.noise_scales import Basis, NoiseScale
-from solver.fitting.diagnosis_settings import DiagnosisSettings
+
+MODEL_SCALE_STD = 0.7  # logarithm: how much such errors differ between recordings
+# of model errors, between which their scale is sought, for every hypothesis anew
+MODEL_SCALES = (0.09, 0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
+# of how far soft tissue slides at most; sought likewise. More would take in what is wrong
+SLACKS = (0.5, 0.7, 1.0)
+SLACK_STD = 0.5  # logarithm: how much persons differ in that
+
 
 # of slack and of model error: each up and down, and one for the other
 STEPS = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, 1))
@@ -30,11 +37,8 @@ Fitted = TypeVar("Fitted", bound=AtNoiseScale)
 class NoiseGrid:
     """Rungs by their slack and by their scale of model errors, both ascending."""
 
-    def __init__(self, basis: Basis, settings: DiagnosisSettings) -> None:
-        self._rows = [
-            [basis.noise_scale(s, h, _log_prior(s, h, settings)) for s in settings.model_scales]
-            for h in settings.slacks
-        ]
+    def __init__(self, basis: Basis) -> None:
+        self._rows = [[basis.noise_scale(s, h, _log_prior(s, h)) for s in MODEL_SCALES] for h in SLACKS]
 
     @property
     def noise_scales(self) -> list[NoiseScale]:
@@ -100,7 +104,7 @@ class NoiseGrid:
         return 0 <= i < len(self._rows) and 0 <= k < len(self._rows[0])
 
 
-def _log_prior(scale: float, slack: float, settings: DiagnosisSettings) -> float:
+def _log_prior(scale: float, slack: float) -> float:
     """Of the scale of model errors and of the slack [nats]."""
-    apart = np.log(scale) / settings.model_scale_std, np.log(slack) / settings.slack_std
+    apart = np.log(scale) / MODEL_SCALE_STD, np.log(slack) / SLACK_STD
     return float(-0.5 * (apart[0] ** 2 + apart[1] ** 2))

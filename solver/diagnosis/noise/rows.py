@@ -17,6 +17,8 @@ from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.skeleton.forward import cross
 from solver.skeleton.rotations import skew
 
+WINDOW_S = 0.06  # shorter than anything that markers can tell of a force
+END_S = 0.05  # at both ends of a trial the spline is loose
 SLOWEST_HZ = 80.0  # samples: of slower ones, steps look like noise
 
 
@@ -117,9 +119,9 @@ def trial_rows(
         hop_s: from window to window [s].
     """
     counts = scene.counts.copy()
-    ends = round(settings.end_s * scene.rate)
+    ends = round(END_S * scene.rate)
     counts[:ends] = counts[len(counts) - ends :] = False
-    windows = windows_over(counts, scene.rate, settings.window_s, hop_s)
+    windows = windows_over(counts, scene.rate, WINDOW_S, hop_s)
     if not windows.count:
         return None
     markers = posterior.wrench_covariance(scene.measured_ground, windows)
@@ -133,7 +135,7 @@ def trial_rows(
         scene,
         windows,
         markers,
-        model_error(scene, windows, settings),
+        model_error(scene, windows),
         nuisances(scene, rows.reduced, settings),
         soft_tissue(scene, rows.reduced, settings),
         mass_change(scene, rows.reduced, settings),

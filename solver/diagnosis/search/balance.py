@@ -46,11 +46,11 @@ class Balance:
             self.residual,
             fixed=tuple(t.covariance for t in trials),
             model=tuple(t.model_error for t in trials),
-            shared=np.concatenate([nuisance, laboratory_errors(trials, settings)], axis=1),
+            shared=np.concatenate([nuisance, laboratory_errors(trials)], axis=1),
             tissue=np.concatenate([t.tissue for t in trials]),
         )
         self.basis = TrialsBasis(of) if len(self.residual) > MANY_ROWS else Basis(of)
-        self.noise_grid = NoiseGrid(self.basis, settings)
+        self.noise_grid = NoiseGrid(self.basis)
         self.noise_scales = self.noise_grid.noise_scales
         self.suspect: frozenset[str] = frozenset()
         self.weighings = Weighings()
@@ -98,8 +98,7 @@ class Balance:
             columns[own] = part.columns
             if fixed is not None and part.fixed is not None:
                 fixed[own] = part.fixed
-        usual = usual_std(candidate, self.settings)
-        return CandidateRows(candidate, eta, span, fixed, columns, prior, usual)
+        return CandidateRows(candidate, eta, span, fixed, columns, prior, candidate.about.usual_std)
 
     def term(self, candidate: Candidate, eta: Eta) -> Term | None:
         """A candidate's rows at η among those of all trials; None where it touches no trial."""
@@ -217,14 +216,7 @@ class Balance:
         return self.noise_grid.best(lambda noise_scale: self.solve_at(terms, noise_scale), near)
 
 
-def usual_std(candidate: Candidate, settings: DiagnosisSettings) -> float:
-    """Size of a cause's parameters that is there in every laboratory; zero for causes that need not be."""
-    return dict(settings.laboratory).get(candidate.id, candidate.about.usual_std)
-
-
-def laboratory_errors(
-    trials: Sequence[TrialRows], settings: DiagnosisSettings
-) -> Float[np.ndarray, "rows columns"]:
+def laboratory_errors(trials: Sequence[TrialRows]) -> Float[np.ndarray, "rows columns"]:
     """Of plates tared and placed as well as it is done with care, each column at one standard deviation.
 
     A newton of shear that stays all through a quiet squat would else be evidence as strong as a fault's. The
@@ -235,7 +227,7 @@ def laboratory_errors(
     rows = sum(len(t.residual) for t in trials)
     found = [np.zeros((rows, 0))]
     for cause in CAUSES:
-        std = dict(settings.laboratory).get(cause.about.id, cause.about.usual_std)
+        std = cause.about.usual_std
         for candidate in cause.candidates(scenes) if std else ():
             if isinstance(candidate, Corrected) or candidate.place_odds:
                 continue  # undone already, or rarer than what every laboratory has

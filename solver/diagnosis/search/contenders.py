@@ -10,6 +10,18 @@ from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.search.terms import Solved, Term
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
+# of every cause after the first, which has the rest of the first to explain as well
+LEAST_FURTHER_NATS = 10.0
+EXCHANGE_NATS = 2.0  # by which another cause must do better beside all others to take a place
+LEAST_UNKNOWN_NATS = 15.0  # of a force of any time history, which is free to follow noise
+LEAST_UNKNOWN_SHARE = 0.012  # [BW] a force below it nobody would look for
+# of what a free time history explains, that a cause named beside it must add: it is never whole
+BESIDE_UNKNOWN_SHARE = 0.1
+RIVAL_NATS = 4.0  # of log evidence, within which two causes are not told apart
+RIVAL_SHARE = 0.03  # of the gain, likewise: what the model gets wrong grows with what a cause explains
+TEMPER_NATS = 3.0  # evidence is overconfident where the model is wrong
+SAME_TRACE = 0.9  # cosine of what two causes explain, from which on they are told as one class
+
 
 @dataclass(frozen=True, eq=False)
 class Contender:
@@ -55,7 +67,7 @@ def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisS
     """
     others = [c.odds_gain(settings) for c in rivals if c.term.candidate.key != one.term.candidate.key]
     gains = np.array([0.0, *others]) - one.odds_gain(settings)
-    return float(1 / (1 + np.exp(np.clip(gains / settings.confidence_temper, -50, 50)).sum()))
+    return float(1 / (1 + np.exp(np.clip(gains / TEMPER_NATS, -50, 50)).sum()))
 
 
 def overlap(one: Contender, other: Contender) -> float:

@@ -12,13 +12,22 @@ from solver.diagnosis.decisions import tenable
 from solver.diagnosis.held_out import blocks
 from solver.diagnosis.memory import Memory
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import Contender, Found, handicap, overlap
+from solver.diagnosis.search.contenders import EXCHANGE_NATS, SAME_TRACE, Contender, Found, handicap, overlap
 from solver.diagnosis.search.proposals import Added, Exchanged, Kept, Paired
 from solver.diagnosis.search.refinement import refined
 from solver.diagnosis.search.screening import Screen
 from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 
+REFITTED_CAUSES = 10  # the best of the screening; a cause that matters is among them
+LEAST_OF_TWO_NATS = 4.0  # of each of two causes alone, that may stand out only together
+TRIED_IN_PAIRS = 6  # the best of the refitted, each with each
+START_MARGIN_NATS = 6.0  # within which another first cause is tried as well: what it leads to decides
+START_SHARE = 0.05  # of the gain, likewise
+MOST_STARTS = 2  # likewise, beside the first; each takes as long
+# by which others must do better than a foot that is seen to stand where nothing measures, to be tried
+# before it
+SEEN_STANDING_NATS = 10.0
 MOST_EXCHANGES = 3
 MOST_MET_BYTES = 300e6  # rows of contenders beside sets of causes that may be met again
 SHARPER = 4.0  # so much smaller, the model's error may be beside the right cause
@@ -97,30 +106,26 @@ class Search:
             self.found = [Found(one, proposal.held_out.own_scales, rivals)]
             self.solved = one.solved
             self._grow(silent)
-            if self._standing() > best[0] + self.settings.exchange_margin:
+            if self._standing() > best[0] + EXCHANGE_NATS:
                 best = self._standing(), self.found, self.solved
         _, self.found, self.solved = best
 
     def _standing(self) -> float:
         """The odds of what was found, ahead where something is seen without any force."""
         seen = any(t.candidate.about.seen_standing for t in self.terms)
-        return self._odds() + (self.settings.direct_check_margin if seen else 0.0)
+        return self._odds() + (SEEN_STANDING_NATS if seen else 0.0)
 
     def _equals(self, first: Found) -> list[Contender]:
         """Others that do nearly as well in the first place, and explain something else: one of each kind."""
         settings = self.settings
         own = first.contender
-        margin = max(settings.start_margin, settings.start_share * own.gain)
+        margin = max(START_MARGIN_NATS, START_SHARE * own.gain)
         kinds: dict[str, Contender] = {}
         for one in sorted(first.rivals, key=self._order):
             near = one.odds_gain(settings) > own.odds_gain(settings) - margin
-            if (
-                near
-                and one.term.candidate.id != own.term.candidate.id
-                and overlap(own, one) < settings.same_trace
-            ):
+            if near and one.term.candidate.id != own.term.candidate.id and overlap(own, one) < SAME_TRACE:
                 kinds.setdefault(one.term.candidate.id, one)
-        return list(kinds.values())[: settings.most_starts]
+        return list(kinds.values())[:MOST_STARTS]
 
     def _names(self) -> frozenset[tuple[str, str]]:
         return frozenset(t.candidate.key for t in self.terms)
@@ -159,9 +164,9 @@ class Search:
     def _add_two(self, contenders: Sequence[Contender]) -> bool:
         """Two causes of which neither stands out alone, but both together."""
         settings = self.settings
-        able = [c for c in contenders if c.odds_gain(settings) > settings.least_of_two]
+        able = [c for c in contenders if c.odds_gain(settings) > LEAST_OF_TWO_NATS]
         tried = []
-        for one, two in combinations(able[: settings.tried_in_pairs], 2):
+        for one, two in combinations(able[:TRIED_IN_PAIRS], 2):
             both = self.balance.solve([*self.terms, one.term, two.term], near=one.solved.noise_scale)
             gain = both.log_evidence - self.solved.log_evidence
             odds = gain - handicap(one.term.candidate, settings) - handicap(two.term.candidate, settings)
@@ -259,7 +264,7 @@ class Search:
         return list(found)
 
     def _refitted(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
-        balance, settings = self.balance, self.settings
+        balance = self.balance
         scales, slack = (
             (current.noise_scale.scale, 1.0, current.noise_scale.scale / SHARPER),
             current.noise_scale.slack,
@@ -267,7 +272,7 @@ class Search:
         noise_scales = {id(r): r for r in (balance.noise_grid.nearest(s, slack) for s in scales)}.values()
         chosen: dict[tuple[str, str], Term] = {}
         for noise_scale in noise_scales:
-            for one in islice(self.screen.by_name(noise_scale, accepted), settings.refitted):
+            for one in islice(self.screen.by_name(noise_scale, accepted), REFITTED_CAUSES):
                 if one.rows.candidate.key not in chosen:
                     chosen[one.rows.candidate.key] = self.screen.term(one.rows)
         contenders = []
@@ -283,5 +288,5 @@ class Search:
 
     def _order(self, one: Contender) -> float:
         """Least first: who is tried first; what is seen without any force goes before its equals."""
-        lead = self.settings.direct_check_margin if one.term.candidate.about.seen_standing else 0.0
+        lead = SEEN_STANDING_NATS if one.term.candidate.about.seen_standing else 0.0
         return -one.odds_gain(self.settings) - lead

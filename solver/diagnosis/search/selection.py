@@ -9,7 +9,7 @@ from solver.diagnosis.causes.gross_cause import Beyond, GrossCause, corrected
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.corrected_causes import CorrectedCause, corrected_on_reading
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import Found
+from solver.diagnosis.search.contenders import EXCHANGE_NATS, Found
 from solver.diagnosis.search.search import Search
 from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.trail import Trail
@@ -81,5 +81,5 @@ def _beyond_gross_errors(
     beyond: list[Candidate] = [c for c in candidates if isinstance(c, GrossCause)]
     beyond += [Beyond(c.target, c, gross) for c in anew if not isinstance(c, GrossCause | Corrected)]
     again = Search(search.balance, beyond, progress, [first])
-    least = search.solved.log_evidence - search.settings.exchange_margin
+    least = search.solved.log_evidence - EXCHANGE_NATS
     return again if again.solved.log_evidence > least else search

@@ -9,7 +9,7 @@ from solver.diagnosis.causes.effect import Eta
 from solver.diagnosis.decisions import decide
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import Contender, Found
+from solver.diagnosis.search.contenders import LEAST_UNKNOWN_SHARE, Contender, Found
 from solver.diagnosis.search.proposals import AllInPlace, BesideUnknown, Remainder
 from solver.diagnosis.search.selection import Selection
 from solver.diagnosis.search.terms import Solved, Term
@@ -19,6 +19,12 @@ from solver.diagnosis.unmodelled.unknown_screen import Tried
 from solver.diagnosis.unmodelled.unknown_search import UnknownSearch
 from solver.diagnosis.unmodelled.unknown_time_history import constant_share
 
+UNKNOWN_MARGIN_NATS = 12.0  # by which a force of any time history must beat named causes
+UNKNOWN_SHARE = 0.1  # of what named causes explain, likewise: a free time history follows model errors
+# of a free time history's mean square; with more in its mean it never changes, takes no named cause's place
+# and is told beside one only if it explains something else: forces that the catalogue lacks had 0.87 at
+# most, what imitates a tilt or a mass 0.98
+MOST_CONSTANT = 0.95
 MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
 CLIMBED = 3  # unknown causes, to the scale that suits each
 RESEMBLING = 0.5  # cosine, from which on a steady force is the named causes in other words
@@ -40,14 +46,13 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
         balance: of all trials.
         selection: causes found in it.
     """
-    settings = balance.settings
     solved, found = selection.solved, selection.found
     unknown = UnknownSearch(balance)
     left = _told(unknown, solved, found)
     if not found:
         return Kept(solved, found, left)
     explained = max(0.0, solved.log_evidence - selection.null.log_evidence)
-    margin = settings.unknown_margin + settings.unknown_share * explained
+    margin = UNKNOWN_MARGIN_NATS + UNKNOWN_SHARE * explained
     if left is not None:
         return _without_needless(unknown, Kept(solved, found, left), margin, selection.trail)
     whole = Contender(found[0].contender.term, solved, explained)
@@ -133,7 +138,7 @@ def _left(
     climbed = []
     for sought in unknown.likeliest(solved):
         one = sought.tried
-        steady = constant_share(unknown.screen.time_history_ground(one)) > balance.settings.most_constant
+        steady = constant_share(unknown.screen.time_history_ground(one)) > MOST_CONSTANT
         if steady and excluded_if_steady(one):
             continue
         term = terms.get((one.candidate, one.eta)) or balance.term(one.candidate, one.eta)
@@ -146,7 +151,7 @@ def _left(
     if not climbed:
         return None
     best = max(climbed, key=lambda c: c[0])[1]
-    least_N = balance.settings.least_unknown_share * balance.scenes[0].weight_N
+    least_N = LEAST_UNKNOWN_SHARE * balance.scenes[0].weight_N
     size = size_N(balance, best)
     proposal = Remainder(balance, best, solved, tuple(found), size, least_N)
     return best if decide(proposal).fell_at is None else None

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from solver.diagnosis.noise.noise_grid import MODEL_SCALES
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import beside
@@ -40,9 +41,7 @@ class UnknownSearch:
 
     def _anywhere(self, solved: Solved) -> list[Sought]:
         """The best time history of each body and trial: where causes fit best, where errors are smallest."""
-        sharpest = self.balance.noise_grid.nearest(
-            min(self.balance.settings.model_scales), solved.noise_scale.slack
-        )
+        sharpest = self.balance.noise_grid.nearest(min(MODEL_SCALES), solved.noise_scale.slack)
         found: list[Sought] = []
         for noise_scale in {id(r): r for r in (solved.noise_scale, sharpest)}.values():
             base = self.balance.solve_at(solved.terms, noise_scale).log_evidence

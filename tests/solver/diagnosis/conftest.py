@@ -9,8 +9,17 @@ import pytest
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.extension import extension_of
-from solver.diagnosis.noise.model_errors import mass_change, model_error, nuisances, soft_tissue
-from solver.diagnosis.noise.rows import TrialRows
+from solver.diagnosis.noise.model_errors import (
+    MODEL_ARM_M,
+    MODEL_FORCE_SHARE,
+    MODEL_MOTION_SHARE,
+    MODEL_TIME_S,
+    mass_change,
+    model_error,
+    nuisances,
+    soft_tissue,
+)
+from solver.diagnosis.noise.rows import WINDOW_S, TrialRows
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.terms import Solved
 from solver.dynamics.windows import windows_over
@@ -106,13 +115,13 @@ def late_extension(late, late_clock):
 def trial_rows_of(scene: Scene, settings: DiagnosisSettings = SETTINGS) -> TrialRows:
     counts = np.ones(scene.frames, dtype=bool)
     counts[:5] = counts[-5:] = False
-    windows = windows_over(counts, scene.rate, settings.window_s, HOP_S)
+    windows = windows_over(counts, scene.rate, WINDOW_S, HOP_S)
     noise = np.tile(np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3), windows.count)
     nothing = np.zeros((0, 0))
     bare = TrialRows(scene, windows, np.diag(noise**2), nothing, nothing, nothing, np.zeros(0))
     return replace(
         bare,
-        model_error=model_error(scene, windows, settings),
+        model_error=model_error(scene, windows),
         nuisance=nuisances(scene, bare.reduced, settings),
         tissue=soft_tissue(scene, bare.reduced, settings),
         mass=mass_change(scene, bare.reduced, settings),
@@ -127,12 +136,10 @@ def with_demand(scene: Scene, required_ground: np.ndarray) -> Scene:
 def errors_of(scene: Scene, rng: np.random.Generator, scale: float) -> np.ndarray:
     """Wrenches about the ground origin that last as long, and are as large, as model errors are."""
     t = scene.times
-    time_history = np.exp(-0.5 * ((t[:, None] - t) / SETTINGS.model_time_s) ** 2) + 1e-8 * np.eye(len(t))
+    time_history = np.exp(-0.5 * ((t[:, None] - t) / MODEL_TIME_S) ** 2) + 1e-8 * np.eye(len(t))
     inertial = scene.required_ground[:, :3] + scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
-    force = SETTINGS.model_force_share * scene.weight_N + SETTINGS.model_motion_share * np.sqrt(
-        (inertial**2).mean(axis=0)
-    )
-    std = scale * np.concatenate([force, np.full(3, SETTINGS.model_arm_m * scene.weight_N)])
+    force = MODEL_FORCE_SHARE * scene.weight_N + MODEL_MOTION_SHARE * np.sqrt((inertial**2).mean(axis=0))
+    std = scale * np.concatenate([force, np.full(3, MODEL_ARM_M * scene.weight_N)])
     wrench = std * (np.linalg.cholesky(time_history) @ rng.normal(size=(len(t), 6)))
     kept = 0.43  # of a frame's noise in a window's mean
     white = np.repeat([SETTINGS.force_noise_N, SETTINGS.moment_noise_Nm], 3) / kept

@@ -4,6 +4,7 @@ import pytest
 
 from solver.diagnosis.chances import chances
 from solver.diagnosis.checks import DECIDED, PAYS, POSSIBLE, Decision
+from solver.diagnosis.search.contenders import TEMPER_NATS
 from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
@@ -26,7 +27,7 @@ def test_a_cause_that_gains_just_what_is_asked_is_as_likely_as_nothing():
 
 
 def test_each_temper_less_is_e_times_less_likely():
-    told = chances([refused(SETTINGS.least_gain - SETTINGS.confidence_temper, DECIDED)], NONE, SETTINGS)
+    told = chances([refused(SETTINGS.least_gain - TEMPER_NATS, DECIDED)], NONE, SETTINGS)
     assert told.nothing / told.on_the_list == pytest.approx(2.718, abs=0.001)
 
 

@@ -10,11 +10,13 @@ from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.causes.scene import force_at
-from solver.diagnosis.conclusion import conclude, likeness
+from solver.diagnosis.conclusion import STD_INFLATION, SURE_BESIDE_UNEXPLAINED, conclude, likeness
+from solver.diagnosis.decisions import UNEXPLAINED_SCALE
 from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED
 from solver.diagnosis.held_out import block_scores, blocks
 from solver.diagnosis.marker_causes import SeenInMarkers
 from solver.diagnosis.search.balance import Balance
+from solver.diagnosis.search.contenders import RIVAL_NATS
 from solver.diagnosis.search.selection import Selection, select
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
@@ -68,7 +70,7 @@ def test_a_named_cause_explains(weak, few):
     raw = selection.solved.estimates(0, weak.scenes)["gain_error"]
     said = effect.parameters["gain_error"]
     assert said.value == pytest.approx(raw.value)
-    assert said.std == pytest.approx(SETTINGS.std_inflation * raw.std)
+    assert said.std == pytest.approx(STD_INFLATION * raw.std)
 
 
 def test_the_gain_is_that_of_held_out_blocks(weak, few):
@@ -87,7 +89,7 @@ def test_the_gain_is_that_of_held_out_blocks(weak, few):
 def test_errors_too_large_for_sound_recordings_are_unexplained(drawn, balance_of_scenes, few):
     balance = balance_of_scenes(drawn(16, scale=6.0))
     selection = select(balance, few)
-    assert selection.solved.noise_scale.scale > SETTINGS.unexplained_scale
+    assert selection.solved.noise_scale.scale > UNEXPLAINED_SCALE
     assert conclude(balance, selection).verdict == UNEXPLAINED
 
 
@@ -100,7 +102,7 @@ def test_a_named_cause_keeps_its_name_when_something_is_left_beside_it(short_sce
     diagnosis = conclude(balance, select(balance, [PlateGain("plate_2")]))
     assert diagnosis.verdict == UNEXPLAINED
     assert [(e.id, e.target) for e in diagnosis.effects] == [("plate_gain", "plate_2")]
-    assert diagnosis.effects[0].confidence <= SETTINGS.sure_beside_unexplained  # it may stand in for the rest
+    assert diagnosis.effects[0].confidence <= SURE_BESIDE_UNEXPLAINED  # it may stand in for the rest
     assert diagnosis.remaining.location.body == "hand_l"
 
 
@@ -206,7 +208,7 @@ def test_what_only_its_odds_keep_back_is_told_all_the_same(short_scene, drawn, r
     found, best, others = told(0.0)
     behind = found.contender.gain - found.rivals[0].gain
     assert (best, others) == ("rare_gain", [])
-    assert behind > 2 * SETTINGS.rival_margin
+    assert behind > 2 * RIVAL_NATS
     assert told(behind - 1.0)[1:] == ("rare_gain", ["common_gain"])
 
 

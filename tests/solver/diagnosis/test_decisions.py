@@ -5,18 +5,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from solver.diagnosis import checks, gain_asked
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.off_plate_step import OffPlateStep
 from solver.diagnosis.causes.plate_readings import PlateGain
+from solver.diagnosis.checks import MOST_MASS_STRAIN
 from solver.diagnosis.decisions import CHECKS, tenable
 from solver.diagnosis.direct_checks.weight import Weighing, Weighings
-from solver.diagnosis.gain_asked import least_first_gain, loose_ends
+from solver.diagnosis.gain_asked import (
+    HELD_OUT_SHARE,
+    MASS_HELD_OUT_SHARE,
+    QUIET_SCALE,
+    STEP_REST_SHARE,
+    least_first_gain,
+    loose_ends,
+)
 from solver.diagnosis.held_out import blocks, held_out_gain
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import Contender, Found
+from solver.diagnosis.search.contenders import LEAST_FURTHER_NATS, RIVAL_SHARE, Contender, Found
 from solver.diagnosis.search.proposals import Kept
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.search.terms import Term
@@ -28,17 +37,19 @@ from tests.solver.diagnosis.named_causes import Helper, Shake, TimeHistory, name
 SETTINGS = DiagnosisSettings()
 
 
-def test_a_cause_that_needs_a_body_of_another_mass_is_refused(short_scene, drawn, balance_of_scenes):
+def test_a_cause_that_needs_a_body_of_another_mass_is_refused(
+    short_scene, drawn, balance_of_scenes, monkeypatch
+):
     """What shakes the plates is there; that it comes with a body 5 % lighter the entered mass denies."""
     shaken = 0.05 * short_scene.required_ground * np.sin(20 * short_scene.times)[:, None]
     balance = balance_of_scenes(drawn(4, shaken, scale=0.3))
     helper = Helper("all")
     leaning, nothing = balance.solve([balance.term(helper, ())]), balance.solve([])
     assert leaning.log_evidence - nothing.log_evidence > SETTINGS.least_gain
-    assert abs(balance.mass_strain(leaning)) > SETTINGS.most_mass_strain > abs(balance.mass_strain(nothing))
+    assert abs(balance.mass_strain(leaning)) > MOST_MASS_STRAIN > abs(balance.mass_strain(nothing))
     assert named(select(balance, [helper])) == []
-    lenient = Balance(balance.trials, replace(SETTINGS, most_mass_strain=20.0))
-    assert named(select(lenient, [helper])) == [helper.key]
+    monkeypatch.setattr(checks, "MOST_MASS_STRAIN", 20.0)
+    assert named(select(balance, [helper])) == [helper.key]
 
 
 def test_a_cause_far_ahead_of_all_others_stays_though_the_mass_is_wrong_as_well(
@@ -50,7 +61,7 @@ def test_a_cause_far_ahead_of_all_others_stays_though_the_mass_is_wrong_as_well(
     balance = balance_of_scenes(drawn(4, shaken - 0.07 * measured, scale=0.3))
     shake = Shake("all")
     alone = balance.solve([balance.term(shake, ())])
-    assert abs(balance.mass_strain(alone)) > SETTINGS.most_mass_strain
+    assert abs(balance.mass_strain(alone)) > MOST_MASS_STRAIN
     assert named(select(balance, [shake])) == [shake.key]
     assert set(named(select(balance, [shake, *SubjectMass.candidates([short_scene])]))) == {
         shake.key,
@@ -68,24 +79,24 @@ def test_a_wrong_mass_is_named_even_where_held_out_blocks_hardly_tell(short_scen
         (found,) = selection.found
         shares.append(found.held_out_gain / found.contender.gain)
     assert max(shares) < 0.9
-    assert min(shares) > -SETTINGS.mass_held_out_share
+    assert min(shares) > -MASS_HELD_OUT_SHARE
 
 
 def test_a_mass_that_no_models_error_imitates_needs_less_to_be_named_first(
-    short_scene, drawn, balance_of_scenes
+    short_scene, drawn, balance_of_scenes, monkeypatch
 ):
     balance = balance_of_scenes(drawn(4, -0.04 * short_scene.measured_ground, scale=0.5))
     (mass,) = SubjectMass.candidates([short_scene])
     gain = balance.solve([balance.term(mass, ())]).log_evidence - balance.solve([]).log_evidence
     assert least_first_gain(mass, 1.0, SETTINGS) < gain < SETTINGS.least_gain
     assert named(select(balance, [mass])) == [mass.key]
-    as_any = Balance(balance.trials, replace(SETTINGS, never_imitated=(("subject_mass", 0.0),)))
-    assert named(select(as_any, [mass])) == []
+    monkeypatch.setattr(SubjectMass, "about", replace(mass.about, less_at_first=0.0))
+    assert named(select(balance, [mass])) == []
 
 
 def test_less_is_asked_where_the_model_has_next_to_no_errors_that_could_imitate_a_cause(short_scene):
     clock, mass = ClockOffset("all"), SubjectMass.candidates([short_scene])[0]
-    quiet, usual = SETTINGS.quiet_scale, 2 * SETTINGS.quiet_scale
+    quiet, usual = QUIET_SCALE, 2 * QUIET_SCALE
     assert least_first_gain(clock, quiet, SETTINGS) < least_first_gain(clock, usual, SETTINGS)
     assert least_first_gain(mass, quiet, SETTINGS) == least_first_gain(mass, usual, SETTINGS)
 
@@ -97,18 +108,21 @@ def test_what_is_too_small_to_act_on_is_not_named(short_scene, balance_of_scenes
     assert named(select(balance_of_scenes(small), [PlateGain("plate_1")])) == []
 
 
-def test_what_held_out_blocks_tell_may_lack_a_small_share_of_the_gain(short_scene, drawn, rows_of):
+def test_what_held_out_blocks_tell_may_lack_a_small_share_of_the_gain(
+    short_scene, drawn, rows_of, monkeypatch
+):
     balance = Balance([rows_of(drawn(4, 0.15 * short_scene.plates[0].wrench_ground))], SETTINGS)
     selection = select(balance, [PlateGain("plate_1")])
     told = held_out_gain(balance, blocks(balance), selection.null, selection.solved).best
     (found,) = selection.found
-    asks = told + 0.5 * SETTINGS.held_out_share * found.contender.gain
+    asks = told + 0.5 * HELD_OUT_SHARE * found.contender.gain
+    monkeypatch.setattr(checks, "LEAST_HELD_OUT_NATS", asks)
 
     def with_share(share):
-        settings = replace(SETTINGS, least_held_out_gain=asks, held_out_share=share)
-        return named(select(Balance(balance.trials, settings), [PlateGain("plate_1")]))
+        monkeypatch.setattr(gain_asked, "HELD_OUT_SHARE", share)
+        return named(select(balance, [PlateGain("plate_1")]))
 
-    assert with_share(SETTINGS.held_out_share) == [("plate_gain", "plate_1")]
+    assert with_share(HELD_OUT_SHARE) == [("plate_gain", "plate_1")]
     assert with_share(0.0) == []
 
 
@@ -130,12 +144,12 @@ def test_a_step_leaves_less_to_later_causes_than_a_contact(drawn, balance_of_sce
 
     def rest(candidate):
         term = Term(candidate, (), None, np.zeros((0, 0)), np.zeros(0))
-        return loose_ends([Found(Contender(term, solved, gain), 1.0, ())], SETTINGS)
+        return loose_ends([Found(Contender(term, solved, gain), 1.0, ())])
 
     assert rest(PlateGain("plate_1")) == 0.0
-    assert rest(OffPlateStep("calcn_r")) == pytest.approx(SETTINGS.step_rest_share * gain)
-    assert rest(ExternalContact("hand_r")) == pytest.approx(SETTINGS.rival_share * gain)
-    assert SETTINGS.step_rest_share < SETTINGS.rival_share
+    assert rest(OffPlateStep("calcn_r")) == pytest.approx(STEP_REST_SHARE * gain)
+    assert rest(ExternalContact("hand_r")) == pytest.approx(RIVAL_SHARE * gain)
+    assert STEP_REST_SHARE < RIVAL_SHARE
 
 
 def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):
@@ -152,7 +166,7 @@ def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):
     balance = Balance([trial_rows_of(drawn(4, 2 * known + apart, scale=0.3))], SETTINGS)
     alone = balance.solve([balance.term(first, ())])
     both = balance.solve([balance.term(first, ()), balance.term(undoing, ())])
-    assert both.log_evidence > alone.log_evidence + SETTINGS.least_further_gain
+    assert both.log_evidence > alone.log_evidence + LEAST_FURTHER_NATS
     assert named(select(balance, [first, undoing])) == [first.key]
     assert set(named(select(balance, [first, plain]))) == {first.key, plain.key}
 
@@ -197,13 +211,11 @@ class Impossible(TimeHistory):
 @pytest.mark.parametrize(
     "falls_at", ["checked", "possible", "pays", "holds up", "stands alone", "notable", "decided"]
 )
-def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_at):
+def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_at, monkeypatch):
     """The same fault, each time with one thing against the cause, and nothing else."""
     wrong = 0.15 * short_scene.plates[0].wrench_ground
     asks = {
         "pays": {"least_gain": 1e4},
-        "holds up": {"least_held_out_gain": 1e4},
-        "stands alone": {"most_mass_strain": -10.0, "sure_margin": 1e4},
         "decided": {"certain_gain": 1e4, "least_confidence": 1.01},
     }
     plain = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS)
@@ -219,6 +231,8 @@ def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_a
         kinds = {"possible": Impossible, "notable": Small}
         cause = kinds.get(falls_at, TimeHistory)("plate", wrong)
         assert named(select(plain, [TimeHistory("plate", wrong)])) == [("time_history", "plate")]
+    if falls_at == "holds up":
+        monkeypatch.setattr(checks, "LEAST_HELD_OUT_NATS", 1e4)
     selection = select(balance, [cause])
     assert named(selection) == []
     one, said = said_of(selection, cause.key)

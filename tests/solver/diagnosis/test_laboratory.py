@@ -3,23 +3,19 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.catalogue import CAUSES, catalogue
 from solver.diagnosis.causes.effect import Fitted
-from solver.diagnosis.causes.plate_readings import PlateBias, PlateGain
-from solver.diagnosis.search.balance import laboratory_errors, usual_std
+from solver.diagnosis.causes.plate_readings import PlateBias
+from solver.diagnosis.search.balance import laboratory_errors
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.search.terms import with_the_usual
-from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of, with_demand
-
-SETTINGS = DiagnosisSettings()
 
 
 def test_columns_are_what_plates_off_by_a_standard_deviation_change(short_scene):
     """Of each plate: a force at its centre while loaded, a shifted centre of pressure, and so on."""
     rows = trial_rows_of(short_scene)
-    H = laboratory_errors([rows], SETTINGS)
+    H = laboratory_errors([rows])
     plate = short_scene.plates[0]
     newtons = PlateBias.about.usual_std
     wrench = np.zeros((short_scene.frames, 6))
@@ -35,8 +31,8 @@ def test_columns_are_what_plates_off_by_a_standard_deviation_change(short_scene)
 
 def test_plates_are_shared_by_trials(short_scene, drawn):
     one, other = trial_rows_of(short_scene), trial_rows_of(drawn(3))
-    alone = [laboratory_errors([rows], SETTINGS) for rows in (one, other)]
-    np.testing.assert_allclose(laboratory_errors([one, other], SETTINGS), np.concatenate(alone))
+    alone = [laboratory_errors([rows]) for rows in (one, other)]
+    np.testing.assert_allclose(laboratory_errors([one, other]), np.concatenate(alone))
 
 
 def test_they_stay_below_what_anybody_acts_on(short_scene, balance_of_scenes):
@@ -52,12 +48,6 @@ def test_they_stay_below_what_anybody_acts_on(short_scene, balance_of_scenes):
             assert not candidate.is_notable(
                 candidate.estimates(scenes, Fitted((), (), x, np.zeros((width, width))))
             )
-
-
-def test_only_causes_of_the_laboratory_are_usual():
-    assert usual_std(PlateBias("plate_1"), SETTINGS) > 0
-    assert usual_std(PlateGain("plate_1"), SETTINGS) == 0
-    assert usual_std(CarriedMass("torso"), SETTINGS) == 0
 
 
 def test_the_whole_of_a_fault_is_told():

@@ -47,7 +47,7 @@ def test_sizes_are_root_mean_squares_of_window_means_about_the_centre_of_mass(dr
 
 def test_the_noise_floor_is_that_of_the_typical_model_error(short_scene):
     rows = trial_rows_of(short_scene)
-    plates = laboratory_errors([rows], DiagnosisSettings())
+    plates = laboratory_errors([rows])
     shared = np.concatenate([rows.nuisance, rows.tissue, plates], axis=1)
     K = shared @ shared.T + rows.covariance + rows.model_error
     variance = np.diag(K).reshape(-1, 6)

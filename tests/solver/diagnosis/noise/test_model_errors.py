@@ -5,7 +5,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.noise.model_errors import model_error, nuisances, soft_tissue
+from solver.diagnosis.noise.model_errors import (
+    BOUNCE_STD,
+    MODEL_ARM_M,
+    MODEL_FORCE_SHARE,
+    MODEL_TIME_S,
+    SEGMENT_INERTIA_STD,
+    SPIN_STD,
+    SWAY_STD,
+    TISSUE_LEAST_SHARE,
+    UNWEIGHED_MASS_STD,
+    model_error,
+    nuisances,
+    soft_tissue,
+)
 from solver.dynamics.windows import windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.simulate.other_masses import with_segment_masses
@@ -78,7 +91,7 @@ def test_second_moments_change_by_a_tenth_along_and_across_the_axes(
     body, own = skeleton.bodies[b], columns.of_body(b)[:, 3:]
     second = 0.5 * np.trace(body.inertia_body) * np.eye(3) - body.inertia_body
     for k, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-        size = np.sqrt(abs(second[i, i] * second[j, j])) * SETTINGS.segment_inertia_std
+        size = np.sqrt(abs(second[i, i] * second[j, j])) * SEGMENT_INERTIA_STD
         change = np.zeros((3, 3))
         change[i, j] = change[j, i] = size if i == j else size / 2
         turned = np.trace(change) * np.eye(3) - change
@@ -112,7 +125,7 @@ def test_a_bounce_is_the_centre_of_masss_acceleration_along_one_axis(short_scene
     """Second differences of the centre of mass; through it, so without a moment."""
     scene = short_scene
     acceleration = np.gradient(np.gradient(scene.com_ground, 0.01, axis=0), 0.01, axis=0)
-    for axis, std in enumerate((SETTINGS.sway_std, SETTINGS.bounce_std, SETTINGS.sway_std)):
+    for axis, std in enumerate((SWAY_STD, BOUNCE_STD, SWAY_STD)):
         rows = columns.bounce[:, axis].reshape(-1, 6)
         force = np.zeros((scene.frames, 3))
         force[:, axis] = std * scene.skeleton.mass * acceleration[:, axis]
@@ -131,7 +144,7 @@ def test_a_spin_is_the_moment_about_the_centre_of_mass_and_no_force(
     for axis in range(3):
         rows = columns.bounce[:, 3 + axis].reshape(-1, 6)
         moment = np.zeros_like(about_com)
-        moment[:, axis] = SETTINGS.spin_std * about_com[:, axis]
+        moment[:, axis] = SPIN_STD * about_com[:, axis]
         expected = short_rows.windows.means(moment)
         np.testing.assert_allclose(rows[:, 3:], expected, atol=1e-3 * np.abs(expected).max())
         np.testing.assert_allclose(rows[:, :3], 0, atol=1e-9)
@@ -190,7 +203,7 @@ def test_every_heavy_segment_slides_along_three_axes_with_each_angle_beside_it(s
     skeleton = short_scene.skeleton
     expected = 0
     for b, body in enumerate(skeleton.bodies):
-        if body.mass < SETTINGS.tissue_least_share * skeleton.mass:
+        if body.mass < TISSUE_LEAST_SHARE * skeleton.mass:
             continue
         beside = [j for c, j in enumerate(skeleton.joints) if j.parent >= 0 and b in {c, j.parent}]
         turns = {a.coordinate for j in beside for a in j.axes if a.kind == "rotation"}
@@ -218,17 +231,17 @@ def test_trials_have_the_same_nuisances_in_the_same_order(short_scene, short_row
 
 def test_model_errors_fade_with_time_and_grow_with_the_acceleration(short_scene):
     windows = windows_over(np.ones(short_scene.frames, dtype=bool), 100.0, 0.06, 0.06)
-    K = model_error(short_scene, windows, SETTINGS).reshape(windows.count, 6, windows.count, 6)
+    K = model_error(short_scene, windows).reshape(windows.count, 6, windows.count, 6)
     weight = short_scene.weight_N
-    assert K[3, 3, 3, 3] == pytest.approx((SETTINGS.model_arm_m * weight) ** 2)
-    assert np.sqrt(K[0, 1, 0, 1]) > SETTINGS.model_force_share * weight
-    assert K[4, 1, 5, 1] / K[4, 1, 4, 1] == pytest.approx(np.exp(-0.5 * (0.06 / SETTINGS.model_time_s) ** 2))
+    assert K[3, 3, 3, 3] == pytest.approx((MODEL_ARM_M * weight) ** 2)
+    assert np.sqrt(K[0, 1, 0, 1]) > MODEL_FORCE_SHARE * weight
+    assert K[4, 1, 5, 1] / K[4, 1, 4, 1] == pytest.approx(np.exp(-0.5 * (0.06 / MODEL_TIME_S) ** 2))
     assert np.abs(K[:, 0, :, 1]).max() == 0
     still = replace(
         short_scene, required_ground=np.tile([0, weight, 0, 0, 0, 0], (short_scene.frames, 1)).astype(float)
     )
-    quiet = model_error(still, windows, SETTINGS).reshape(windows.count, 6, windows.count, 6)
-    assert np.sqrt(quiet[0, 1, 0, 1]) == pytest.approx(SETTINGS.model_force_share * weight, rel=1e-3)
+    quiet = model_error(still, windows).reshape(windows.count, 6, windows.count, 6)
+    assert np.sqrt(quiet[0, 1, 0, 1]) == pytest.approx(MODEL_FORCE_SHARE * weight, rel=1e-3)
 
 
 def test_somebody_nobody_weighed_may_weigh_anything_near_with_the_same_proportions(
@@ -239,5 +252,5 @@ def test_somebody_nobody_weighed_may_weigh_anything_near_with_the_same_proportio
     some = nuisances(short_scene, short_rows.reduced, SETTINGS)
     more = nuisances(unweighed, short_rows.reduced, SETTINGS)
     added = more @ more.T - some @ some.T
-    whole = SETTINGS.unweighed_mass_std * short_rows.reduced(demands(short_scene.skeleton))
+    whole = UNWEIGHED_MASS_STD * short_rows.reduced(demands(short_scene.skeleton))
     np.testing.assert_allclose(added, np.outer(whole, whole), atol=1e-3 * np.abs(added).max())

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.noise.covariances import Covariances
-from solver.diagnosis.noise.noise_grid import NoiseGrid
+from solver.diagnosis.noise.noise_grid import MODEL_SCALES, NoiseGrid
 from solver.diagnosis.noise.noise_scales import Basis, NoiseScale
-from solver.fitting.diagnosis_settings import DiagnosisSettings
-
-SETTINGS = DiagnosisSettings()
 
 
 @dataclass(frozen=True)
@@ -22,7 +19,7 @@ class Fitted:
 @pytest.fixture(scope="module")
 def noise_grid() -> NoiseGrid:
     one = np.eye(1)
-    return NoiseGrid(Basis(Covariances(np.ones(1), (one,), (one,), 0 * one, one)), SETTINGS)
+    return NoiseGrid(Basis(Covariances(np.ones(1), (one,), (one,), 0 * one, one)))
 
 
 def hill(top: NoiseScale, trade: float):
@@ -56,6 +53,6 @@ def test_no_noise_scale_is_fitted_twice_on_the_way(noise_grid, near):
 
 
 def test_nearest_is_the_noise_scale_whose_scales_differ_least(noise_grid):
-    near = noise_grid.nearest(1.05 * min(SETTINGS.model_scales), 0.9)
-    assert (near.scale, near.slack) == (min(SETTINGS.model_scales), 1.0)
+    near = noise_grid.nearest(1.05 * min(MODEL_SCALES), 0.9)
+    assert (near.scale, near.slack) == (min(MODEL_SCALES), 1.0)
     assert noise_grid.nearest(0.001, 0.001) is noise_grid.noise_scales[0]

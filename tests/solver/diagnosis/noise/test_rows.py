@@ -10,7 +10,7 @@ import pytest
 from solver.common.errors import FitError
 from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.diagnose import balance_of
-from solver.diagnosis.noise.rows import TrialRows, plates_noise, trial_rows
+from solver.diagnosis.noise.rows import END_S, WINDOW_S, TrialRows, plates_noise, trial_rows
 from solver.diagnosis.unmodelled.outside_list import outside_the_list
 from solver.diagnosis.unmodelled.remainder import unknown_forces
 from solver.dynamics.force_prediction.marker_posterior import marker_posterior
@@ -117,7 +117,7 @@ def test_what_markers_errors_do_to_the_residual_lies_within_its_covariance(short
 
 
 def test_ends_and_frames_that_do_not_count_are_in_no_window(rows):
-    ends = round(SETTINGS.end_s * 100.0)
+    ends = round(END_S * 100.0)
     touched = rows.windows.start[:, None] + np.arange(rows.windows.length)
     assert touched.min() >= ends
     assert touched.max() < FRAMES - ends
@@ -136,7 +136,7 @@ def test_frames_that_are_too_few_or_too_scattered_are_refused_with_their_number(
 
 @pytest.mark.parametrize("hop_s", [0.03, 0.2])
 def test_a_signature_in_pieces_gives_the_rows_of_the_whole(short_scene, hop_s):
-    windows = windows_over(short_scene.counts, short_scene.rate, SETTINGS.window_s, hop_s)
+    windows = windows_over(short_scene.counts, short_scene.rate, WINDOW_S, hop_s)
     nothing = np.zeros((0, 0))
     rows = TrialRows(short_scene, windows, nothing, nothing, nothing, nothing, np.zeros(0))
     found = [(c, e) for c in catalogue([short_scene]) for e in c.starts([short_scene])[:1]]

@@ -8,6 +8,7 @@ from scipy.stats import multivariate_normal
 
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_readings import PlateBias, PlateGain
+from solver.diagnosis.noise.noise_grid import MODEL_SCALE_STD, SLACK_STD
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance, laboratory_errors
 from solver.diagnosis.search.terms import Term
@@ -38,7 +39,7 @@ def terms(balance) -> list[Term]:
 def dense(balance: Balance, noise_scale: NoiseScale) -> np.ndarray:
     """K = markers and plates + inertias + h² (soft tissue, laboratories' errors) + s² model errors."""
     (rows,) = balance.trials
-    plates = laboratory_errors([rows], SETTINGS)
+    plates = laboratory_errors([rows])
     sound = rows.covariance + rows.nuisance @ rows.nuisance.T
     soft_tissue = noise_scale.slack**2 * rows.tissue @ rows.tissue.T
     return sound + plates @ plates.T + soft_tissue + noise_scale.scale**2 * rows.model_error
@@ -53,8 +54,8 @@ def log_density(balance: Balance, noise_scale: NoiseScale, terms) -> float:
     K = dense(balance, noise_scale) + columns @ columns.T
     return (
         float(multivariate_normal(mean, K).logpdf(balance.residual))
-        - 0.5 * (np.log(noise_scale.scale) / SETTINGS.model_scale_std) ** 2
-        - 0.5 * (np.log(noise_scale.slack) / SETTINGS.slack_std) ** 2
+        - 0.5 * (np.log(noise_scale.scale) / MODEL_SCALE_STD) ** 2
+        - 0.5 * (np.log(noise_scale.slack) / SLACK_STD) ** 2
     )
 
 
@@ -190,7 +191,7 @@ def test_trials_share_inertias_but_no_noise(drawn, rows_of):
     noise_scale = both.noise_scales[5]
     K = noise_scale.covariance
     n = len(one.residual)
-    plates = [laboratory_errors([rows], SETTINGS) for rows in (one, two)]
+    plates = [laboratory_errors([rows]) for rows in (one, two)]
     shared = one.nuisance @ two.nuisance.T + plates[0] @ plates[1].T
     shared += noise_scale.slack**2 * one.tissue @ two.tissue.T
     np.testing.assert_allclose(K[:n, n:], shared, atol=1e-6)

@@ -13,6 +13,7 @@ from solver.diagnosis.causes.on_segments import BETWEEN_OTHERS_ODDS
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.contenders import (
+    TEMPER_NATS,
     confidence,
     handicap,
 )
@@ -33,7 +34,7 @@ def test_confidence_is_a_share_among_rivals_and_none(drawn, balance_of_scenes, s
         balance, [PlateGain("plate_1"), PlateGain("plate_2"), *PlatePosition.candidates([short_scene])]
     ).found[0]
     one = found.contender
-    temper = SETTINGS.confidence_temper
+    temper = TEMPER_NATS
     odds = [c.gain - handicap(c.term.candidate, SETTINGS) for c in (one, *found.rivals)]
     weights = np.exp((np.array([*odds, 0.0]) - odds[0]) / temper)
     assert confidence(one, found.rivals, SETTINGS) == pytest.approx(1 / weights.sum())

@@ -9,8 +9,11 @@ from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateBias, PlateGain
+from solver.diagnosis.search import search
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import (
+    EXCHANGE_NATS,
+    LEAST_FURTHER_NATS,
     handicap,
 )
 from solver.diagnosis.search.selection import select
@@ -52,7 +55,7 @@ def test_a_later_cause_makes_room_for_a_better_first_one(short_scene, drawn, bal
             if candidate.key in {t.candidate.key for t in terms} or candidate.starts(balance.scenes) != ((),):
                 continue
             other = balance.solve([*rest, balance.term(candidate, ())], near=selection.solved.noise_scale)
-            least = SETTINGS.exchange_margin + handicap(candidate, SETTINGS)
+            least = EXCHANGE_NATS + handicap(candidate, SETTINGS)
             own = handicap(terms[k].candidate, SETTINGS)
             assert other.log_evidence - least < selection.solved.log_evidence - own + 1e-6
 
@@ -85,7 +88,7 @@ def test_a_search_that_had_its_evaluations_ends_with_what_held_up_so_far(short_s
     assert {0, 1} <= set(lengths)
 
 
-def test_two_that_stand_out_only_together_are_named(short_scene, drawn):
+def test_two_that_stand_out_only_together_are_named(short_scene, drawn, monkeypatch):
     """What two causes have in common cancels: each alone explains next to nothing of what is left."""
     common = 0.3 * short_scene.plates[0].wrench_ground
     apart = np.zeros_like(common)
@@ -93,19 +96,17 @@ def test_two_that_stand_out_only_together_are_named(short_scene, drawn):
     apart[:, 3:] = np.cross(short_scene.com_ground, apart[:, :3])
     one, other = TimeHistory("one", apart + common), TimeHistory("other", apart - common)
     scene = drawn(4, 2 * apart, scale=0.3)
-    settings = replace(SETTINGS, least_of_two=-10.0)
-    balance = Balance([trial_rows_of(scene)], settings)
+    monkeypatch.setattr(search, "LEAST_OF_TWO_NATS", -10.0)
+    balance = Balance([trial_rows_of(scene)], SETTINGS)
     nothing = balance.solve([]).log_evidence
     for alone in (one, other):
         assert balance.solve([balance.term(alone, ())]).log_evidence - nothing < SETTINGS.least_gain
         assert named(select(balance, [alone])) == []
     selection = select(balance, [one, other])
     assert set(named(selection)) == {one.key, other.key}
-    assert selection.solved.log_evidence - nothing > SETTINGS.least_gain + SETTINGS.least_further_gain
-    assert (
-        named(select(Balance([trial_rows_of(scene)], replace(settings, tried_in_pairs=0)), [one, other]))
-        == []
-    )
+    assert selection.solved.log_evidence - nothing > SETTINGS.least_gain + LEAST_FURTHER_NATS
+    monkeypatch.setattr(search, "TRIED_IN_PAIRS", 0)
+    assert named(select(balance, [one, other])) == []
 
 
 def test_what_is_known_from_elsewhere_does_not_end_the_search(short_scene, drawn):
@@ -154,7 +155,7 @@ def test_no_cause_takes_the_place_of_one_by_making_another_too_small(short_scene
         sizes = [solved.estimates(k, balance.scenes)["size"].value for k in range(len(some))]
         return solved.log_evidence, sizes
 
-    assert solved(both, second)[0] > solved(first, second)[0] + SETTINGS.exchange_margin
+    assert solved(both, second)[0] > solved(first, second)[0] + EXCHANGE_NATS
     assert not second.least < solved(both, second)[1][1]
     assert named(select(balance, [first, second, both])) == [first.key, second.key]
 
@@ -179,7 +180,7 @@ def test_what_two_causes_do_together_is_not_left_to_a_third_that_resembles_both(
 
 
 @pytest.mark.parametrize(("lead", "first"), [(10.0, "seen_gain"), (0.0, "plate_gain")])
-def test_what_is_seen_without_forces_is_tried_before_its_equals(short_scene, drawn, rows_of, lead, first):
+def test_what_is_seen_without_forces_is_tried_before_its_equals(short_scene, drawn, lead, first, monkeypatch):
     """The same trace at odds of 5 nats: as a foot that stands where no plate is, beside a harness."""
 
     @dataclass(frozen=True)
@@ -187,16 +188,15 @@ def test_what_is_seen_without_forces_is_tried_before_its_equals(short_scene, dra
         id = "seen_gain"
         about = About("seen_gain", seen_standing=True)
 
-    rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
-    settings = replace(
-        SETTINGS, handicaps=(("seen_gain", 5.0),), direct_check_margin=lead, least_confidence=0.0
-    )
+    rows = trial_rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+    monkeypatch.setattr(search, "SEEN_STANDING_NATS", lead)
+    settings = replace(SETTINGS, handicaps=(("seen_gain", 5.0),), least_confidence=0.0)
     found = select(Balance([rows], settings), [PlateGain("plate_2"), SeenGain("plate_2")]).found
     assert [f.contender.term.candidate.id for f in found] == [first]
 
 
 def test_of_causes_that_do_nearly_as_well_the_one_stays_beside_which_others_show(
-    short_scene, drawn, balance_of_scenes
+    short_scene, drawn, balance_of_scenes, monkeypatch
 ):
     """A usual cause that says most of it hides a small one; a rare one that says all of it does not."""
     true, imitation = RareSwing("all", rates=((20.0, 1.0),)), Swing("all", rates=((20.0, 0.9), (33.0, 0.45)))
@@ -208,7 +208,8 @@ def test_of_causes_that_do_nearly_as_well_the_one_stays_beside_which_others_show
     assert against > 0
 
     def found(most_starts):
-        settings = replace(SETTINGS, handicaps=(("rare_swing", against),), most_starts=most_starts)
+        monkeypatch.setattr(search, "MOST_STARTS", most_starts)
+        settings = replace(SETTINGS, handicaps=(("rare_swing", against),))
         return set(named(select(Balance(balance.trials, settings), [true, imitation, small])))
 
     assert found(0) == {imitation.key}

@@ -1,7 +1,6 @@
 """A name is as sure as what may be in its place allows, the unknown included."""
 
-from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -12,9 +11,10 @@ from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.decisions import is_only_tentative
 from solver.diagnosis.report import as_json
-from solver.diagnosis.search.contenders import Contender, Found
+from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, TEMPER_NATS, Contender, Found
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.trail import Trail
+from solver.diagnosis.unmodelled import open_world
 from solver.diagnosis.unmodelled.open_world import OpenWorld, held
 from solver.diagnosis.unmodelled.unexplained import Kept
 from tests.solver.diagnosis.named_causes import TimeHistory
@@ -69,13 +69,13 @@ def test_the_nearest_wrong_name_gives_way_to_the_plate_it_is_about(turned, few):
     assert not [e for e in answer["effects"] if e["confidence"] > 0.5]
 
 
-def test_what_is_too_small_to_look_for_is_no_evidence_that_something_is_wrong(turned, few):
-    strict = copy(turned)
-    strict.settings = replace(turned.settings, least_unknown_share=0.9)  # of body weight
-    kept = held_of(strict, select(strict, []))
+def test_what_is_too_small_to_look_for_is_no_evidence_that_something_is_wrong(turned, few, monkeypatch):
+    selection = select(turned, [])
+    assert held_of(turned, selection).unknown_nats > LEAST_UNKNOWN_NATS
+    monkeypatch.setattr(open_world, "LEAST_UNKNOWN_SHARE", 0.9)  # of body weight
+    kept = held_of(turned, selection)
     assert kept.told is None
     assert kept.unknown_nats == -np.inf
-    assert held_of(turned, select(turned, [])).unknown_nats > turned.settings.least_unknown_gain
 
 
 def test_nothing_is_told_where_nothing_is_wrong(drawn, balance_of_scenes, few):
@@ -169,8 +169,8 @@ def test_what_is_likelier_wrong_than_right_is_only_tentative_unless_it_is_one_cl
     assert [share for _, share in standing.rivals] == pytest.approx([standing.confidence] * 2)
     assert standing.in_its_class == pytest.approx((3 if alike else 1) * standing.confidence)
     candidate = one.term.candidate
-    assert is_only_tentative(candidate, standing.in_its_class, balance.settings) == (not alike)
-    assert not is_only_tentative(Standing("calcn_r", there), standing.in_its_class, balance.settings)
+    assert is_only_tentative(candidate, standing.in_its_class) == (not alike)
+    assert not is_only_tentative(Standing("calcn_r", there), standing.in_its_class)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +196,4 @@ def test_what_is_seen_elsewhere_stands_beside_an_unknown_that_does_not_explain_i
     assert bool(result.found) == kept
     assert result.told.cause.target == "plate_2"
     if kept:
-        assert (
-            0.5 < result.standings[0].confidence < 1 / (1 + np.exp(-nats / turned.settings.confidence_temper))
-        )
+        assert 0.5 < result.standings[0].confidence < 1 / (1 + np.exp(-nats / TEMPER_NATS))

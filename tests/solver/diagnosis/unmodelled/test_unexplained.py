@@ -1,23 +1,21 @@
 """Named causes beside a force of unknown time history that may take their place."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from solver.diagnosis import checks
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.effect import Candidate, Signature
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.causes.scene import force_at
-from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import Contender, Found
+from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, Contender, Found
 from solver.diagnosis.search.selection import Selection, select
+from solver.diagnosis.unmodelled import unexplained
 from solver.diagnosis.unmodelled.remainder import UnknownForce
-from solver.diagnosis.unmodelled.unexplained import kept_beside_the_unknown
-from solver.fitting.diagnosis_settings import DiagnosisSettings
-
-SETTINGS = DiagnosisSettings()
+from solver.diagnosis.unmodelled.unexplained import MOST_CONSTANT, kept_beside_the_unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,14 +89,16 @@ def test_a_cause_that_pays_beside_the_unknown_is_named_with_it(
     assert kept.left.term.candidate.target == "hand_l"
 
 
-def test_beside_a_strong_unknown_a_cause_has_to_pay_more(short_scene, swinging, drawn, balance_of_scenes):
+def test_beside_a_strong_unknown_a_cause_has_to_pay_more(
+    short_scene, swinging, drawn, balance_of_scenes, monkeypatch
+):
     """No time history of a free force is described whole, and what it leaves suits many a cause."""
     missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
     plain = balance_of_scenes(drawn(4, missing, scale=0.5))
 
     def kept(share):
-        balance = Balance(plain.trials, replace(SETTINGS, beside_unknown_share=share))
-        return kept_beside_the_unknown(balance, select(balance, [PlateGain("plate_1")]))
+        monkeypatch.setattr(checks, "BESIDE_UNKNOWN_SHARE", share)
+        return kept_beside_the_unknown(plain, select(plain, [PlateGain("plate_1")]))
 
     lenient = kept(0.0)
     assert [f.contender.term.candidate.id for f in lenient.found] == ["plate_gain"]
@@ -123,43 +123,46 @@ def lasting(short_scene):
     return at_the_hand(short_scene, [60.0, 0.0, 0.0])
 
 
-def test_a_free_force_that_stays_the_same_takes_no_named_causes_place(lasting, drawn, balance_of_scenes):
+def test_a_free_force_that_stays_the_same_takes_no_named_causes_place(
+    lasting, drawn, balance_of_scenes, monkeypatch
+):
     """The cause has it at the wrong body; a free one would have it right, and any steady force has a name."""
     plain = balance_of_scenes(drawn(4, lasting, scale=0.5))
 
     def kept(most_constant):
-        balance = Balance(plain.trials, replace(SETTINGS, most_constant=most_constant))
-        return kept_beside_the_unknown(balance, select(balance, [Steady("torso")]))
+        monkeypatch.setattr(unexplained, "MOST_CONSTANT", most_constant)
+        return kept_beside_the_unknown(plain, select(plain, [Steady("torso")]))
 
-    if_any_may, as_it_is = kept(1.0), kept(SETTINGS.most_constant)
+    if_any_may, as_it_is = kept(1.0), kept(MOST_CONSTANT)
     assert if_any_may.found == ()
     assert if_any_may.left.term.candidate.target == "hand_l"
     assert [f.contender.term.candidate.key for f in as_it_is.found] == [("steady", "torso")]
 
 
 def test_a_free_force_that_takes_back_what_a_named_cause_explains_is_not_told(
-    short_scene, drawn, balance_of_scenes
+    short_scene, drawn, balance_of_scenes, monkeypatch
 ):
     """Some other weight and a steady pull up are as good as the weight, of whatever size."""
     plain = balance_of_scenes(drawn(4, at_the_hand(short_scene, [0.0, 60.0, 0.0]), scale=0.5))
     (mass,) = SubjectMass.candidates([short_scene])
+    monkeypatch.setattr(unexplained, "UNKNOWN_MARGIN_NATS", 1e9)
 
     def left(most_constant):
-        balance = Balance(plain.trials, replace(SETTINGS, most_constant=most_constant, unknown_margin=1e9))
-        return kept_of(balance, mass).left
+        monkeypatch.setattr(unexplained, "MOST_CONSTANT", most_constant)
+        return kept_of(plain, mass).left
 
     assert isinstance(left(1.0).term.candidate, UnknownForce)
-    told = left(SETTINGS.most_constant)
+    told = left(MOST_CONSTANT)
     assert told is None or not isinstance(told.term.candidate, UnknownForce)
 
 
 def test_a_steady_force_that_no_named_cause_explains_is_told_beside_it(
-    short_scene, lasting, drawn, balance_of_scenes
+    short_scene, lasting, drawn, balance_of_scenes, monkeypatch
 ):
     """Also once a cause that cannot be was dropped from beside it."""
     missing = lasting + 0.2 * short_scene.plates[0].wrench_ground
-    plain = balance_of_scenes(drawn(4, missing, scale=0.5))
-    balance = Balance(plain.trials, replace(SETTINGS, unknown_margin=1e9))
+    monkeypatch.setattr(unexplained, "UNKNOWN_MARGIN_NATS", 1e9)
+    balance = balance_of_scenes(drawn(4, missing, scale=0.5))
     kept = kept_of(balance, PlateGain("plate_1"), Never("torso"))
     assert [f.contender.term.candidate.id for f in kept.found] == ["plate_gain"]
     assert kept.left.term.candidate.target == "hand_l"
@@ -179,12 +182,12 @@ class Weak(Steady):
 
 
 def test_what_cannot_be_without_the_unknown_is_not_named_beside_it(
-    short_scene, swinging, drawn, balance_of_scenes
+    short_scene, swinging, drawn, balance_of_scenes, monkeypatch
 ):
     """By itself it would have to pull harder than it can; what the unknown leaves to it is little enough."""
     missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
-    plain = balance_of_scenes(drawn(4, missing, scale=0.5))
-    balance = Balance(plain.trials, replace(SETTINGS, unknown_margin=1e9))
+    monkeypatch.setattr(unexplained, "UNKNOWN_MARGIN_NATS", 1e9)
+    balance = balance_of_scenes(drawn(4, missing, scale=0.5))
     gain, weak = PlateGain("plate_1"), Weak("hand_l")
     without = balance.solve([balance.term(c, ()) for c in (gain, weak)])
     assert not weak.is_notable(without.estimates(1, balance.scenes))
@@ -202,7 +205,7 @@ def test_nothing_is_left_in_what_model_errors_make(drawn, balance_of_scenes):
 def test_the_force_left_is_worth_its_evidence_and_of_a_size(swinging, drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
     left = kept_beside_the_unknown(balance, select(balance, [])).left
-    assert left.gain > SETTINGS.least_unknown_gain
+    assert left.gain > LEAST_UNKNOWN_NATS
     scene = balance.scenes[0]
     x, _ = left.solved.of(0)
     force = left.term.candidate.force_ground(scene, x)
