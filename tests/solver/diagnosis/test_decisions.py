@@ -9,6 +9,7 @@ from solver.diagnosis import checks, gain_asked
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.effect import Nonlinear
 from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.off_plate_step import OffPlateStep
 from solver.diagnosis.causes.plate_readings import PlateGain
@@ -197,12 +198,7 @@ class Impossible(TimeHistory):
     """A wrench that cannot be, however much it explains."""
 
     id = "impossible"
-
-    def starts(self, scenes):
-        return ((0.0,),)
-
-    def steps(self):
-        return (1.0,)
+    nonlinear = (Nonlinear("place", (0.0,), step=1.0, bounds=(-np.inf, np.inf)),)
 
     def is_possible(self, estimates):
         return False
