@@ -14,9 +14,9 @@ from solver.simulate.faults.cases import (
     WALKING_ONLY,
     CasePlan,
 )
-from solver.simulate.faults.draw_measurement import MEASUREMENT
+from solver.simulate.faults.drawing import MEASUREMENT
 from solver.simulate.faults.hidden import UNSIZED
-from solver.simulate.faults.unknown import UNKNOWN
+from solver.simulate.faults.physical import UNKNOWN
 from solver.simulate.faults.worlds import Handout, WorldPlan, draw_handout, plan_world
 
 INSIDE, OUTSIDE, CLEAN = "inside", "outside", "clean"

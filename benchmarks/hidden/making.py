@@ -18,8 +18,7 @@ from solver.capture.atomic import write_whole
 from solver.capture.capture import Capture
 from solver.simulate.faults.cases import CasePlan, made
 from solver.simulate.faults.drawing import NoPlaceError
-from solver.simulate.faults.files import Recording, write_recording
-from solver.simulate.faults.hidden import Hidden, Truth
+from solver.simulate.faults.hidden import Hidden, Recording, Truth, write_recording
 from solver.skeleton.forward import cross
 
 HELD_OUT_FROM = 0.8  # share of the frames after which the forces are not handed out

@@ -1,4 +1,7 @@
-"""A motion as a quintic spline with even knots: position, velocity and acceleration exact at any time."""
+"""A motion as a quintic spline with even knots: position, velocity and acceleration exact at any time.
+
+And the same motion on a floor that accelerates, seen by cameras that move with it.
+"""
 
 from dataclasses import dataclass
 from functools import cache
@@ -6,6 +9,10 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.interpolate import BSpline, PPoly
+
+from solver.skeleton.forward import cross
+from solver.skeleton.pinocchio_model import RigidBodyModel
+from solver.skeleton.skeleton import Skeleton
 
 DEGREE = 5
 ACTIVE = DEGREE + 1  # basis functions that are not zero at a time
@@ -68,3 +75,30 @@ def _pieces(order: int) -> tuple[Float[np.ndarray, " powers"], ...]:
     cardinal = PPoly.from_spline(BSpline.basis_element(np.arange(ACTIVE + 1.0), extrapolate=False))
     inner = np.flatnonzero((cardinal.x[:-1] >= 0) & (np.diff(cardinal.x) > 0))[:ACTIVE]
     return tuple(np.polyder(np.poly1d(cardinal.c[:, piece]), order).coeffs for piece in inner[::-1])
+
+
+@dataclass(frozen=True)
+class MovingSupport:
+    """The acceleration of the support as a sum of sines along one direction.
+
+    Motions are relative to the support, so that each particle of mass m feels −m a besides its weight.
+    """
+
+    skeleton: Skeleton
+    direction_ground: Float[np.ndarray, "3"]
+    waves: tuple[tuple[float, float, float], ...]  # amplitude [m/s²], frequency [Hz], phase [rad]
+
+    def acceleration(self, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times 3"]:
+        """Of the support [m/s²]."""
+        time_history = np.zeros(len(times))
+        for amplitude, frequency, phase in self.waves:
+            time_history += amplitude * np.sin(2 * np.pi * frequency * times + phase)
+        return time_history[:, None] * self.direction_ground
+
+    def __call__(
+        self, motion: SplineMotion, times: Float[np.ndarray, " times"]
+    ) -> Float[np.ndarray, "times 6"]:
+        """Force [N] and moment about the ground origin [N·m]."""
+        force = -self.skeleton.mass * self.acceleration(times)
+        com = RigidBodyModel(self.skeleton).centre_of_mass(motion.derivative(times, 0))
+        return np.concatenate([force, cross(com, force)], axis=1)

@@ -11,7 +11,7 @@ from benchmarks.hidden.drawing import CLEAN, INSIDE, OUTSIDE, OVERSIZES, draw_se
 from benchmarks.hidden.sealing import Salts, SealError, check_seals, kept_salts, seal
 from solver.simulate.faults.cases import IDS
 from solver.simulate.faults.hidden import UNSIZED
-from solver.simulate.faults.unknown import UNKNOWN
+from solver.simulate.faults.physical import UNKNOWN
 from solver.simulate.faults.worlds import draw_handout, plan_world
 from solver.skeleton.default_body import default_skeleton
 
@@ -77,7 +77,7 @@ def test_nothing_that_is_handed_out_tells_the_truth(made_twice):
 
 
 def test_forces_end_before_the_held_out_frames_and_the_truth_holds_them(made_twice):
-    from solver.simulate.faults.files import read_recording
+    from solver.simulate.faults.hidden import read_recording
 
     for path in sorted((made_twice / "truth").glob("case_*.json")):
         truth = json.loads(path.read_text())

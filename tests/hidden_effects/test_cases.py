@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from solver.simulate.faults.cases import IDS, Mix, made, one_case, plan_cases, write_case
-from solver.simulate.faults.draw_measurement import MEASUREMENT, hide_measurement
-from solver.simulate.faults.files import read_recording, write_recording
-from solver.simulate.faults.hidden import REFERENCE_SIZE
+from solver.simulate.faults.drawing import MEASUREMENT, hide_measurement
+from solver.simulate.faults.hidden import REFERENCE_SIZE, read_recording, write_recording
 
 HIDER = Path(__file__).parents[2] / "solver" / "simulate" / "faults"
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, freqz
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.simulate.faults import clocks, plates
+from solver.simulate.faults import recorded
 
 RATE = 1000.0
 
@@ -27,7 +27,7 @@ def capture():
 
 @pytest.mark.parametrize("offset", [0.008, -0.008, 0.0123, -0.0217])
 def test_late_forces_show_at_a_time_what_was_true_before(capture, offset):
-    late = clocks.late(capture, offset)
+    late = recorded.late(capture, offset)
     first_frame = late.markers.positions_ground[0, 0, 0]  # the marker tells the true time
     times = first_frame + np.arange(late.plates[0].samples) / RATE
     np.testing.assert_allclose(late.plates[0].force_ground[:, 1], time_history(times - offset), atol=1e-6)
@@ -38,7 +38,7 @@ def test_late_forces_show_at_a_time_what_was_true_before(capture, offset):
 
 @pytest.mark.parametrize("stretch", [0.01, -0.01])
 def test_a_stretched_clock_starts_right_and_runs_away(capture, stretch):
-    wrong = clocks.stretched(capture, stretch)
+    wrong = recorded.stretched(capture, stretch)
     times = np.arange(wrong.plates[0].samples) / RATE
     np.testing.assert_allclose(
         wrong.plates[0].force_ground[:, 1], time_history(times / (1 + stretch)), atol=1e-6
@@ -47,9 +47,9 @@ def test_a_stretched_clock_starts_right_and_runs_away(capture, stretch):
 
 
 def test_zeros_stay_zeros_between_the_samples(capture):
-    plate = plates.blanked(capture.plates[0], slice(500, 900))
-    wrong = clocks.late(replace(capture, plates=(plate,)), 0.0123).plates[0]
-    assert plates.silent(wrong).sum() == pytest.approx(400, abs=1)
+    plate = recorded.blanked(capture.plates[0], slice(500, 900))
+    wrong = recorded.late(replace(capture, plates=(plate,)), 0.0123).plates[0]
+    assert recorded.silent(wrong).sum() == pytest.approx(400, abs=1)
 
 
 def test_a_low_pass_takes_a_sine_down_as_its_own_response_says_twice(capture):
@@ -59,7 +59,7 @@ def test_a_low_pass_takes_a_sine_down_as_its_own_response_says_twice(capture):
     plate = replace(
         capture.plates[0], force_ground=force, moment_ground=np.cross(capture.plates[0].cop_ground, force)
     )
-    wrong = clocks.low_passed(replace(capture, plates=(plate,)), 6.0).plates[0]
+    wrong = recorded.low_passed(replace(capture, plates=(plate,)), 6.0).plates[0]
     b, a = butter(2, 6.0, fs=RATE)
     gain = np.abs(freqz(b, a, worN=[8.0], fs=RATE)[1][0]) ** 2
     middle = slice(500, 1500)
@@ -69,16 +69,16 @@ def test_a_low_pass_takes_a_sine_down_as_its_own_response_says_twice(capture):
 
 
 def test_a_filtered_plate_still_reads_nothing_without_load(recording):
-    wrong = clocks.low_passed(recording.trials[0], 6.0)
+    wrong = recorded.low_passed(recording.trials[0], 6.0)
     for plate, before in zip(wrong.plates, recording.trials[0].plates, strict=True):
-        assert plates.silent(plate).mean() == pytest.approx(plates.silent(before).mean(), abs=0.1)
-        on = plates.loaded(plate, 100.0) & plates.loaded(before, 100.0)
+        assert recorded.silent(plate).mean() == pytest.approx(recorded.silent(before).mean(), abs=0.1)
+        on = recorded.loaded(plate, 100.0) & recorded.loaded(before, 100.0)
         rough = [np.std(np.diff(p.force_ground[:, 1], 2)[on[1:-1]]) for p in (plate, before)]
         assert rough[0] < 0.1 * rough[1]
 
 
 def test_cutting_keeps_markers_and_forces_together(capture):
-    short = clocks.cut(capture, 20, 120)
+    short = recorded.cut(capture, 20, 120)
     assert short.markers.frames == 100
     np.testing.assert_allclose(short.plates[0].force_ground[0, 1], time_history(0.2))
     np.testing.assert_allclose(short.plates[0].times[[0, -1]], [0.0, 0.99])

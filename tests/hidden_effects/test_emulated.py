@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from solver.simulate.faults import plates
+from solver.simulate.faults import recorded
 from solver.simulate.faults.drawing import NoPlaceError
-from solver.simulate.faults.emulated import EMULATED, hide_emulated, with_external
+from solver.simulate.faults.real import EMULATED, hide_emulated, with_external
 
 
 def total(capture):
@@ -28,19 +28,19 @@ def test_centres_of_pressure_move_alike_and_stay_centres(recording):
         after.cop_ground - before.cop_ground
         for after, before in zip(changed.plates, trial.plates, strict=True)
     ]
-    both = np.all([plates.loaded(p) for p in trial.plates], axis=0)
+    both = np.all([recorded.loaded(p) for p in trial.plates], axis=0)
     assert both.sum() > 50
     np.testing.assert_allclose(moved[0][both], moved[1][both], atol=1e-12)
     for plate, before in zip(changed.plates, trial.plates, strict=True):
-        on = plates.loaded(before)
-        about = plates.free_moment(plate)[on]
-        np.testing.assert_allclose(about[:, [0, 2]], plates.free_moment(before)[on][:, [0, 2]], atol=1e-9)
+        on = recorded.loaded(before)
+        about = recorded.free_moment(plate)[on]
+        np.testing.assert_allclose(about[:, [0, 2]], recorded.free_moment(before)[on][:, [0, 2]], atol=1e-9)
 
 
 def test_nothing_can_pull_a_person_in_the_air(recording):
     trial = recording.trials[0]
     flying = type(trial)(
-        trial.name, trial.markers, tuple(plates.blanked(p, slice(400, 600)) for p in trial.plates)
+        trial.name, trial.markers, tuple(recorded.blanked(p, slice(400, 600)) for p in trial.plates)
     )
     n = trial.plates[0].samples
     with pytest.raises(NoPlaceError, match="nobody on the plates"):

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from benchmarks.diagnosis.judge import judged
-from solver.simulate.faults import plates
+from solver.simulate.faults import recorded
 from solver.simulate.faults.cases import IDS, OVERGROUND_ONLY, made, one_case
-from solver.simulate.faults.files import write_recording
-from solver.simulate.faults.hidden import UNSIZED
+from solver.simulate.faults.hidden import UNSIZED, write_recording
 from tests.hidden_effects.conftest import short_plan
 
 diagnose = pytest.importorskip(
@@ -136,7 +135,7 @@ def at_the_markers_rate(plate, rate, rng):
     )
     force = few.force_ground + rng.normal(0, 8.0, few.force_ground.shape)
     cop = few.cop_ground + rng.normal(0, 0.004, force.shape) * (1.0, 0.0, 1.0)
-    return plates.rebuilt(few, force, cop, plates.free_moment(few))
+    return recorded.rebuilt(few, force, cop, recorded.free_moment(few))
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from solver.capture.capture import Markers
-from solver.simulate.faults import marker_effects
+from solver.simulate.faults import recorded
 from solver.skeleton.forward import body_poses
 
 
@@ -20,7 +20,7 @@ def segment():
 
 def test_registration_finds_the_turning_of_the_body(segment):
     markers, turn = segment
-    R, centroid = marker_effects.registered(markers, list("ABCD"))
+    R, centroid = recorded.registered(markers, list("ABCD"))
     relative = R @ R[0].T
     np.testing.assert_allclose(relative, (turn * turn[0].inv()).as_matrix(), atol=1e-9)
     np.testing.assert_allclose(centroid, markers.positions_ground.mean(axis=1), atol=1e-9)
@@ -31,8 +31,8 @@ def test_registration_bridges_gaps(segment):
     positions = markers.positions_ground.copy()
     positions[40:44] = np.nan
     positions[60:70, 2] = np.nan
-    R, _ = marker_effects.registered(Markers(markers.names, positions, 100.0), list("ABCD"))
-    whole, _ = marker_effects.registered(markers, list("ABCD"))
+    R, _ = recorded.registered(Markers(markers.names, positions, 100.0), list("ABCD"))
+    whole, _ = recorded.registered(markers, list("ABCD"))
     relative = np.einsum("tji,tjk->tik", R, whole)
     angles = Rotation.from_matrix(relative @ relative[0].T).magnitude()
     assert angles.max() < 0.01
@@ -40,8 +40,8 @@ def test_registration_bridges_gaps(segment):
 
 def test_a_slipped_marker_stays_where_it_slipped_to_in_the_body(segment):
     markers, turn = segment
-    R, _ = marker_effects.registered(markers, list("ABCD"))
-    wrong = marker_effects.slipped(markers, "B", np.array([0.009, -0.012, 0.0]), 0.5, R)
+    R, _ = recorded.registered(markers, list("ABCD"))
+    wrong = recorded.slipped(markers, "B", np.array([0.009, -0.012, 0.0]), 0.5, R)
     in_body = np.stack(
         [turn[t].inv().apply((wrong.positions_ground - markers.positions_ground)[t]) for t in range(120)]
     )
@@ -53,7 +53,7 @@ def test_a_slipped_marker_stays_where_it_slipped_to_in_the_body(segment):
 
 def test_a_swap_exchanges_two_and_ends(segment):
     markers, _ = segment
-    wrong = marker_effects.swapped(markers, "A", "D", 20, 30).positions_ground
+    wrong = recorded.swapped(markers, "A", "D", 20, 30).positions_ground
     true = markers.positions_ground
     np.testing.assert_array_equal(wrong[20:30, 0], true[20:30, 3])
     np.testing.assert_array_equal(wrong[20:30, 3], true[20:30, 0])
@@ -62,7 +62,7 @@ def test_a_swap_exchanges_two_and_ends(segment):
 
 def test_a_scale_multiplies_every_distance(segment):
     markers, _ = segment
-    wrong = marker_effects.rescaled(markers, 1.01).positions_ground
+    wrong = recorded.rescaled(markers, 1.01).positions_ground
     far = lambda p: np.linalg.norm(p[:, 0] - p[:, 3], axis=1)  # noqa: E731
     np.testing.assert_allclose(far(wrong), 1.01 * far(markers.positions_ground))
 
@@ -72,9 +72,9 @@ def test_soft_tissue_moves_a_segments_markers_alike_and_with_the_joint_angle(rec
     names = {
         b: [n for n, body in recording.marker_bodies.items() if body == b] for b in ("femur_r", "tibia_r")
     }
-    R, R_next = (marker_effects.registered(markers, names[b])[0] for b in ("femur_r", "tibia_r"))
+    R, R_next = (recorded.registered(markers, names[b])[0] for b in ("femur_r", "tibia_r"))
     direction = np.array([[0.2, 0.5, 1.0], [0.0, 0.3, 0.4], [0.1, 0.0, 0.7]])
-    wrong = marker_effects.soft(
+    wrong = recorded.soft(
         markers, names["femur_r"], R_ground=R, R_next=R_next, direction=direction, rms_m=0.010
     )
     moved = wrong.positions_ground - markers.positions_ground

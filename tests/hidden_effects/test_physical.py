@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from solver.simulate.faults import physical
-from solver.simulate.faults.physical import PHYSICAL, beside_the_sole, hide_physical
-from solver.simulate.faults.unknown import UNKNOWN, hide_unknown
+from solver.simulate.faults.physical import PHYSICAL, UNKNOWN, beside_the_sole, hide_physical, hide_unknown
 from solver.simulate.faults.worlds import plates_of, world_of
 from solver.simulate.other_masses import with_carried_mass, with_segment_masses
 from solver.skeleton.forward import body_poses

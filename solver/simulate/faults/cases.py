@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 
 from solver.capture.atomic import write_whole
-from solver.simulate.faults.draw_measurement import MEASUREMENT, hide_measurement
-from solver.simulate.faults.files import Recording, write_recording
-from solver.simulate.faults.hidden import UNSIZED, Hidden, Truth
-from solver.simulate.faults.physical import PHYSICAL, hide_physical
-from solver.simulate.faults.unknown import UNKNOWN, hide_unknown
+from solver.simulate.faults.drawing import MEASUREMENT, hide_measurement
+from solver.simulate.faults.hidden import UNSIZED, Hidden, Recording, Truth, write_recording
+from solver.simulate.faults.physical import PHYSICAL, UNKNOWN, hide_physical, hide_unknown
 from solver.simulate.faults.worlds import (
     Handout,
     ModelKind,

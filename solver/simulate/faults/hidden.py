@@ -1,7 +1,19 @@
-"""What was hidden: one effect with its target, parameters and frames, in the catalogue's own words."""
+"""What was hidden, in the catalogue's own words, and the subject folder that holds it."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
+
+import numpy as np
+
+from solver.capture.capture import Capture, Markers, Subject
+from solver.capture.formats.trc import write_trc
+from solver.capture.subject.subject import open_subject
+from solver.capture.trial import read_static, read_trial
+from solver.simulate.subject_folder import write_forces
+from solver.skeleton.osim import load_skeleton
+from solver.skeleton.osim_writer import write_skeleton
+from solver.skeleton.skeleton import Skeleton
 
 REFERENCE_SIZE = {
     "clock_offset": 0.008,  # [s]
@@ -69,3 +81,87 @@ class Truth:
     def as_json(self) -> dict[str, Any]:
         """For truth.json."""
         return asdict(self)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Everything that a laboratory hands over about one person."""
+
+    trials: tuple[Capture, ...]
+    mass_kg: float | None
+    height_m: float | None
+    sex: str | None
+    model: Skeleton | None = None  # to be written; None: copy `model_file`, or the default body
+    model_file: Path | None = None
+    static: Markers | None = None
+    foot_bodies: tuple[str, ...] = ("calcn_r", "calcn_l")
+    marker_bodies: dict[str, str] = field(default_factory=dict)  # marker: segment that wears it
+
+    def with_trial(self, capture: Capture) -> "Recording":
+        """The same with one trial replaced by name."""
+        return replace(self, trials=tuple(capture if t.name == capture.name else t for t in self.trials))
+
+
+def read_recording(folder: Path, only: tuple[str, ...] = ()) -> Recording:
+    """Read a subject folder; `only` names the trials wanted (all if empty)."""
+    subject: Subject = open_subject(folder)
+    chosen = [files for files in subject.trials if not only or files.name in only]
+    trials = tuple(_numbered(read_trial(files)) for files in chosen)
+    skeleton = load_skeleton(subject.model) if subject.model else None
+    return Recording(
+        trials=trials,
+        mass_kg=subject.mass_kg,
+        height_m=subject.height_m,
+        sex=subject.sex,
+        model_file=subject.model,
+        static=read_static(subject.static).markers if subject.static else None,
+        foot_bodies=subject.foot_bodies,
+        marker_bodies=_bodies_of(skeleton, trials) if skeleton else {},
+    )
+
+
+def write_recording(folder: Path, recording: Recording) -> None:
+    """Write subject.toml, NAME.trc, NAME_grf.mot, static.trc and model.osim."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = []
+    for key, value in (("mass_kg", recording.mass_kg), ("height_m", recording.height_m)):
+        if value is not None:
+            lines.append(f"{key} = {value:.6g}")
+    if recording.sex:
+        lines.append(f'sex = "{recording.sex}"')
+    if recording.model is not None:
+        write_skeleton(recording.model, folder / "model.osim")
+    elif recording.model_file is not None:
+        (folder / "model.osim").write_bytes(recording.model_file.read_bytes())
+    if recording.model is not None or recording.model_file is not None:
+        lines.append('model = "model.osim"')
+    feet = ", ".join(f'"{name}"' for name in recording.foot_bodies)
+    lines.append(f"foot_bodies = [{feet}]")
+    if recording.static is not None:
+        lines.append('static = "static.trc"')
+        write_trc(folder / "static.trc", recording.static)
+    for trial in recording.trials:
+        lines += ["", f"[trials.{trial.name}]", f'markers = "{trial.name}.trc"']
+        write_trc(folder / f"{trial.name}.trc", trial.markers)
+        if trial.plates:
+            lines.append(f'forces = "{trial.name}_grf.mot"')
+            lines.append('moments = "free"')
+            write_forces(folder / f"{trial.name}_grf.mot", trial.plates)
+    (folder / "subject.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _numbered(capture: Capture) -> Capture:
+    """Plates called by their place in the file, as they are written again."""
+    plates = tuple(replace(p, name=f"ground_force_{k + 1}") for k, p in enumerate(capture.plates))
+    return replace(capture, plates=plates)
+
+
+def _bodies_of(skeleton: Skeleton, trials: tuple[Capture, ...]) -> dict[str, str]:
+    known = {m.name.lower(): skeleton.bodies[m.body].name for m in skeleton.markers}
+    seen = {name for trial in trials for name in trial.markers.names if _is_seen(trial.markers, name)}
+    return {name: known[name.lower()] for name in sorted(seen) if name.lower() in known}
+
+
+def _is_seen(markers: Markers, name: str) -> bool:
+    positions = markers.positions_ground[:, markers.names.index(name)]
+    return bool(np.isfinite(positions).all(axis=1).mean() > 0.9)

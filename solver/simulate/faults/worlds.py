@@ -9,7 +9,7 @@ import numpy as np
 
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.simulate.demo import MARKERS, STATIC_MARKERS
-from solver.simulate.faults.files import Recording
+from solver.simulate.faults.hidden import Recording
 from solver.simulate.laboratory import (
     MeasurementSettings,
     Plate,

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from solver.simulate.block_band import BlockBand
 from solver.simulate.spline_motion import ACTIVE
+from solver.simulate.trajectory_fit import BlockBand
 
 COUNT, DOFS, TIMES, RESIDUALS = 14, 3, 30, 4
 

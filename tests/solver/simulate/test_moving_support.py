@@ -1,7 +1,7 @@
 import numpy as np
 
 from solver.simulate.ground_demand import GroundDemand
-from solver.simulate.moving_support import MovingSupport
+from solver.simulate.spline_motion import MovingSupport
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 TIMES = np.arange(0.0, 2.0, 0.01)

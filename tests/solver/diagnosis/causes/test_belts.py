@@ -22,8 +22,8 @@ from solver.diagnosis.causes.time_history import DEGREE
 from solver.simulate.contacts import about_vertical
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, recorded_markers
-from solver.simulate.moving_support import MovingSupport
 from solver.simulate.person import Person, body_of
+from solver.simulate.spline_motion import MovingSupport
 from solver.simulate.treadmill import belt_under, belts, on_treadmill, read_belts
 from solver.simulate.trial import Scenario, simulate_trial
 
