@@ -8,12 +8,12 @@ import numpy as np
 from solver.capture.capture import Capture
 from solver.simulate.faults import recorded
 from solver.simulate.faults.hidden import REFERENCE_SIZE, Hidden, Recording
+from solver.simulate.faults.recorded import FEWEST_MARKERS
 from solver.simulate.faults.worlds import GENERIC
 from solver.skeleton.skeleton import Skeleton
 
 Change = tuple[Recording, Hidden]
 Hide = Callable[[Recording, float, np.random.Generator], Change]
-FEWEST_MARKERS = 3  # that make a frame
 LOADED_FRAMES = 0.25  # of a trial that a plate must bear for it to be the one that is wrong
 STANCE_SAMPLES = 9  # a swinging foot passes the standing one, but not for long
 # Segments whose soft tissue moves, and the neighbour whose angle it follows.

@@ -14,12 +14,12 @@ from scipy.signal import butter, filtfilt
 from scipy.spatial.transform import Rotation
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.simulate.faults.drawing import FEWEST_MARKERS
 from solver.skeleton.forward import cross
 
 LOADED_N = 20.0  # vertical force with which a centre of pressure means something
 Clock = Callable[[Float[np.ndarray, " samples"]], Float[np.ndarray, " samples"]]
 WHOLE_SAMPLE = 1e-6  # of a sample: nearer than this, samples are shifted, not interpolated
+FEWEST_MARKERS = 3  # that make a frame
 
 
 def loaded(plate: ForcePlate, least_N: float = LOADED_N) -> Bool[np.ndarray, " samples"]:
