@@ -7,8 +7,8 @@ import numpy as np
 from scipy.special import softmax
 
 from solver.diagnosis.checks import DECIDED, PAYS, Decision
+from solver.diagnosis.decisions import CauseDecisions
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, TEMPER_NATS
-from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 SHORT_OF_EVIDENCE = (

@@ -9,8 +9,7 @@ from jaxtyping import Float
 from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.chances import chances
-from solver.diagnosis.corrected_causes import CorrectedCause
-from solver.diagnosis.decisions import is_only_tentative, is_unexplained
+from solver.diagnosis.decisions import Trail, is_only_tentative, is_unexplained
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,
@@ -37,14 +36,11 @@ from solver.diagnosis.search.contenders import (
     Found,
 )
 from solver.diagnosis.search.proposals import Remainder
-from solver.diagnosis.search.selection import Selection
+from solver.diagnosis.search.selection import CorrectedCause, Selection
 from solver.diagnosis.search.terms import Solved, Term
-from solver.diagnosis.trail import Trail
-from solver.diagnosis.unmodelled.open_world import Held, Standing, Unknown, held
-from solver.diagnosis.unmodelled.outside_list import PLATE, TIME
-from solver.diagnosis.unmodelled.remainder import UnknownForce
+from solver.diagnosis.unmodelled.open_world import PLATE, TIME, Held, Standing, Unknown, held
+from solver.diagnosis.unmodelled.remainder import UnknownForce, dependence
 from solver.diagnosis.unmodelled.unexplained import Kept, kept_beside_the_unknown, position, size_N
-from solver.diagnosis.unmodelled.unknown_time_history import dependence
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 # of a name at most while something else stays unexplained, which it may stand in for: a plate in pounds

@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.causes.effect import Candidate, Estimate, Fitted
+from solver.diagnosis.checks import least_first_gain
 from solver.diagnosis.diagnosis import Detectable
-from solver.diagnosis.gain_asked import least_first_gain
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import handicap
 from solver.diagnosis.search.refinement import refined

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from solver.common.notes import Note
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.chances import Chances
+from solver.diagnosis.decisions import CauseDecisions
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.diagnosis.force_histories import ForceCourse
 from solver.diagnosis.residual_description import ResidualDescription
-from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 EXPLAINED, CLEAN, UNEXPLAINED = "explained", "clean", "unexplained"

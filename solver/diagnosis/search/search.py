@@ -8,7 +8,7 @@ import numpy as np
 from solver.common.progress import Progress, silent
 from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.checks import DECIDED, about_the_suspect
-from solver.diagnosis.decisions import tenable
+from solver.diagnosis.decisions import Trail, tenable
 from solver.diagnosis.held_out import blocks
 from solver.diagnosis.memory import Memory
 from solver.diagnosis.search.balance import Balance
@@ -17,7 +17,6 @@ from solver.diagnosis.search.proposals import Added, Exchanged, Kept, Paired
 from solver.diagnosis.search.refinement import refined
 from solver.diagnosis.search.screening import Screen
 from solver.diagnosis.search.terms import Solved, Term
-from solver.diagnosis.trail import Trail
 
 REFITTED_CAUSES = 10  # the best of the screening; a cause that matters is among them
 LEAST_OF_TWO_NATS = 4.0  # of each of two causes alone, that may stand out only together

@@ -1,18 +1,72 @@
-"""Which causes explain the balance: a search over the catalogue, anew beyond a gross error."""
+"""Which causes explain the balance: a search, anew beyond a gross error; and what reading already undid."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from solver.common.progress import Progress, silent
 from solver.diagnosis.causes.effect import Candidate, Corrected
 from solver.diagnosis.causes.gross_cause import Beyond, GrossCause, corrected
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.corrected_causes import CorrectedCause, corrected_on_reading
+from solver.diagnosis.decisions import Trail
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import EXCHANGE_NATS, Found
+from solver.diagnosis.search.contenders import EXCHANGE_NATS, Contender, Found
+from solver.diagnosis.search.proposals import OnReading
 from solver.diagnosis.search.search import Search
 from solver.diagnosis.search.terms import Solved, Term
-from solver.diagnosis.trail import Trail
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedCause:
+    """A cause that reading the files undid."""
+
+    contender: Contender
+    target: str  # as all other causes, in the recording whose gross errors are corrected
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Id and target."""
+        return self.contender.term.candidate.id, self.target
+
+
+def corrected_on_reading(
+    balance: Balance, corrections: Sequence[Corrected], current: Solved, trail: Trail
+) -> tuple[tuple[CorrectedCause, ...], tuple[Term, ...]]:
+    """Causes that reading the files undid, where leaving them in would cost evidence.
+
+    Args:
+        balance: of all trials.
+        corrections: what reading may have undone, by the names that the files give.
+        current: the causes that were found.
+        trail: where they are decided on.
+    """
+    gross = [t.candidate for t in current.terms if isinstance(t.candidate, GrossCause)]
+    named, terms = [], []
+    for candidate in corrections:
+        fixed = np.concatenate(
+            [
+                t.reduced(candidate.uncorrected_ground(t.scene) - t.scene.measured_ground)
+                for t in balance.trials
+            ]
+        )
+        nothing = np.zeros((len(fixed), 0))
+        with_it = Term(candidate, (), fixed, nothing, np.zeros(0))
+        gain = (
+            current.log_evidence
+            - balance.solve([*current.terms, with_it], near=current.noise_scale).log_evidence
+        )
+        without = balance.term(candidate, ())
+        if without is None:
+            continue
+        contender = Contender(without, balance.solve_at([without], current.noise_scale), gain)
+        if trail.put(OnReading(balance, contender, current)).fell_at is None:
+            target = candidate.target
+            for error in gross:
+                target = error.target_corrected(target)
+            named.append(CorrectedCause(contender, target))
+            terms.append(with_it)
+    return tuple(named), tuple(terms)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,18 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.diagnosis.causes.effect import Eta
-from solver.diagnosis.decisions import decide
+from solver.diagnosis.decisions import Trail, decide
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_SHARE, Contender, Found
 from solver.diagnosis.search.proposals import AllInPlace, BesideUnknown, Remainder
 from solver.diagnosis.search.selection import Selection
 from solver.diagnosis.search.terms import Solved, Term
-from solver.diagnosis.trail import Trail
-from solver.diagnosis.unmodelled.remainder import Unknown
-from solver.diagnosis.unmodelled.unknown_screen import Tried
-from solver.diagnosis.unmodelled.unknown_search import UnknownSearch
-from solver.diagnosis.unmodelled.unknown_time_history import constant_share
+from solver.diagnosis.unmodelled.remainder import Unknown, constant_share
+from solver.diagnosis.unmodelled.unknown_screen import Tried, UnknownSearch
 
 UNKNOWN_MARGIN_NATS = 12.0  # by which a force of any time history must beat named causes
 UNKNOWN_SHARE = 0.1  # of what named causes explain, likewise: a free time history follows model errors

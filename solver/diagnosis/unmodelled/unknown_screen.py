@@ -1,13 +1,15 @@
-"""Every force of unknown time history against the balance, at all its sizes, beside any accepted causes.
+"""Every force of unknown time history against the balance, beside any accepted causes; the likeliest of them.
 
-The product of its columns with a noise scale's precision serves every direction, every size, and whatever is
+Rows are splines times levers, each for a few windows: only these are kept, and all points of a trial share
+them. Their product with a noise scale's precision serves every direction, every size, and whatever is
 accepted, which only takes a matrix of low rank off it (see `screening`). All places of one trial are asked
-together: they share their splines.
+together. Each force is tried anywhere near a body, at the point that it speaks for, and along single axes.
 """
 
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,15 +17,120 @@ from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from solver.diagnosis.causes.effect import Eta
 from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.noise.noise_grid import MODEL_SCALES
 from solver.diagnosis.noise.noise_scales import NoiseScale
+from solver.diagnosis.noise.rows import TrialRows
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.screening import Beside
-from solver.diagnosis.unmodelled.remainder import Unknown, UnknownForce, UnknownMoment, unknown_forces
-from solver.diagnosis.unmodelled.unknown_rows import MOMENT, Located, Place, TimeHistories, with_constants
-from solver.diagnosis.unmodelled.unknown_time_history import time_histories_of
+from solver.diagnosis.search.screening import Beside, beside
+from solver.diagnosis.search.terms import Solved, Term
+from solver.diagnosis.unmodelled.remainder import (
+    Unknown,
+    UnknownForce,
+    UnknownMoment,
+    mostly_swings,
+    time_histories_of,
+    unknown_forces,
+)
 
+Place = tuple[str, bytes]  # body, point on it
+MOMENT: Place = ("", b"")
 TimeHistoryKey = tuple[str, float, float | None]  # trial, knots, frequency
 Products = tuple[tuple[np.ndarray, np.ndarray | None], ...]  # of each place, its own and with moments
+PLACED = 34  # bodies, and time histories of each, at which the point of an unknown force is sought
+
+
+@dataclass(frozen=True, eq=False)
+class TimeHistories:
+    """Splines of one trial and the windows for which each lasts; a constant is their sum."""
+
+    trial: TrialRows
+    span: slice  # rows of the trial
+    splines: Float[np.ndarray, "frames splines"]
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return self.splines.shape[1]
+
+    @cached_property
+    def windows(self) -> Int[np.ndarray, "splines some"]:
+        """Those of each, all equally many."""
+        there = self.trial.windows.means(self.splines) > 0
+        every = len(there)
+        first = np.where(there.any(axis=0), there.argmax(axis=0), 0)
+        last = np.where(there.any(axis=0), every - there[::-1].argmax(axis=0), 1)
+        length = int((last - first).max())
+        return np.asarray(np.minimum(first, every - length)[:, None] + np.arange(length))
+
+    def means(self, lever: Float[np.ndarray, " frames"] | float = 1.0) -> Float[np.ndarray, "splines some"]:
+        """Of each spline times a lever, over its windows."""
+        whole = self.trial.windows.means(np.multiply(lever, self.splines.T).T)
+        return np.asarray(whole[self.windows, np.arange(self.count)[:, None]])
+
+    def moments(self) -> Float[np.ndarray, "splines 3 rows"]:
+        """Moments about the ground's axes."""
+        means = self.means()
+        rows = np.zeros((*means.shape, 3, 6))
+        for axis in range(3):
+            rows[:, :, axis, 3 + axis] = means
+        return _by_rows(rows)
+
+    def forces(self, arm_ground: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "splines 3 rows"]:
+        """Forces along them, this far from the centre of mass [m], and their moments about it."""
+        force = self.means()
+        x, y, z = (self.means(arm_ground[:, i]) for i in range(3))
+        rows = np.zeros((*force.shape, 3, 6))
+        for axis in range(3):
+            rows[:, :, axis, axis] = force
+        rows[:, :, 0, 4], rows[:, :, 0, 5] = z, -y
+        rows[:, :, 1, 3], rows[:, :, 1, 5] = -z, x
+        rows[:, :, 2, 3], rows[:, :, 2, 4] = y, -x
+        return _by_rows(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """Splines along the ground's axes at some places of one trial, on the rows of their windows alone."""
+
+    time_histories: TimeHistories
+    places: tuple[Place, ...]
+    columns: Float[np.ndarray, "splines axes rows"]  # three axes of each place, one place after the other
+
+    def axes(self, place: Place) -> slice:
+        """Of one place."""
+        k = 3 * self.places.index(place)
+        return slice(k, k + 3)
+
+    def times(
+        self, rows: Float[np.ndarray, "own some"], axes: slice = slice(None)
+    ) -> Float[np.ndarray, "axes splines some"]:
+        """Columnsᵀ rows."""
+        columns = self.columns[:, axes]
+        found = np.empty((columns.shape[1], len(columns), rows.shape[1]))
+        for k, first in enumerate(6 * self.time_histories.windows[:, 0]):
+            found[:, k] = columns[k] @ rows[first : first + columns.shape[2]]
+        return found
+
+    def sum(self, sizes: Float[np.ndarray, "axes splines"], axes: slice) -> Float[np.ndarray, " own"]:
+        """All columns of some axes together, each of some size."""
+        span = self.time_histories.span
+        rows = np.zeros(span.stop - span.start)
+        for k, first in enumerate(6 * self.time_histories.windows[:, 0]):
+            part = self.columns[k, axes]
+            rows[first : first + part.shape[1]] += sizes[:, k] @ part
+        return rows
+
+
+def with_constants(values: Float[np.ndarray, "axes splines *rest"]) -> Float[np.ndarray, "columns *rest"]:
+    """Something linear in columns, before each axis' splines that of their sum."""
+    whole = np.concatenate([values.sum(axis=1, keepdims=True), values], axis=1)
+    return whole.reshape(whole.shape[0] * whole.shape[1], *values.shape[2:])
+
+
+def _by_rows(columns: Float[np.ndarray, "splines some 3 6"]) -> Float[np.ndarray, "splines 3 rows"]:
+    """Six rows a window."""
+    splines, some = columns.shape[:2]
+    return np.ascontiguousarray(columns.transpose(0, 2, 1, 3)).reshape(splines, 3, 6 * some)
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,3 +356,63 @@ def _is_free(candidate: Unknown) -> bool:
 
 def _time_history_key(candidate: Unknown) -> TimeHistoryKey:
     return candidate.trial, candidate.knot_s, candidate.frequency_Hz
+
+
+@dataclass(frozen=True, eq=False)
+class Sought:
+    """An unknown force or moment beside accepted causes, at one noise scale."""
+
+    log_evidence: float  # with it
+    tried: Tried
+    noise_scale: NoiseScale
+
+
+class UnknownSearch:
+    """Keeps what was found beside each set of causes: the same sets are asked for again and again."""
+
+    def __init__(self, balance: Balance) -> None:
+        self.balance = balance
+        self.screen = UnknownScreen(balance)
+        self._kept: dict[tuple[int, ...], tuple[tuple[Term, ...], list[Sought]]] = {}  # ids stay theirs
+
+    def likeliest(self, solved: Solved) -> list[Sought]:
+        """Unknown forces and moments beside accepted causes, also the least free of each, likeliest first."""
+        key = (id(solved.noise_scale), *map(id, solved.terms))
+        if key not in self._kept:
+            self._kept[key] = solved.terms, self._with_places(solved.terms, self._anywhere(solved))
+        return self._kept[key][1]
+
+    def _anywhere(self, solved: Solved) -> list[Sought]:
+        """The best time history of each body and trial: where causes fit best, where errors are smallest."""
+        sharpest = self.balance.noise_grid.nearest(min(MODEL_SCALES), solved.noise_scale.slack)
+        found: list[Sought] = []
+        for noise_scale in {id(r): r for r in (solved.noise_scale, sharpest)}.values():
+            base = self.balance.solve_at(solved.terms, noise_scale).log_evidence
+            nearly: dict[tuple[str, str, bool], Tried] = {}
+            for one in self.screen.at(self.screen.free, beside(solved.terms, noise_scale)):
+                swings = one.candidate.frequency_Hz is not None
+                nearly.setdefault((one.candidate.target, one.candidate.trial, swings), one)
+            found += [Sought(base + one.gain, one, noise_scale) for one in list(nearly.values())[:PLACED]]
+        return found
+
+    def _with_places(self, terms: Sequence[Term], anywhere: Sequence[Sought]) -> list[Sought]:
+        """Each also at the point that it speaks for and along single axes, from wherever it was found."""
+        scenes = self.balance.scenes
+        placed: list[Unknown] = []
+        for sought in anywhere:
+            if isinstance(candidate := sought.tried.candidate, UnknownForce):
+                scene = candidate.scene(scenes)
+                at = candidate.at_its_point(scene, sought.tried.x)
+                placed += [at, *at.along_an_axis(scene), *candidate.along_an_axis(scene)]
+        found = list(anywhere)
+        for noise_scale in {id(s.noise_scale): s.noise_scale for s in anywhere}.values():
+            base = self.balance.solve_at(terms, noise_scale).log_evidence
+            found += [
+                Sought(base + one.gain - one.candidate.reach_cost(scenes), one, noise_scale)
+                for one in self.screen.at(placed, beside(terms, noise_scale))
+            ]
+        time_history = self.screen.time_history_ground
+        found = [
+            s for s in found if s.tried.candidate.frequency_Hz is None or mostly_swings(time_history(s.tried))
+        ]
+        return sorted(found, key=lambda s: -s.log_evidence)

@@ -17,6 +17,7 @@ from solver.common.errors import FitError, ResultsError
 from solver.common.notes import Kind, Note, noted
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.checks import Decision
+from solver.diagnosis.decisions import CauseDecisions
 from solver.diagnosis.diagnosis import (
     Alternative,
     Diagnosis,
@@ -25,7 +26,6 @@ from solver.diagnosis.diagnosis import (
     NamedEffect,
     Remaining,
 )
-from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.flagged import flagged

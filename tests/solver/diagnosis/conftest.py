@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.accepting import extension_of
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.extension import extension_of
 from solver.diagnosis.noise.model_errors import (
     MODEL_ARM_M,
     MODEL_FORCE_SHARE,

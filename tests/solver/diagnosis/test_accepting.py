@@ -8,10 +8,9 @@ from solver.common.errors import FitError
 from solver.diagnosis import accepting
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.corrected_causes import CorrectedCause
 from solver.diagnosis.marker_causes import NOTHING_SEEN
 from solver.diagnosis.search.contenders import Contender
-from solver.diagnosis.search.selection import Selection
+from solver.diagnosis.search.selection import CorrectedCause, Selection
 from solver.fitting.settings import Settings
 
 FLAGGED = slice(20, 40)  # frames

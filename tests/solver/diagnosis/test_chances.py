@@ -4,8 +4,8 @@ import pytest
 
 from solver.diagnosis.chances import chances
 from solver.diagnosis.checks import DECIDED, PAYS, POSSIBLE, Decision
+from solver.diagnosis.decisions import CauseDecisions
 from solver.diagnosis.search.contenders import TEMPER_NATS
-from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.diagnosis import checks, gain_asked
+from solver.diagnosis import checks
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.clocks import ClockOffset
@@ -13,24 +13,23 @@ from solver.diagnosis.causes.effect import Nonlinear
 from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.off_plate_step import OffPlateStep
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.checks import MOST_MASS_STRAIN
-from solver.diagnosis.decisions import CHECKS, tenable
-from solver.diagnosis.direct_checks.weight import Weighing, Weighings
-from solver.diagnosis.gain_asked import (
+from solver.diagnosis.checks import (
     HELD_OUT_SHARE,
     MASS_HELD_OUT_SHARE,
+    MOST_MASS_STRAIN,
     QUIET_SCALE,
     STEP_REST_SHARE,
     least_first_gain,
     loose_ends,
 )
+from solver.diagnosis.decisions import CHECKS, Trail, tenable
+from solver.diagnosis.direct_checks.weight import Weighing, Weighings
 from solver.diagnosis.held_out import blocks, held_out_gain
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import LEAST_FURTHER_NATS, RIVAL_SHARE, Contender, Found
 from solver.diagnosis.search.proposals import Kept
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.search.terms import Term
-from solver.diagnosis.trail import Trail
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of
 from tests.solver.diagnosis.named_causes import Helper, Shake, TimeHistory, named
@@ -120,7 +119,7 @@ def test_what_held_out_blocks_tell_may_lack_a_small_share_of_the_gain(
     monkeypatch.setattr(checks, "LEAST_HELD_OUT_NATS", asks)
 
     def with_share(share):
-        monkeypatch.setattr(gain_asked, "HELD_OUT_SHARE", share)
+        monkeypatch.setattr(checks, "HELD_OUT_SHARE", share)
         return named(select(balance, [PlateGain("plate_1")]))
 
     assert with_share(HELD_OUT_SHARE) == [("plate_gain", "plate_1")]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from solver.common.runs import runs
+from solver.diagnosis.accepting import extension_of
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.extended_fit import (
     SUB_BLOCK_S,
@@ -15,7 +16,6 @@ from solver.diagnosis.extended_fit import (
     _held_out,
     extended_fit,
 )
-from solver.diagnosis.extension import extension_of
 from solver.diagnosis.report import extended_gain_json
 from solver.dynamics.trajectory.extension import BodyWrench, Extension, TrialExtension
 from solver.dynamics.trajectory.trial_data import TrialData

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from solver.diagnosis.accepting import causes_of, extension_of
 from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.extension import causes_of, extension_of
 from tests.solver.diagnosis.late_walk import LATE_S, rms
 
 FEW = 0.02  # of the trial's frames

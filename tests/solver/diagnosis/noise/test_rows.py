@@ -11,7 +11,7 @@ from solver.common.errors import FitError
 from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.diagnose import balance_of
 from solver.diagnosis.noise.rows import END_S, WINDOW_S, TrialRows, plates_noise, trial_rows
-from solver.diagnosis.unmodelled.outside_list import outside_the_list
+from solver.diagnosis.unmodelled.open_world import outside_the_list
 from solver.diagnosis.unmodelled.remainder import unknown_forces
 from solver.dynamics.force_prediction.marker_posterior import marker_posterior
 from solver.dynamics.root_wrench import centre_of_mass

@@ -9,11 +9,10 @@ from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.conclusion import conclude
-from solver.diagnosis.decisions import is_only_tentative
+from solver.diagnosis.decisions import Trail, is_only_tentative
 from solver.diagnosis.report import as_json
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, TEMPER_NATS, Contender, Found
 from solver.diagnosis.search.selection import select
-from solver.diagnosis.trail import Trail
 from solver.diagnosis.unmodelled import open_world
 from solver.diagnosis.unmodelled.open_world import OpenWorld, held
 from solver.diagnosis.unmodelled.unexplained import Kept

@@ -7,7 +7,7 @@ import pytest
 
 from solver.diagnosis.causes.clocks import MOST_TRIALS
 from solver.diagnosis.causes.plate_readings import required_of
-from solver.diagnosis.unmodelled.outside_list import (
+from solver.diagnosis.unmodelled.open_world import (
     TIME_HISTORY_KNOTS_S,
     AnyClock,
     AnyPlateFault,

@@ -9,8 +9,14 @@ from solver.diagnosis.causes.scene import force_at
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.diagnosis import UNEXPLAINED
 from solver.diagnosis.search.selection import select
-from solver.diagnosis.unmodelled.remainder import UnknownForce, UnknownMoment, unknown_forces
-from solver.diagnosis.unmodelled.unknown_time_history import KNOTS_S, dependence, strongest_frequency_Hz
+from solver.diagnosis.unmodelled.remainder import (
+    KNOTS_S,
+    UnknownForce,
+    UnknownMoment,
+    dependence,
+    strongest_frequency_Hz,
+    unknown_forces,
+)
 
 POINT = np.array([0.02, -0.03, 0.01])  # from the body's centre of mass [m]
 

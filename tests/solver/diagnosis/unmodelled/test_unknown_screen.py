@@ -8,9 +8,13 @@ import pytest
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.screening import Beside
-from solver.diagnosis.unmodelled.remainder import UnknownForce, UnknownMoment, unknown_forces
+from solver.diagnosis.unmodelled.remainder import (
+    UnknownForce,
+    UnknownMoment,
+    time_histories_of,
+    unknown_forces,
+)
 from solver.diagnosis.unmodelled.unknown_screen import UnknownScreen
-from solver.diagnosis.unmodelled.unknown_time_history import time_histories_of
 
 POINTED = UnknownForce("torso", "other", 0.25, (0.05, 0.2, -0.1), (1.0, 0.05, 0.4))
 SOME = [
