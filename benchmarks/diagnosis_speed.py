@@ -23,7 +23,7 @@ from benchmarks.recordings import data_folder
 from solver.capture.atomic import whole_file, write_whole
 from solver.capture.subject.subject import open_subject
 from solver.common.progress import silent
-from solver.diagnosis.diagnose import answered, repaired_balance
+from solver.diagnosis.diagnose import answer_balance, repaired_balance
 from solver.diagnosis.marker_causes import SeenInMarkers
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.noise.rows import TrialRows
@@ -70,7 +70,7 @@ def search_case(case: Fitted) -> dict[str, Any]:
     """CPU seconds, evaluations and the answer of one search."""
     with counted() as counts:
         began = time.process_time()
-        diagnosis = answered(Balance(case.trials, case.settings), case.seen)
+        diagnosis = answer_balance(Balance(case.trials, case.settings), case.seen)
         seconds = time.process_time() - began
     return {
         "peak_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,  # of the process so far

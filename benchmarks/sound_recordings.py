@@ -20,8 +20,8 @@ from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
 from solver.diagnosis.direct_checks import lag as timing
 from solver.diagnosis.direct_checks import pressure_path, rigid_distances, weight
-from solver.diagnosis.direct_checks.measured import Measured, measured
-from solver.diagnosis.direct_checks.run_checks import asked
+from solver.diagnosis.direct_checks.measured import Measured, measure_trials
+from solver.diagnosis.direct_checks.run_checks import run_checks
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.fitting.settings import Settings
 
@@ -88,7 +88,7 @@ def as_found() -> Iterator[Recorded]:
             for subject in subjects:
                 chosen = [f for f in subject.trials if not {f.name, f.markers.stem} & faulty]
                 captures = [read_trial(files, reading, subject.mass_kg) for files in chosen]
-                yield Recorded(file.stem, {}, measured(captures, reading), subject.mass_kg)
+                yield Recorded(file.stem, {}, measure_trials(captures, reading), subject.mass_kg)
         except CaptureError as error:
             print(f"{file.stem}: left out: {error}")
 
@@ -98,7 +98,7 @@ def of_direct_checks(people: Sequence[Recorded]) -> list[Figure]:
     said = [
         (
             person,
-            asked(
+            run_checks(
                 [t for t in person.trials if (person.folder, t.capture.name) not in NOT_SOUND], person.mass_kg
             ),
         )

@@ -16,7 +16,7 @@ EDITED = {id for names in NAMES.values() for id in names.right}
 
 @pytest.mark.parametrize("one", ABOUT.values(), ids=lambda one: one.id)
 def test_everything_is_said_of_each_cause(one):
-    words = ("title", "sentence", "remedy", "told_apart_by", "branch")
+    words = ("title", "sentence", "remedy", "separate_by", "branch")
     said = {name: getattr(one, name) for name in words}
     said |= {"entry.target": one.entry.target, "entry.happened": one.entry.happened}
     lacking = [name for name, text in said.items() if not text]

@@ -15,7 +15,7 @@ from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.diagnose import causes_of
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.refinement import refined
+from solver.diagnosis.search.refinement import refine
 from solver.diagnosis.search.selection import Selection
 from solver.diagnosis.search.terms import Term
 
@@ -77,7 +77,7 @@ def _fitted(balance: Balance, selection: Selection, id: str, target: str) -> Ter
             best = max(
                 starts, key=lambda t: balance.solve_at([*terms, t], noise_scale).log_evidence, default=None
             )
-            return None if best is None else refined(balance, best, terms, noise_scale)
+            return None if best is None else refine(balance, best, terms, noise_scale)
     return None
 
 

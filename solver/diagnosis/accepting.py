@@ -73,7 +73,7 @@ def extension_for(
             place here.
         trials: names of those that were diagnosed; None for all.
         reviews: by trial, what people flagged.
-        progress: told the stage and the fraction done; may raise `Cancelled`.
+        progress: known the stage and the fraction done; may raise `Cancelled`.
 
     Raises:
         FitError: no trial has forces, a cause is not found again, or nothing is left to accept since reading
@@ -181,8 +181,8 @@ def _of_trial(scene: Scene, solved: Solved, starts: np.ndarray) -> TrialExtensio
         found = _linearized(scene, term, eta, x)
         if found is None:
             continue
-        placed, told = found
-        known &= told
+        placed, own_known = found
+        known &= own_known
         for body, (own_fixed, own_columns) in placed.items():
             whole_fixed, whole_columns = parts.setdefault(body, _nothing(scene, total))
             whole_fixed += own_fixed
@@ -206,21 +206,21 @@ def _linearized(
     found = _placed(scene, candidate, eta)
     if found is None or not term.tangent_mean:
         return found
-    placed, told = found
+    placed, known = found
     slopes: dict[str | None, list[np.ndarray]] = {body: [] for body in placed}
     for i, step in enumerate(SMALL_STEP * np.array(candidate.steps())):
         ends = [tuple(v + sign * step * (k == i) for k, v in enumerate(eta)) for sign in (1, -1)]
         high, low = (e if candidate.admissible(e) else eta for e in ends)
-        (up, told_up), (down, told_down) = (_placed(scene, candidate, e) or found for e in (high, low))
-        told = told & told_up & told_down
+        (up, known_up), (down, known_down) = (_placed(scene, candidate, e) or found for e in (high, low))
+        known = known & known_up & known_down
         for body, slope in slopes.items():
             width = high[i] - low[i] or np.inf
             slope.append((_value(up, body, x[:linear]) - _value(down, body, x[:linear])) / width)
-    tangents = {body: told[:, None, None] * np.stack(slope, axis=2) for body, slope in slopes.items()}
+    tangents = {body: known[:, None, None] * np.stack(slope, axis=2) for body, slope in slopes.items()}
     return {
         body: (fixed - tangents[body] @ x[linear:], np.concatenate([columns, tangents[body]], axis=2))
         for body, (fixed, columns) in placed.items()
-    }, told
+    }, known
 
 
 def _value(placed: Placed, body: str | None, x: np.ndarray) -> np.ndarray:
@@ -236,17 +236,17 @@ def _placed(
     if whole is None:
         return None
     fixed, columns = _parts_of(scene, whole)
-    told = ~candidate.unrecorded(scene, eta)
-    placed: Placed = {None: (fixed * told[:, None], columns)}
+    known = ~candidate.unrecorded(scene, eta)
+    placed: Placed = {None: (fixed * known[:, None], columns)}
     if candidate.target in scene.skeleton.body_names:
         placed = {candidate.target: placed[None]}
     elif candidate.about.names is Named.ALL or candidate.target in {p.target for p in scene.plates}:
         by_plate = _by_plate(scene, candidate, eta)
         if by_plate is not None and _adds_up(
-            [(f[told], c[told]) for f, c in by_plate], fixed[told], columns[told]
+            [(f[known], c[known]) for f, c in by_plate], fixed[known], columns[known]
         ):
-            placed = _on_feet(scene, [(f * told[:, None], c) for f, c in by_plate])
-    return placed, told
+            placed = _on_feet(scene, [(f * known[:, None], c) for f, c in by_plate])
+    return placed, known
 
 
 def _parts_of(scene: Scene, signature: Signature) -> tuple[np.ndarray, np.ndarray]:

@@ -26,7 +26,9 @@ class Chances:
     something_else: float
 
 
-def chances(refused: Sequence[CauseDecisions], unknown_nats: float, settings: DiagnosisSettings) -> Chances:
+def compare_chances(
+    refused: Sequence[CauseDecisions], unknown_nats: float, settings: DiagnosisSettings
+) -> Chances:
     """By what the best of each kind gains: with just what is asked of it, it is as likely as nothing.
 
     Args:
@@ -37,13 +39,15 @@ def chances(refused: Sequence[CauseDecisions], unknown_nats: float, settings: Di
     """
     fell = [(c.odds_nats, c.fell_at) for c in refused if c.fell_at is not None]
     short = [
-        odds - _asked(check, settings.least_gain) for odds, check in fell if check.name in SHORT_OF_EVIDENCE
+        odds - _nats_asked(check, settings.least_gain)
+        for odds, check in fell
+        if check.name in SHORT_OF_EVIDENCE
     ]
     ahead = [0.0, max(short, default=-np.inf), unknown_nats - LEAST_UNKNOWN_NATS]
     nothing, listed, other = softmax(np.array(ahead) / TEMPER_NATS)
     return Chances(float(nothing), float(listed), float(other))
 
 
-def _asked(check: Decision, least_nats: float) -> float:
+def _nats_asked(check: Decision, least_nats: float) -> float:
     """Nats that would have been enough: of two causes together more than of one."""
     return max(least_nats, check.limit) if check.name == PAYS and check.limit is not None else least_nats

@@ -93,7 +93,7 @@ def loose_ends(found: Sequence[Found]) -> float:
     )
 
 
-def asked(p: Proposal) -> tuple[float, str]:
+def gain_asked(p: Proposal) -> tuple[float, str]:
     """What a proposal must gain [nats], and why so much."""
     settings = p.settings
     match p:
@@ -140,10 +140,10 @@ def checked(p: Proposal) -> Decision:
         return Decision(DIRECT_CHECKED, False, None, None, reason)
     claimed, beside = _factors(p.solved), _factors(p.without)
     if claimed != beside:
-        return _weighed(p, claimed, beside)
+        return _compare_weighings(p, claimed, beside)
     lifts, others = _lifts(p.solved, p.balance), _lifts(p.without, p.balance)
     if max(abs(lifts[trial] - others[trial]) for trial in lifts) > LEAST_LIFT_N:
-        return _lifted(p, lifts, others)
+        return _compare_lifts(p, lifts, others)
     reason = f"it is about {plates}, which the files suspect by themselves"
     return Decision(
         DIRECT_CHECKED, True, None, None, reason if suspect else "the files by themselves suspect no plate"
@@ -165,7 +165,7 @@ def _factors(solved: Solved) -> dict[str, float]:
     return factors
 
 
-def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -> Decision:
+def _compare_weighings(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -> Decision:
     """What the plates carry by themselves, if they read so many times what is true."""
     weighings = p.balance.weighings
     if not weighings.tell(claimed, beside):
@@ -186,7 +186,7 @@ def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -
     return Decision(DIRECT_CHECKED, nats > limit, nats, limit, reason)
 
 
-def _lifted(p: Proposal, lifts_N: dict[str, float], others_N: dict[str, float]) -> Decision:
+def _compare_lifts(p: Proposal, lifts_N: dict[str, float], others_N: dict[str, float]) -> Decision:
     """What the plates carry while they bear all, if something else bears so much."""
     mass_kg = p.balance.scenes[0].skeleton.mass
     nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -REFUTING_NATS
@@ -216,7 +216,7 @@ def possible(p: Proposal) -> Decision:
 
 def pays(p: Proposal) -> Decision:
     """Whether the balance gains enough by it."""
-    limit, whose = asked(p)
+    limit, whose = gain_asked(p)
     passed = p.odds >= limit
     return Decision(
         PAYS, passed, p.odds, limit, f"it gains {p.odds:.1f} nats over its odds; {whose} {limit:.1f}"

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
-from solver.diagnosis.chances import chances
+from solver.diagnosis.chances import compare_chances
 from solver.diagnosis.decisions import Trail, is_only_tentative, is_unexplained
 from solver.diagnosis.diagnosis import (
     CLEAN,
@@ -25,7 +25,7 @@ from solver.diagnosis.diagnosis import (
 from solver.diagnosis.force_histories import force_histories
 from solver.diagnosis.held_out import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
-from solver.diagnosis.residual_description import described
+from solver.diagnosis.residual_description import describe_residual
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import (
     LEAST_UNKNOWN_SHARE,
@@ -38,9 +38,9 @@ from solver.diagnosis.search.contenders import (
 from solver.diagnosis.search.proposals import Remainder
 from solver.diagnosis.search.selection import CorrectedCause, Selection
 from solver.diagnosis.search.terms import Solved, Term
-from solver.diagnosis.unmodelled.open_world import PLATE, TIME, Held, Standing, Unknown, held
+from solver.diagnosis.unmodelled.open_world import PLATE, TIME, Held, Standing, Unknown, hold_names
 from solver.diagnosis.unmodelled.remainder import UnknownForce, dependence
-from solver.diagnosis.unmodelled.unexplained import Kept, kept_beside_the_unknown, position, size_N
+from solver.diagnosis.unmodelled.unexplained import Kept, keep_beside_the_unknown, position, size_N
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 # of a name at most while something else stays unexplained, which it may stand in for: a plate in pounds
@@ -62,8 +62,8 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         seen: causes that the markers showed before.
     """
     settings = balance.settings
-    kept = kept_beside_the_unknown(balance, selection)
-    world = held(balance, kept, selection.candidates, selection.trail)
+    kept = keep_beside_the_unknown(balance, selection)
+    world = hold_names(balance, kept, selection.candidates, selection.trail)
     solved, found = world.solved, world.found
     some, guards = blocks(balance), 0
     if any(_happens_once(balance, solved, k) for k in range(len(solved.terms))):
@@ -102,12 +102,12 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
             off_the_list=_off_the_list(balance, world),
         ),
         trials=tuple(s.name for s in balance.scenes),
-        residual=described(balance, solved, selection.uncorrected),
+        residual=describe_residual(balance, solved, selection.uncorrected),
         evidence_nats=_evidence(selection, solved if left is None else left.solved, seen),
         certain_nats=settings.certain_gain,
         ended_early=selection.ended_early,
         decisions=decisions,
-        chances=None if named else chances(decisions, beyond, settings),
+        chances=None if named else compare_chances(decisions, beyond, settings),
         rates_Hz={s.name: s.rate for s in balance.scenes},
         starts_s={s.name: s.motion.start_time for s in balance.scenes},
     )
@@ -256,7 +256,7 @@ def _alternatives(balance: Balance, solved: Solved, one: Found, standing: Standi
                 f"{named.candidate.id} {named.candidate.target}",
                 f"indistinguishable here: cosine {likeness(named, rival.term, solved):.2f}, log evidence "
                 f"{one.contender.gain - rival.gain:+.1f} in favour of the first",
-                candidate.told_apart_by or named.candidate.told_apart_by,
+                candidate.separate_by or named.candidate.separate_by,
                 shares.get(id(rival), float("nan")),
             )
         )

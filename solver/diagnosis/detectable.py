@@ -18,14 +18,16 @@ from solver.diagnosis.checks import least_first_gain
 from solver.diagnosis.diagnosis import Detectable
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import handicap
-from solver.diagnosis.search.refinement import refined
+from solver.diagnosis.search.refinement import refine
 from solver.diagnosis.search.terms import Solved, Term
 
 NINE_IN_TEN = 1.28  # standard deviations by which an estimate falls short at most
 GRID = np.geomspace(0.05, 50.0, 200)  # of standard deviations, among which a size to act on is sought
 
 
-def detectable(balance: Balance, null: Solved, candidates: Sequence[Candidate]) -> tuple[Detectable, ...]:
+def find_detectable(
+    balance: Balance, null: Solved, candidates: Sequence[Candidate]
+) -> tuple[Detectable, ...]:
     """Sizes for each parameter of the most usual causes.
 
     Args:
@@ -41,11 +43,11 @@ def detectable(balance: Balance, null: Solved, candidates: Sequence[Candidate]) 
         term = balance.term(candidate, least_eta)
         if term is None:
             continue
-        solved = balance.solve_at([refined(balance, term, [], null.noise_scale)], null.noise_scale)
+        solved = balance.solve_at([refine(balance, term, [], null.noise_scale)], null.noise_scale)
         needed = least_first_gain(candidate, null.noise_scale.scale, balance.settings)
         needed += handicap(candidate, balance.settings)
         cost = float(np.log(np.diag(solved.root)).sum())  # ½ log det M
-        prior = _told(candidate, balance, solved.terms[0], solved.terms[0].prior_std)
+        prior = _estimates_at_nothing(candidate, balance, solved.terms[0], solved.terms[0].prior_std)
         for name, estimate in solved.estimates(0, balance.scenes).items():
             p, left = prior[name].std, estimate.std
             if not 0 < left < p:
@@ -59,7 +61,7 @@ def detectable(balance: Balance, null: Solved, candidates: Sequence[Candidate]) 
     return tuple(found)
 
 
-def _told(
+def _estimates_at_nothing(
     candidate: Candidate, balance: Balance, term: Term, std: Float[np.ndarray, " parameters"]
 ) -> dict[str, Estimate]:
     """The catalogue's parameters where there is nothing, with given standard deviations of x and η."""
@@ -71,7 +73,7 @@ def _told(
 
 def _to_act_on(candidate: Candidate, balance: Balance, term: Term, name: str, std: float) -> float:
     """The least size of one parameter, all others at nothing, that anybody would act on."""
-    nothing = _told(candidate, balance, term, np.zeros(len(term.prior_std)))
+    nothing = _estimates_at_nothing(candidate, balance, term, np.zeros(len(term.prior_std)))
     for size in GRID * std:
         larger = replace(nothing[name], value=nothing[name].value + size)
         if candidate.is_notable({**nothing, name: larger}):

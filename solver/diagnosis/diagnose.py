@@ -17,11 +17,11 @@ from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
 from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.conclusion import conclude
-from solver.diagnosis.detectable import detectable
+from solver.diagnosis.detectable import find_detectable
 from solver.diagnosis.diagnosis import CLEAN, Diagnosis
-from solver.diagnosis.direct_checks.measured import Measured, measured
+from solver.diagnosis.direct_checks.measured import Measured, measure_trials
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
-from solver.diagnosis.direct_checks.run_checks import asked, suspect_plates
+from solver.diagnosis.direct_checks.run_checks import run_checks, suspect_plates
 from solver.diagnosis.direct_checks.weight import weighings
 from solver.diagnosis.marker_causes import SeenInMarkers, as_distances_tell, with_markers_repaired
 from solver.diagnosis.noise.rows import END_S, TrialRows, trial_rows
@@ -67,14 +67,14 @@ def diagnose(
     """
 
     def answer(names: Sequence[str]) -> Diagnosis:
-        found = looked_at(
+        found = look_at(
             subject, settings, trials=names, reviews=reviews or {}, progress=part(progress, 0.0, FITTED)
         )
         return diagnosis_from(found, part(progress, FITTED, 1.0))
 
     def answer_without(chosen: Sequence[TrialFiles], *, failed: Failed) -> Diagnosis:
-        told = together([files.name for files in chosen], str, answer)
-        return replace(told, notes=(*told.notes, *ReadTrials([], None, failed).notes))
+        answered = together([files.name for files in chosen], str, answer)
+        return replace(answered, notes=(*answered.notes, *ReadTrials([], None, failed).notes))
 
     return without_failing(subject, trials, answer_without)
 
@@ -90,7 +90,7 @@ class LookedAt:
     entered_mass_kg: float | None
 
 
-def looked_at(
+def look_at(
     subject: Subject,
     settings: Settings,
     *,
@@ -102,24 +102,24 @@ def looked_at(
     balance, seen, fit = repaired_balance(
         subject, settings, trials=trials, reviews=reviews, progress=progress
     )
-    trials_measured = measured(_as_recorded(fit, settings), settings.reading)
+    trials_measured = measure_trials(_as_recorded(fit, settings), settings.reading)
     return LookedAt(balance, seen, fit, trials_measured, subject.mass_kg)
 
 
 def diagnosis_from(found: LookedAt, progress: Progress = silent) -> Diagnosis:
     """What is said of all that."""
-    direct_checks = asked(found.measured, found.entered_mass_kg)
+    direct_checks = run_checks(found.measured, found.entered_mass_kg)
     seen = as_distances_tell(found.seen, direct_checks, found.balance.scenes)
     balance = found.balance.checked(
         suspect_plates(direct_checks),
         weighings(found.measured, found.entered_mass_kg),
         turns_by_path(found.measured),
     )
-    answer = answered(balance, seen, progress)
+    answer = answer_balance(balance, seen, progress)
     return replace(answer, notes=(*all_notes(found.fit), *seen.notes), direct_checks=direct_checks)
 
 
-def answered(balance: Balance, seen: SeenInMarkers, progress: Progress = silent) -> Diagnosis:
+def answer_balance(balance: Balance, seen: SeenInMarkers, progress: Progress = silent) -> Diagnosis:
     """What a balance says: all of a diagnosis that comes after the fit.
 
     Args:
@@ -132,7 +132,7 @@ def answered(balance: Balance, seen: SeenInMarkers, progress: Progress = silent)
     if answer.verdict != CLEAN:
         return answer
     candidates = catalogue(balance.scenes, balance.paths)
-    return replace(answer, detectable=detectable(balance, selection.null, candidates))
+    return replace(answer, detectable=find_detectable(balance, selection.null, candidates))
 
 
 def _as_recorded(fit: Fit, settings: Settings) -> list[Capture]:

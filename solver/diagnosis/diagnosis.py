@@ -8,7 +8,7 @@ from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.chances import Chances
 from solver.diagnosis.decisions import CauseDecisions
 from solver.diagnosis.direct_checks.statement import Statement
-from solver.diagnosis.force_histories import ForceCourse
+from solver.diagnosis.force_histories import ForceHistory
 from solver.diagnosis.residual_description import ResidualDescription
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
@@ -28,7 +28,7 @@ class NamedEffect:
     remedy: str
     gain_nats: float  # of log evidence
     held_out_gain_nats: float
-    time_histories: tuple[ForceCourse, ...] = ()  # of a force that acts for a while
+    time_histories: tuple[ForceHistory, ...] = ()  # of a force that acts for a while
     outside_the_list: float = float("nan")  # how likely it is something that is on no list; nan: not asked
     in_its_class: float = float("nan")  # confidence, and that of names of the same trace; nan: not asked
     is_tentative: bool = False  # less likely than all else together: no name, but where to look

@@ -87,11 +87,15 @@ def extended_fit(
         raise FitError(f"{fit.subject.folder}: too few frames with forces to fit an extension to.")
     before = _fitted(cases, base, settings, part(progress, 0.0, 0.25))
     after = _fitted(cases, base, settings, part(progress, 0.25, 0.5), extension=extension)
-    blind = _fitted(cases, base, settings, part(progress, 0.5, 0.75), blind=True)
-    told = _fitted(cases, base, settings, part(progress, 0.75, 1.0), blind=True, extension=extension)
-    blocks = _blocks(cases, told.dynamics)
+    held_out = _fitted(cases, base, settings, part(progress, 0.5, 0.75), held_out=True)
+    held_out_extended = _fitted(
+        cases, base, settings, part(progress, 0.75, 1.0), held_out=True, extension=extension
+    )
+    blocks = _blocks(cases, held_out_extended.dynamics)
     change = _torque_change(base, before, after)
-    linear, angular = (_held_out(blocks, blind, told, axes) for axes in (slice(0, 3), slice(3, 6)))
+    linear, angular = (
+        _held_out(blocks, held_out, held_out_extended, axes) for axes in (slice(0, 3), slice(3, 6))
+    )
     return ExtendedGain(
         held_out_linear_residual_N=linear[0],
         held_out_angular_residual_Nm=angular[0],
@@ -120,8 +124,8 @@ class _Case:
     gain: float
     held_out: Bool[np.ndarray, " frames"]
 
-    def data(self, skeleton: Skeleton, settings: Settings, *, blind: bool, extended: bool) -> TrialData:
-        counts = self.plain.counts & ~self.held_out if blind else self.plain.counts
+    def data(self, skeleton: Skeleton, settings: Settings, *, held_out: bool, extended: bool) -> TrialData:
+        counts = self.plain.counts & ~self.held_out if held_out else self.plain.counts
         data = started(replace(self.plain, counts=counts), self.trial, skeleton, settings)
         return self.extra.added_to(data, self.gain) if extended else data
 
@@ -193,10 +197,12 @@ def _fitted(
     settings: Settings,
     progress: Progress,
     *,
-    blind: bool = False,
+    held_out: bool = False,
     extension: Extension | None = None,
 ) -> _Fitted:
-    data = [case.data(skeleton, settings, blind=blind, extended=extension is not None) for case in cases]
+    data = [
+        case.data(skeleton, settings, held_out=held_out, extended=extension is not None) for case in cases
+    ]
     parameters = extension.parameters if extension is not None else None
     fit = fit_trajectories(skeleton, data, settings.trajectory, progress, extra=parameters)
     found = []

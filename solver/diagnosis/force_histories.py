@@ -13,7 +13,7 @@ STEP_S = 0.02  # no contact's time history has more detail
 
 
 @dataclass(frozen=True, eq=False)
-class ForceCourse:
+class ForceHistory:
     """Force on the person, ground frame, at every `step`-th frame from `start` on."""
 
     trial: str
@@ -24,7 +24,7 @@ class ForceCourse:
 
 def force_histories(
     candidate: Candidate, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
-) -> tuple[ForceCourse, ...]:
+) -> tuple[ForceHistory, ...]:
     """One for each stretch on which a cause acts; none where it acts all along or on no single segment.
 
     Args:
@@ -47,5 +47,5 @@ def force_histories(
         force = signature.columns[own, :3] @ x
         if signature.fixed is not None:
             force = force + signature.fixed[own, :3]
-        found.append(ForceCourse(scene.name, stretch.start, step, force))
+        found.append(ForceHistory(scene.name, stretch.start, step, force))
     return tuple(found)

@@ -79,8 +79,8 @@ def with_markers_repaired(
     else:
         seen = scenes_of(fit, settings, reviews)
     tissue = [finding for scene, _ in seen for finding in soft_tissue.findings(scene)]
-    told = slips_together(found, {scene.name: scene for scene, _ in seen})
-    return fit, seen, SeenInMarkers((*told, *tissue), before, _rms(fit), tuple(dict.fromkeys(notes)))
+    events = slips_together(found, {scene.name: scene for scene, _ in seen})
+    return fit, seen, SeenInMarkers((*events, *tissue), before, _rms(fit), tuple(dict.fromkeys(notes)))
 
 
 def as_distances_tell(
@@ -96,8 +96,8 @@ def as_distances_tell(
         scenes: of the trials.
     """
     by_trial = {scene.name: scene for scene in scenes}
-    told = [_as_distances_tell(f, direct_checks, by_trial) for f in seen.findings]
-    return replace(seen, findings=tuple(told))
+    findings = [_as_distances_tell(f, direct_checks, by_trial) for f in seen.findings]
+    return replace(seen, findings=tuple(findings))
 
 
 def _as_distances_tell(

@@ -8,7 +8,7 @@ from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.diagnosis import Diagnosis, Gain, NamedEffect, OffTheList
 from solver.diagnosis.direct_checks.statement import TOLD_NATS, Statement
 from solver.diagnosis.extended_fit import ExtendedGain
-from solver.diagnosis.force_histories import ForceCourse
+from solver.diagnosis.force_histories import ForceHistory
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
 
 MOST_CHANGED = 5  # joint torques that are listed
@@ -162,7 +162,7 @@ def _off_the_list(one: OffTheList | None, several: bool) -> dict[str, object] | 
     }
 
 
-def _time_history(time_history: ForceCourse) -> dict[str, object]:
+def _time_history(time_history: ForceHistory) -> dict[str, object]:
     force = time_history.force_ground.round(TIME_HISTORY_DIGITS).tolist()
     return {
         "trial": time_history.trial,

@@ -97,7 +97,9 @@ class ResidualDescription:
     trials: tuple[InTrial, ...]
 
 
-def described(balance: Balance, solved: Solved, uncorrected: Sequence[Term] = ()) -> ResidualDescription:
+def describe_residual(
+    balance: Balance, solved: Solved, uncorrected: Sequence[Term] = ()
+) -> ResidualDescription:
     """Describe the residual that the recordings have without any cause.
 
     Args:

@@ -29,7 +29,7 @@ from solver.skeleton.subject_model import load_subject_model
 
 LONG_M = 0.2  # shorter segments are measured by too few markers
 FEWEST_SEGMENTS = 4
-ALIKE = 0.0055  # standard deviation of log lengths, weighted with length, about their mean
+ALIKE_LOG_STD = 0.0055  # standard deviation of log lengths, weighted with length, about their mean
 
 Posterior = MarkerPosterior | LongMarkerPosterior
 SceneAndPosterior = list[tuple[Scene, Posterior]]  # of each trial
@@ -127,9 +127,9 @@ def scenes_of(
         for trial in fit.trials
         if trial.contacts is not None and trial.contacts.has_plates and trial.motion.frames >= FEWEST_FRAMES
     ]
-    weighed = fit.subject.mass_kg is not None
+    mass_was_entered = fit.subject.mass_kg is not None
     return [
-        (replace(scene, size_against_own_model=size, weighed=weighed), posterior)
+        (replace(scene, size_against_own_model=size, mass_was_entered=mass_was_entered), posterior)
         for scene, posterior in pairs
     ]
 
@@ -195,7 +195,7 @@ def size_against_own_model(fit: Fit) -> float | None:
     ratio = np.log([after[pair] / before[pair] for pair in long])
     mean = float(weight @ ratio / weight.sum())
     scatter = float(np.sqrt(weight @ (ratio - mean) ** 2 / weight.sum()))
-    return mean if scatter < ALIKE else None
+    return mean if scatter < ALIKE_LOG_STD else None
 
 
 def _lengths_m(skeleton: Skeleton) -> dict[tuple[str, str], float]:

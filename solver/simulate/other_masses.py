@@ -11,8 +11,8 @@ from solver.simulate.spline_motion import SplineMotion
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Body, Skeleton
 
-SETTLING = 2000.0  # [Hz] steps of a wobbling mass's equation
-LEAD = 0.25  # [s] before the first time, in which it swings in
+SWING_STEPS_HZ = 2000.0  # [Hz] steps of a wobbling mass's equation
+SWING_IN_S = 0.25  # [s] before the first time, in which it swings in
 
 
 def with_carried_mass(
@@ -57,9 +57,9 @@ class WobblingMass:
     ) -> tuple[Float[np.ndarray, "times 3"], Float[np.ndarray, "times 3"]]:
         """R [m] and r̈ [m/s²] in the ground frame, from rest before the first time; times evenly spaced."""
         spacing = float(times[1] - times[0])
-        finer = max(1, int(np.ceil(spacing * SETTLING)))
+        finer = max(1, int(np.ceil(spacing * SWING_STEPS_HZ)))
         h = spacing / finer
-        lead = int(np.ceil(LEAD / h))
+        lead = int(np.ceil(SWING_IN_S / h))
         fine = times[0] + h * np.arange(-lead, finer * (len(times) - 1) + 1)
         push = -self.point.acceleration(motion, fine)
         omega = 2 * np.pi * self.frequency_Hz

@@ -214,7 +214,7 @@ class About:
     title: str = ""  # a few words; {target} is filled in
     sentence: str = ""  # what it means, for people; {target} is filled in
     remedy: str = ""  # what to do about it in the laboratory
-    told_apart_by: str = ""  # what to record so that it can be told from what looks alike
+    separate_by: str = ""  # what to record so that it can be told from what looks alike
     branch: str = ""  # in the tree of names
     at_fault: AtFault = AtFault.RECORDING
     names: Named = Named.ALL
@@ -272,6 +272,6 @@ class Described:
         return self.about.remedy
 
     @property
-    def told_apart_by(self) -> str:
+    def separate_by(self) -> str:
         """What to record so that it can be told from what looks alike."""
-        return self.about.told_apart_by
+        return self.about.separate_by

@@ -61,7 +61,7 @@ class BeltAcceleration(InPieces):
             "ground do not accept this: something else is wrong with the horizontal forces, so check "
             "those channels."
         ),
-        told_apart_by="a marker on the belt or on the platform",
+        separate_by="a marker on the belt or on the platform",
         branch="ground/belt or platform",
         at_fault=AtFault.MOVEMENT,
         time_history=TimeHistory.ALL_ALONG,
@@ -195,7 +195,7 @@ class BeltSlope(InTrials):
             "Turn what is in the belt's axes by the slope about the lateral axis when the files are "
             "exported, so that the vertical of markers and forces is that of a plumb line."
         ),
-        told_apart_by="a plumb line in the cameras' view; somebody who stands still on the sloping belt",
+        separate_by="a plumb line in the cameras' view; somebody who stands still on the sloping belt",
         branch="ground/belt or platform",
         readings=(Reading("slope_deg", "it goes {which} by {amount}", "°", which=("uphill", "downhill")),),
         targets={OF_ALL: "markers and forces", OF_FORCES: "the forces"},

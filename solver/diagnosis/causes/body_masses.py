@@ -76,7 +76,7 @@ class SubjectMass(Candidate):
         title="wrong body mass",
         sentence="The person's mass differs from the entered one.",
         remedy="Weigh the person with everything they wear, and enter that mass.",
-        told_apart_by="the person on a scale, or a known weight on each plate",
+        separate_by="the person on a scale, or a known weight on each plate",
         branch="body/whole mass",
         at_fault=AtFault.MODEL,
         weight=Weight.MASS,
@@ -116,7 +116,7 @@ class SubjectMass(Candidate):
     @classmethod
     def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
         """One person, if anybody entered what they weigh."""
-        return [cls("all")] if any(scene.weighed for scene in scenes) else []
+        return [cls("all")] if any(scene.mass_was_entered for scene in scenes) else []
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class SegmentMass(Candidate):
         title="wrong segment mass: {target}",
         sentence="{target}: the masses of these segments differ from those in the model.",
         remedy=("Scale the segments' masses to the person: a scan, or tables for the person's build."),
-        told_apart_by="a trial in which the segments swing fast, and the person on a scale",
+        separate_by="a trial in which the segments swing fast, and the person on a scale",
         branch="body/one segment",
         names=Named.BODIES,
         at_fault=AtFault.MODEL,
@@ -247,7 +247,7 @@ class CarriedMass(InTrials):
             "Weigh the load and note where it was fixed. Accept the cause for these trials or make the "
             "load part of the model, not both."
         ),
-        told_apart_by="the person on a scale, with and without the load",
+        separate_by="the person on a scale, with and without the load",
         branch="on the person/load",
         names=Named.BODIES,
         at_fault=AtFault.MODEL,
@@ -313,8 +313,8 @@ class CarriedMass(InTrials):
         if not scenes:
             return []
         skeleton = scenes[0].skeleton
-        weighed = any(scene.weighed for scene in scenes)
-        stretches = [t for t in all_and_each(scenes) if weighed or t is not None]
+        entered = any(scene.mass_was_entered for scene in scenes)
+        stretches = [t for t in all_and_each(scenes) if entered or t is not None]
         inner = inner_arm_segments(skeleton)
         return [
             cls(skeleton.body_names[b], trial, b in inner)

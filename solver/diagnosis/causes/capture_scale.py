@@ -40,7 +40,7 @@ class CaptureScale(Candidate):
         title="wrong scale of the camera calibration",
         sentence="All distances between markers are too large or too small by a constant factor.",
         remedy="Calibrate the cameras with a wand whose length was measured.",
-        told_apart_by=(
+        separate_by=(
             "two markers at a known distance, or steps on plates far from the laboratory's origin, on "
             "both sides"
         ),

@@ -76,7 +76,7 @@ class ClockOffset(Retimed):
             "amplifier's latency, too early the cameras'; more is a trigger, lost frames, or a filter "
             "that runs one way only."
         ),
-        told_apart_by="a foot stamped on a plate at the beginning and at the end of the recording",
+        separate_by="a foot stamped on a plate at the beginning and at the end of the recording",
         branch="time/clock",
         is_a_clock=True,
         asked_up_to=40.0,
@@ -112,7 +112,7 @@ class TrialClocks(Retimed):
             "in each trial."
         ),
         remedy="Start cameras and plates by one trigger line, and look at what sets each trial's beginning.",
-        told_apart_by="a foot stamped on a plate at the beginning of each trial",
+        separate_by="a foot stamped on a plate at the beginning of each trial",
         branch="time/clock of each trial",
         is_a_clock=True,
         odds_against=2.0,
@@ -186,7 +186,7 @@ class PlateClock(ClockOffset):
             "way only, a "
             "lost sample, another trigger."
         ),
-        told_apart_by="a foot stamped on each plate in turn",
+        separate_by="a foot stamped on each plate in turn",
         branch="time/clock of one plate",
         names=Named.PLATES,
         odds_against=4.0,
@@ -241,7 +241,7 @@ class SampleRate(Retimed):
         remedy=(
             "Check the rates of plates and cameras in the recording program, and that one clock drives both."
         ),
-        told_apart_by=("a longer recording, with a foot stamped on a plate at its beginning and at its end"),
+        separate_by=("a longer recording, with a foot stamped on a plate at its beginning and at its end"),
         branch="time/rate",
         odds_against=2.0,
         asked_up_to=10.0,

@@ -78,7 +78,7 @@ def _beside_a_wrong_weight(
     whom only the plates weighed; somebody weighed hardly weighs otherwise.
     """
     error_N = _error_N(scene)
-    std_N = WRONG_WEIGHT_STD * scene.weight_N if scene.weighed else np.inf
+    std_N = WRONG_WEIGHT_STD * scene.weight_N if scene.mass_was_entered else np.inf
     runs = _likeliest(force / error_N)
     tried = [(_log_likelihood(force / error_N, runs), force, runs, 0.0)]
     for first, end, _ in runs:

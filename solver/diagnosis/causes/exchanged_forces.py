@@ -75,7 +75,7 @@ class PlateSwap(PairOfPlates):
         remedy=(
             "Check which amplifier channel belongs to which plate, and the order of plates in the export."
         ),
-        told_apart_by="a foot stamped on one plate, then on the other",
+        separate_by="a foot stamped on one plate, then on the other",
         branch="plate/channels",
         names=Named.PLATES,
         picture=Plates(),
@@ -120,7 +120,7 @@ class PlateExchange(PairOfPlates):
             "Check which cable belongs to which plate, and which corners belong to which plate in the "
             "laboratory's files."
         ),
-        told_apart_by="a foot stamped on one plate, then on the other",
+        separate_by="a foot stamped on one plate, then on the other",
         branch="plate/channels",
         names=Named.PLATES,
         picture=Plates(),
@@ -129,8 +129,8 @@ class PlateExchange(PairOfPlates):
     def of_pair(self, a: PlateScene, b: PlateScene) -> tuple[PlateScene, PlateScene]:
         """Each with what the other recorded, at its own place."""
         return (
-            with_samples(a, moved_rigidly(b, a), b.loads.carrying),
-            with_samples(b, moved_rigidly(a, b), a.loads.carrying),
+            with_samples(a, move_rigidly(b, a), b.loads.carrying),
+            with_samples(b, move_rigidly(a, b), a.loads.carrying),
         )
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
@@ -179,7 +179,7 @@ class AxisConvention(GrossCause):
             "Put signs and order of the force components right in the export, leave the centres of "
             "pressure as they are, and check on a push in a known direction."
         ),
-        told_apart_by="a push against the floor in a known direction",
+        separate_by="a push against the floor in a known direction",
         branch="plate/channels",
         targets={
             "x": "force of every plate along x has the wrong sign",
@@ -215,13 +215,13 @@ def with_force_of(own: PlateScene, other: PlateScene) -> Float[np.ndarray, "samp
     loaded = other.loads.carrying
     points = _written_points(own, other)
     if points is None:
-        return moved_rigidly(other, own)
+        return move_rigidly(other, own)
     wrench = force_at(other.loads.wrench_ground[:, :3], points)
     wrench[:, 4] += _free_moment(own, other)
     return np.where(loaded[:, None], wrench, 0.0)
 
 
-def moved_rigidly(plate: PlateScene, to: PlateScene) -> Float[np.ndarray, "samples 6"]:
+def move_rigidly(plate: PlateScene, to: PlateScene) -> Float[np.ndarray, "samples 6"]:
     """A plate's samples, moved as a whole from its middle to another's; zero where they are unloaded."""
     force = plate.loads.wrench_ground[:, :3]
     moved = force_at(force, np.broadcast_to(to.centre_ground - plate.centre_ground, force.shape))

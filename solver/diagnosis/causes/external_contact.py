@@ -22,10 +22,10 @@ from solver.diagnosis.causes.about import (
 )
 from solver.diagnosis.causes.contact_windows import HOP_S, INDEPENDENT_HOPS, UP, contact_windows
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InPieces, Range, Signature
-from solver.diagnosis.causes.off_plate_step import unmeasured_stances
+from solver.diagnosis.causes.off_plate_step import off_plate_stances
 from solver.diagnosis.causes.on_segments import BETWEEN_OTHERS_ODDS, columns_at_point, inner_segments
 from solver.diagnosis.causes.scene import Scene, force_at
-from solver.diagnosis.causes.time_history import Stretch, frames_of, joined
+from solver.diagnosis.causes.time_history import Stretch, frames_of, join
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Body
 
@@ -76,7 +76,7 @@ class ExternalContact(InPieces):
         title="an unmeasured contact: {target}",
         sentence=("Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."),
         remedy=("Look at the video for what touches the person there, keep it away, or put a sensor on it."),
-        told_apart_by="the same movement without anything within reach",
+        separate_by="the same movement without anything within reach",
         branch="on the person/touch",
         names=Named.BODIES,
         at_fault=AtFault.MOVEMENT,
@@ -175,7 +175,7 @@ class ExternalContact(InPieces):
             for wide in [w.widened(WHOLE_S)]
         ]
         trials = dict.fromkeys(w.trial for w in whole)
-        return tuple(s for t in trials for s in joined(w for w in whole if w.trial == t))
+        return tuple(s for t in trials for s in join(w for w in whole if w.trial == t))
 
     def _duration_std(self) -> float:
         """Of the contacts' whole duration, as a share of it, by the ends that lie within a trial."""
@@ -190,7 +190,7 @@ class ExternalContact(InPieces):
         What acts all along is no contact that begins or ends: it is left to causes that say why.
         Where a foot stands beside the plates the balance lacks a whole step; no contact is looked for there.
         """
-        stances = [s.stretch for s in unmeasured_stances(scenes) if s.gross]
+        stances = [s.stretch for s in off_plate_stances(scenes) if s.gross]
         found = [w for scene in scenes for w in contact_windows(scene, frames_of(stances, scene))]
         found.sort(key=lambda w: -w.score)
         weights = {w.stretch.trial: w.wrong_weight_N for w in found}

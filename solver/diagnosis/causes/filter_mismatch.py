@@ -31,7 +31,7 @@ PRIOR_LOG_RATIO, PRIOR_LOG_RATIO_STD = (
 UNTOLD_NATS = 2.0  # what two parameters that the data leave within their prior cost
 CUT_OFF_STD = 0.03  # of the cutoff: where files cut off a smoothed contact's ends; by hidden effects
 NOISE_N = 0.35  # of a plate's samples; with less, nothing is said against a filter
-ROUNDED = 0.6  # of the step between values of a file: what rounding alone can look like, as noise
+ROUNDING_SHARE = 0.6  # of the step between values of a file: what rounding alone can look like, as noise
 SAME_N = 1e-6  # values nearer than that are one
 TAKES_OFF = 10.0  # times, by which the gentlest of these filters makes less of noise that is not smoothed
 MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to that
@@ -67,7 +67,7 @@ class FilterMismatch(Candidate):
             "with the same "
             "cutoff, and take peaks and impacts from neither."
         ),
-        told_apart_by="the same trial exported without a filter",
+        separate_by="the same trial exported without a filter",
         branch="time/filter",
         odds_against=3.0,
         less_at_first=3.0,  # edges of 39 sound stretches say 0.7 nats for it at most, filtered ones 4 to 8
@@ -98,11 +98,11 @@ class FilterMismatch(Candidate):
     def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
         """Around the cutoffs in use, and what the contacts' edges say of it."""
         usual = float(np.log(PRIOR_HZ)), PRIOR_LOG_STD
-        told = None if self.fall is None else log_cutoff(self.fall)
-        if told is None:
+        by_edges = None if self.fall is None else log_cutoff(self.fall)
+        if by_edges is None:
             return (usual,)
-        weights = np.array([usual[1], told[1]]) ** -2.0
-        mean = float(weights @ [usual[0], told[0]] / weights.sum())
+        weights = np.array([usual[1], by_edges[1]]) ** -2.0
+        mean = float(weights @ [usual[0], by_edges[0]] / weights.sum())
         return (mean, float(weights.sum() ** -0.5)), (PRIOR_LOG_RATIO, PRIOR_LOG_RATIO_STD)
 
     def steps(self) -> Eta:
@@ -123,7 +123,7 @@ class FilterMismatch(Candidate):
         for plate in scene.plates:
             alike = recorded_as_if_sharp(plate, cutoff_Hz)
             for log_ratio in eta[1:]:
-                alike = blunted(alike, plate.plate.rate, cutoff_Hz * float(np.exp(log_ratio)))
+                alike = blunt(alike, plate.plate.rate, cutoff_Hz * float(np.exp(log_ratio)))
             fixed = fixed + np.nan_to_num(plate.at_frames(alike))
         return Signature.of_fixed(fixed)
 
@@ -151,11 +151,11 @@ def shows_no_filter(plate: PlateScene) -> bool:
     vertical_N, carrying = plate.loads.raw_ground[:, 1:2], plate.loads.carrying[:, None]
     noise_N, left_N = (
         float(white_noise(np.where(carrying, samples, np.nan))[0])
-        for samples in (vertical_N, blunted(vertical_N, plate.plate.rate, HIGHEST_HZ))
+        for samples in (vertical_N, blunt(vertical_N, plate.plate.rate, HIGHEST_HZ))
     )
     apart_N = np.diff(np.unique(vertical_N[carrying]))
     step_N = float(apart_N[apart_N > SAME_N].min(initial=np.inf))
-    return noise_N > max(NOISE_N, ROUNDED * step_N, TAKES_OFF * left_N)
+    return noise_N > max(NOISE_N, ROUNDING_SHARE * step_N, TAKES_OFF * left_N)
 
 
 def recorded_as_if_sharp(plate: PlateScene, cutoff_Hz: float) -> Float[np.ndarray, "samples 6"]:
@@ -171,7 +171,7 @@ def recorded_as_if_sharp(plate: PlateScene, cutoff_Hz: float) -> Float[np.ndarra
         raw = np.where(sure[:, None], raw, 0.0)
     whole = with_tails(raw, rate, cutoff_Hz)
     near = near_contact(plate, 1 / cutoff_Hz)
-    sharp = sharpened(np.where(near[:, None], whole, 0.0), rate, cutoff_Hz)
+    sharp = sharpen(np.where(near[:, None], whole, 0.0), rate, cutoff_Hz)
     loaded = contact_samples(replace(plate.plate, force_ground=sharp[:, :3]), plate.conditioning)
     return np.where((loaded & plate.loads.recorded)[:, None], sharp, 0.0)
 
@@ -220,7 +220,7 @@ def with_tails(
     return whole
 
 
-def blunted(
+def blunt(
     values: Float[np.ndarray, "samples columns"], rate: float, cutoff_Hz: float
 ) -> Float[np.ndarray, "samples columns"]:
     """The zero-phase filter along the first axis; nothing where it lets pass all that is sampled.
@@ -235,7 +235,7 @@ def blunted(
     return _through(values, rate, cutoff_Hz, lambda gain: gain)
 
 
-def sharpened(
+def sharpen(
     values: Float[np.ndarray, "samples columns"], rate: float, cutoff_Hz: float
 ) -> Float[np.ndarray, "samples columns"]:
     """The bounded inverse of the zero-phase filter along the first axis.

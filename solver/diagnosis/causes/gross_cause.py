@@ -34,11 +34,6 @@ class GrossCause(Candidate):
         """Which plate holds, in the recording corrected, the force that the files give to `target`."""
         return target
 
-    def corrected(self, scene: Scene) -> Scene:
-        """The trial as it should have been recorded."""
-        plates = self.correct_plates(scene.plates)
-        return scene if plates is None else replace(scene, plates=plates)
-
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """The recording corrected less the recording."""
         plates = self.correct_plates(scene.plates)
@@ -114,11 +109,11 @@ class Beyond(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """What the cause changes in the recording corrected."""
-        return self.cause.signature(corrected(self.gross, scene), eta)
+        return self.cause.signature(correct_scene(self.gross, scene), eta)
 
     def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
         """The cause's."""
-        return self.cause.unrecorded(corrected(self.gross, scene), eta)
+        return self.cause.unrecorded(correct_scene(self.gross, scene), eta)
 
     def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """The cause's."""
@@ -135,13 +130,14 @@ class Beyond(Candidate):
         return self.cause.frames(self._corrected(scenes), eta, x)
 
     def _corrected(self, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
-        return tuple(corrected(self.gross, scene) for scene in scenes)
+        return tuple(correct_scene(self.gross, scene) for scene in scenes)
 
 
 @lru_cache(maxsize=KEPT_SCENES)
-def corrected(gross: GrossCause, scene: Scene) -> Scene:
+def correct_scene(gross: GrossCause, scene: Scene) -> Scene:
     """A trial as it should have been recorded; kept."""
-    return gross.corrected(scene)
+    plates = gross.correct_plates(scene.plates)
+    return scene if plates is None else replace(scene, plates=plates)
 
 
 def with_samples(

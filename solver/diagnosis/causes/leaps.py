@@ -15,14 +15,16 @@ from numpy.lib.stride_tricks import sliding_window_view
 HALF_S = 0.05  # of path on either side that one cubic describes, but for the step
 FEWEST = 4  # samples of it
 LEAST_M = 0.01  # bends of shanks and toes at an impact look like up to 30 mm, others' less than this
-LEAD = 2.5  # times the largest step elsewhere in the marker's path
-CLEARER = (
+OVER_OTHER_STEPS = 2.5  # times the largest step elsewhere in the marker's path
+BEND_OVER_STEP = (
     2.5  # times what a step leaves, a bend does; of 14 sound trials' largest the median is 0.9, the most 1.8
 )
 BENDS = (-0.5, -0.25, 0.0, 0.25, 0.5)  # where in the window one may be, in halves
 AT_ONCE_S = 0.02  # leaps within are one event
-ALIKE = 0.3  # of the shift: markers whose steps differ by less go with those whose paths are surely cut
-PASSES = 0.7  # of the step: as much shortly before or after takes it back; a step's own trace is 0.4
+ALIKE_SHARE = 0.3  # of the shift: markers whose steps differ by less go with those whose paths are surely cut
+TAKEN_BACK_SHARE = (
+    0.7  # of the step: as much shortly before or after takes it back; a step's own trace is 0.4
+)
 APART_S = 0.15  # steps farther away are others
 LASTS_S = 0.3  # nearer to an end nobody knows whether it lasts
 
@@ -84,11 +86,11 @@ class _Paths:
         back = _largest(size[(offset > AT_ONCE_S * self.rate) & (offset <= APART_S * self.rate)])
         seen = np.flatnonzero(np.isfinite(self.windows[:, marker, 0, self.half]))
         lasts = min(at - seen[0], seen[-1] - at) >= LASTS_S * self.rate - self.half
-        if size[at] < max(LEAST_M, LEAD * others, back / PASSES) or not lasts:
+        if size[at] < max(LEAST_M, OVER_OTHER_STEPS * others, back / TAKEN_BACK_SHARE) or not lasts:
             return None
         step = self._left(at, marker, None)
         bend = min(self._left(at, marker, place) for place in BENDS)
-        return (at + self.half, marker) if bend > CLEARER * step else None
+        return (at + self.half, marker) if bend > BEND_OVER_STEP * step else None
 
     def leap(self, event: list[tuple[int, int]]) -> Leap:
         """The event of these steps, and of those that others make with them."""
@@ -97,7 +99,7 @@ class _Paths:
         shift = np.mean([self.step_ground[f - self.half, m] for f, m in event], axis=0)
         off = np.linalg.norm(self.step_ground[frame - self.half] - shift, axis=1)
         steps |= {
-            int(m): frame for m in np.flatnonzero(off < ALIKE * np.linalg.norm(shift)) if m not in steps
+            int(m): frame for m in np.flatnonzero(off < ALIKE_SHARE * np.linalg.norm(shift)) if m not in steps
         }
         event = [(steps[m], m) for m in sorted(steps)]
         shifts = np.array([self.step_ground[f - self.half, m] for f, m in event])

@@ -152,13 +152,13 @@ def events_of(
     slips: list[MarkerSlip] = []
     notes: list[Note] = []
     for event in _at_once(fresh, reach):
-        asked = [segment_distances(scene, j.marker, j.frames.start, j.shift_body) for j in event]
+        distances = [segment_distances(scene, j.marker, j.frames.start, j.shift_body) for j in event]
         jumping = {jump.marker for jump in event}
-        told = [_shown(scene, j, a, jumping) for j, a in zip(event, asked, strict=True)]
-        shown = _once_each([slip for slip in told if slip is not None])
+        clear = [_shown(scene, j, a, jumping) for j, a in zip(event, distances, strict=True)]
+        shown = _once_each([slip for slip in clear if slip is not None])
         if shown:
             slips += [s if _was_lost(s, lost, reach) else _less_sure(s) for s in shown]
-        elif len(event) == 1 and asked[0].predicted < CLEAR and _stands_out(event[0], asked[0]):
+        elif len(event) == 1 and distances[0].predicted < CLEAR and _stands_out(event[0], distances[0]):
             slips.append(_less_sure(event[0]))
         else:
             notes.append(_note(scene, event))
@@ -166,22 +166,22 @@ def events_of(
     return MarkerEvents(tuple(sorted(lasting, key=lambda slip: -slip.gain)), tuple(notes))
 
 
-def _stands_out(jump: MarkerSlip, asked: SegmentDistances) -> bool:
+def _stands_out(jump: MarkerSlip, distances: SegmentDistances) -> bool:
     """Whether it moved by more than others of its segment against one another, as where arms are raised."""
-    return float(np.linalg.norm(jump.shift_body)) > asked.among_others_m
+    return float(np.linalg.norm(jump.shift_body)) > distances.among_others_m
 
 
 def _shown(
-    scene: Scene, jump: MarkerSlip, asked: SegmentDistances, jumping: Collection[int]
+    scene: Scene, jump: MarkerSlip, distances: SegmentDistances, jumping: Collection[int]
 ) -> MarkerSlip | None:
     """The slip that distances show in a jump's segment at its time, if any."""
-    likeliest = asked.likeliest
-    if asked.gain(likeliest) < CLEAR:
+    likeliest = distances.likeliest
+    if distances.gain(likeliest) < CLEAR:
         return None
-    if asked.gain(likeliest) - asked.gain(jump.marker) > PARTED:
+    if distances.gain(likeliest) - distances.gain(jump.marker) > PARTED:
         return slip_at(scene, likeliest, jump.frames.start)
-    alike = asked.markers[asked.gains > asked.gain(jump.marker) - PARTED]
-    rivals = [m for m in alike if m != jump.marker and (len(asked.markers) == 2 or m in jumping)]
+    alike = distances.markers[distances.gains > distances.gain(jump.marker) - PARTED]
+    rivals = [m for m in alike if m != jump.marker and (len(distances.markers) == 2 or m in jumping)]
     return _less_sure(jump) if rivals else jump
 
 

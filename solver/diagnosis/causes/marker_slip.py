@@ -41,8 +41,10 @@ FEWEST_SAMPLES = 20
 LEAST_HELD = 0.04  # information below which a direction is not known well enough
 LEAST_M = 0.007  # jumps in real recordings of sound markers that look like slips stay below 5 mm
 LEAST_GAIN = 20.0  # a trunk that deforms in a jump reaches 15
-OFTEN = 3.0  # the largest other jump of a trial is about three standard deviations of them
-AT_ONCE = 5.5  # the largest other change from one frame to the next, of theirs: a few frames are far worse
+LARGEST_OTHER_STDS = 3.0  # the largest other jump of a trial is about three standard deviations of them
+LARGEST_AT_ONCE_STDS = (
+    5.5  # the largest other change from one frame to the next, of theirs: a few frames are far worse
+)
 SAME_TIME_S = 0.05  # neighbours seem to jump with the marker that did
 MOST_SLIPS = 6
 ANGLE_STD_M = 0.03  # prior of how far soft tissue moves a marker per rad, and per rad² below
@@ -78,7 +80,7 @@ class MarkerSlip(MarkerFinding):
             'In this recording leave it out: set it to "" in the map that `addb-viewer markers SUBJECT` '
             "writes. Before the next one, attach it again and record another static trial."
         ),
-        told_apart_by="a static trial before and after the recording",
+        separate_by="a static trial before and after the recording",
         branch="markers/one",
         names=Named.MARKERS,
         time_history=TimeHistory.EVENT,
@@ -293,8 +295,8 @@ def _jump_at(path: _Path, step: int) -> _Jump | None:
         frame=int(path.frames[step]),
         shift_body=path.axes_body @ jump,
         size=float(size[step]),
-        std=float((path.clear * elsewhere).max() + RESOLVED_M) / OFTEN,
-        std_at_once=float(at_once.max() + RESOLVED_M) / AT_ONCE,
+        std=float((path.clear * elsewhere).max() + RESOLVED_M) / LARGEST_OTHER_STDS,
+        std_at_once=float(at_once.max() + RESOLVED_M) / LARGEST_AT_ONCE_STDS,
         energy=float(jump @ path.information @ jump),
         places=len(path.frames),
     )

@@ -16,7 +16,7 @@ SHORT_GAP_S = 0.035  # over which a marker is expected to keep its velocity; bey
 LONGEST_GAP_S = 2.0
 VELOCITY_S = 0.05  # the velocity is taken from frames this near
 LEAST_JUMP_M = 0.025  # of each; markers nearer than that can be exchanged unseen, and it matters little
-BETTER = 0.4  # exchanged, both have to land at most this share as far from where they were expected
+NEARER_SHARE = 0.4  # exchanged, both have to land at most this share as far from where they were expected
 LEAST_NOISE_M = 0.002
 ORDINARY = 0.95  # quantile of a marker's errors from frame to frame, taken for two standard deviations
 ON_SEGMENT_M = 0.02  # likewise, expected from the segment's pose after a longer gap
@@ -39,7 +39,7 @@ class MarkerSwap(MarkerFinding):
         title="swapped markers: {target}",
         sentence="Two markers carry each other's names: {target}.",
         remedy="Exchange the two labels on these frames in the tracking software.",
-        told_apart_by=("the cameras' own view: labels are swapped where the markers pass or were hidden"),
+        separate_by=("the cameras' own view: labels are swapped where the markers pass or were hidden"),
         branch="markers/one",
         names=Named.MARKERS,
         time_history=TimeHistory.EVENT,
@@ -139,7 +139,7 @@ def _exchanges(
             for b in jumped[i + 1 :]:
                 kept = _far(positions[t, [a, b]], expected[t, [a, b]])
                 swapped = _far(positions[t, [b, a]], expected[t, [a, b]])
-                if swapped.sum() > BETTER * kept.sum():
+                if swapped.sum() > NEARER_SHARE * kept.sum():
                     continue
                 gain = 0.5 * float(((kept**2 - swapped**2) / noise[t, [a, b]] ** 2).sum()) - searched
                 if gain > LEAST_GAIN:

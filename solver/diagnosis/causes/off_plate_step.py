@@ -30,7 +30,7 @@ from solver.diagnosis.causes.about import (
 )
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InPieces, Range, Signature
 from solver.diagnosis.causes.scene import Scene, force_at
-from solver.diagnosis.causes.time_history import Stretch, frames_of, joined, stretch_of
+from solver.diagnosis.causes.time_history import Stretch, frames_of, join, stretch_of
 from solver.skeleton.forward import cross
 
 KNOTS_S = 0.07  # a heel strike rises in as much; the two peaks of a step are 0.3 s apart
@@ -62,7 +62,7 @@ REASONS = (
 
 
 @dataclass(frozen=True)
-class UnmeasuredStance:
+class OffPlateStance:
     """A foot that may stand beside the plates."""
 
     foot_body: str
@@ -70,7 +70,7 @@ class UnmeasuredStance:
     gross: bool  # no plate carries the foot, and much of body weight is lacking
 
 
-def unmeasured_stances(scenes: Sequence[Scene]) -> list[UnmeasuredStance]:
+def off_plate_stances(scenes: Sequence[Scene]) -> list[OffPlateStance]:
     """Foot by foot in order of time: long enough, and a deficit of one sign over most of it.
 
     A foot stands there by its motion or because the detection thinks so, and no plate carries it.
@@ -89,12 +89,12 @@ def unmeasured_stances(scenes: Sequence[Scene]) -> list[UnmeasuredStance]:
                     continue
                 if lacks.mean() > SUSPECT_SHARE and (lacks > 0).mean() > SUSPECT_ONE_SIGNED:
                     suspects.append(stretch_of(scene, start, end).widened(EDGE_S))
-            for stretch in joined(suspects):
+            for stretch in join(suspects):
                 inside = slice(stretch.start, stretch.end)
                 gross = (
                     missing[inside].mean() > GROSS_SHARE and carried[inside].mean() < 1 - SUSPECT_ONE_SIGNED
                 )
-                found.append(UnmeasuredStance(sole.foot_body, stretch, bool(gross)))
+                found.append(OffPlateStance(sole.foot_body, stretch, bool(gross)))
     return found
 
 
@@ -147,7 +147,7 @@ class OffPlateStep(InPieces):
     aside of the middle line and for a free moment complete the wrench.
     """
 
-    stances: tuple[UnmeasuredStance, ...] = ()  # of any trials, each with parameters of its own
+    stances: tuple[OffPlateStance, ...] = ()  # of any trials, each with parameters of its own
 
     about = About(
         id="off_plate_step",
@@ -159,7 +159,7 @@ class OffPlateStep(InPieces):
         title="a step that no plate measured: {target}",
         sentence="No plate measures the force under {target}: no plate is there, or it recorded nothing.",
         remedy="Flag these frames, or repeat the trial with every step on a plate.",
-        told_apart_by="a trial with every step on a plate",
+        separate_by="a trial with every step on a plate",
         branch="ground/missed step",
         names=Named.BODIES,
         at_fault=AtFault.MOVEMENT,
@@ -254,7 +254,7 @@ class OffPlateStep(InPieces):
         Where only some of a foot's stances lack most of their force, these are also tried without the others:
         whatever carries the person all the time makes every stance lack something.
         """
-        suspects = unmeasured_stances(scenes)
+        suspects = off_plate_stances(scenes)
         feet = list(dict.fromkeys(s.foot_body for s in suspects))
         gross = tuple(s for s in suspects if s.gross)
         made: list[Candidate] = []
@@ -265,7 +265,7 @@ class OffPlateStep(InPieces):
         return [*made, cls("+".join(missing), gross)] if len(missing) > 1 else made
 
 
-def _columns(scene: Scene, stance: UnmeasuredStance) -> Float[np.ndarray, "frames 6 parameters"]:
+def _columns(scene: Scene, stance: OffPlateStance) -> Float[np.ndarray, "frames 6 parameters"]:
     heel, tip, left = sole_line(scene, stance.foot_body)
     pressing, tangent, slow = (
         stance.stretch.humps(spacing).T for spacing in (KNOTS_S, TANGENT_KNOTS_S, SLOW_KNOTS_S)

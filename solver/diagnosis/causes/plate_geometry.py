@@ -37,7 +37,7 @@ class PlatePosition(OfOnePlate):
             "Measure the plate's corners again, with a pointer or markers on them, after each camera "
             "calibration."
         ),
-        told_apart_by="a pointed rod pressed on the plate at several known places",
+        separate_by="a pointed rod pressed on the plate at several known places",
         branch="plate/geometry",
         names=Named.PLATES,
         usual_std=0.001,
@@ -86,7 +86,7 @@ class PlateYaw(OfOnePlate):
         title="{target} turned about the vertical",
         sentence="{target} is turned about the vertical relative to the axes in the files.",
         remedy="Measure the plate's corners again and check their order in the files.",
-        told_apart_by="a pointed rod pressed on the plate near its corners",
+        separate_by="a pointed rod pressed on the plate near its corners",
         branch="plate/geometry",
         names=Named.PLATES,
         odds_against=-2.0,
@@ -147,7 +147,7 @@ class GravityTilt(Candidate):
         remedy=(
             "Level the calibration frame, and check that the plates stand level; calibrate the cameras again."
         ),
-        told_apart_by="a quiet standing trial, and a weight set down on each plate",
+        separate_by="a quiet standing trial, and a weight set down on each plate",
         branch="plate/geometry",
         asked_up_to=10.0,
         readings=(

@@ -56,7 +56,7 @@ class PlateGain(OfOnePlate):
         title="wrong gain of {target}",
         sentence="{target} reads too much or too little by a constant factor.",
         remedy=("Put a known weight on the plate at several places and correct its calibration matrix."),
-        told_apart_by=(
+        separate_by=(
             "the plate empty, then with two known weights: an error that grows with the weight is a gain,"
             " the same error each time is a constant one"
         ),
@@ -115,7 +115,7 @@ class PlateBias(Candidate):
         remedy=(
             "Tare the plate right before each recording, with nobody on it, and let its amplifier warm up."
         ),
-        told_apart_by="a second of recording with nobody on the plate, before and after the trial",
+        separate_by="a second of recording with nobody on the plate, before and after the trial",
         branch="plate/zero",
         names=Named.PLATES,
         odds_against=2.0,
@@ -260,7 +260,7 @@ class ZeroLevel(Candidate):
             "{target} was not tared, or something stood on it when it was: a constant is in all it reads."
         ),
         remedy="Tare the plate with nobody on it, or take off what it reads while it is empty.",
-        told_apart_by="a second of recording with nobody on the plate, before and after the trial",
+        separate_by="a second of recording with nobody on the plate, before and after the trial",
         branch="plate/zero",
         names=Named.PLATES,
         odds_against=2.0,
@@ -320,7 +320,7 @@ class ObjectOnPlate(InTrials):
         remedy=(
             "Take it off the plate and record again, or weigh it and take its weight off this plate's forces."
         ),
-        told_apart_by="a second of recording with nobody on the plate, with and without the object",
+        separate_by="a second of recording with nobody on the plate, with and without the object",
         branch="ground/object on a plate",
         names=Named.PLATES,
         at_fault=AtFault.MOVEMENT,

@@ -111,7 +111,7 @@ class PlateTurn(RearrangedPlate):
             "floor, and put "
             "them right in the laboratory's files."
         ),
-        told_apart_by="a push against the plate in a known direction, at a known place off its middle",
+        separate_by="a push against the plate in a known direction, at a known place off its middle",
         branch="plate/geometry",
         names=Named.PLATES,
         odds_against=2.0,
@@ -150,7 +150,7 @@ class PlateMirror(RearrangedPlate):
             "floor: they "
             "go round the wrong way, or one axis has the wrong sign."
         ),
-        told_apart_by="a push against the plate in a known direction, at a known place off its middle",
+        separate_by="a push against the plate in a known direction, at a known place off its middle",
         branch="plate/geometry",
         names=Named.PLATES,
         odds_against=2.0,
@@ -194,7 +194,7 @@ class PlateUnits(RearrangedPlate):
             "its amplifier "
             "is set to; put a known weight on it."
         ),
-        told_apart_by="a known weight on the plate",
+        separate_by="a known weight on the plate",
         branch="plate/scale",
         names=Named.PLATES,
         odds_against=2.0,

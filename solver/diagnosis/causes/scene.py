@@ -136,7 +136,7 @@ class Scene:
     contact_settings: ContactSettings  # of the solve
     notes: tuple[Note, ...] = field(default=())
     size_against_own_model: float | None = None  # logarithm; None where the model is nobody's
-    weighed: bool = True  # the person's mass was entered; otherwise it is what the forces carry
+    mass_was_entered: bool = True  # the person's mass was entered; otherwise it is what the forces carry
 
     @property
     def frames(self) -> int:

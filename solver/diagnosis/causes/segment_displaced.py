@@ -49,7 +49,7 @@ class SegmentDisplaced(MarkerFinding):
             "was recorded before that moment; before the next one fix them anew and take another "
             "static trial."
         ),
-        told_apart_by="a static trial before and after the recording",
+        separate_by="a static trial before and after the recording",
         branch="markers/several at once",
         names=Named.BODIES,
         time_history=TimeHistory.EVENT,
@@ -86,14 +86,14 @@ def slips_together(findings: Sequence[MarkerFinding], scenes: Mapping[str, Scene
             same = [event for event in events if any(_belong(scene, finding, slip) for slip in event)]
             joined = [*(slip for event in same for slip in event), finding]
             events = [*(event for event in events if event not in same), joined]
-    told: list[MarkerFinding] = []
+    found: list[MarkerFinding] = []
     for finding in findings:
         event = next((event for event in events if finding in event), None)
         if event is None or len(event) == 1:
-            told.append(finding)
+            found.append(finding)
         elif event[0] is finding:
-            told.append(_event(event, scenes))
-    return told
+            found.append(_event(event, scenes))
+    return found
 
 
 def of_others(

@@ -250,7 +250,7 @@ class SoftTissue(MarkerFinding):
             "Next time put the markers on bony places or on a rigid plate strapped to the segment, "
             "not on muscle."
         ),
-        told_apart_by=(
+        separate_by=(
             "a wrong joint centre looks the same: a functional calibration of the near joints tells "
             "them apart"
         ),

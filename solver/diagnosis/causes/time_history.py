@@ -79,7 +79,7 @@ def stretch_of(scene: Scene, start: int, end: int) -> Stretch:
     return Stretch(scene.name, start, end, scene.frames, scene.rate)
 
 
-def joined(stretches: Iterable[Stretch]) -> tuple[Stretch, ...]:
+def join(stretches: Iterable[Stretch]) -> tuple[Stretch, ...]:
     """Stretches of one trial in order of time, those that overlap as one."""
     apart: list[Stretch] = []
     for s in sorted(stretches, key=lambda s: s.start):

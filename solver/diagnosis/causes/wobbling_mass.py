@@ -46,7 +46,7 @@ class WobblingMass(Candidate):
         title="wobbling soft tissue: {target}",
         sentence="Soft tissue of {target} swings on its own, and the markers do not show it.",
         remedy="Strap it, or state which share of the segment swings, and at which frequency.",
-        told_apart_by="a hop or a heel drop, after which the swing dies out",
+        separate_by="a hop or a heel drop, after which the swing dies out",
         branch="body/soft_tissue",
         names=Named.BODIES,
         at_fault=AtFault.MODEL,

@@ -160,7 +160,7 @@ def _bridged(height: Float[np.ndarray, "frames markers"]) -> Float[np.ndarray, "
     return filled
 
 
-def measured(captures: Sequence[Capture], reading: ReadingSettings) -> list[Measured]:
+def measure_trials(captures: Sequence[Capture], reading: ReadingSettings) -> list[Measured]:
     """Trials that have plates and markers."""
     return [Measured(capture, reading) for capture in captures if capture.plates and capture.markers.frames]
 

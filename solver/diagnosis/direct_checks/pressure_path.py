@@ -152,15 +152,15 @@ def turns_by_path(trials: Sequence[Measured]) -> dict[str, dict[Turn, float]]:
     against them: beside the balance, which has the same pressures in its moments, this is to decide between
     turns and what else may be wrong with a plate, and not alone.
     """
-    most, told = REFUTING_NATS, {}
+    most, found = REFUTING_NATS, {}
     for k, stances in _all_stances(trials).items():
         errors, _ = _errors(stances)
         gains = {name: _worth() * (errors[AS_IT_IS] - error) for name, error in errors.items()}
         over = max(0.0, max(gains.values()) - most)
-        told[f"plate_{k + 1}"] = {
+        found[f"plate_{k + 1}"] = {
             turn_of(TURNS[name]): max(-most, gain - over) for name, gain in gains.items()
         }
-    return told
+    return found
 
 
 def _all_stances(trials: Sequence[Measured]) -> dict[int, list[_Stance]]:
@@ -201,14 +201,14 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
     std = PATH_SCATTER_M / np.sqrt(PATH_WORTH * len(stances))
     place = nats_of(off, std, PLACE_SCATTER_M, PLACE_USUAL_M, axes=2)
     scatter = np.sqrt(errors[AS_IT_IS] / len(stances))
-    told = f"{100 * off:.0f} cm off the foot on average, scattering by {100 * scatter:.0f} cm"
+    words = f"{100 * off:.0f} cm off the foot on average, scattering by {100 * scatter:.0f} cm"
     if turned > TOLD_NATS:
         rest = np.sqrt(errors[best] / len(stances))
-        told += f"; {best} it would scatter by {100 * rest:.0f} cm"
+        words += f"; {best} it would scatter by {100 * rest:.0f} cm"
     stood = "stance" if len(stances) == 1 else "stances"
     return Statement(
         PATH,
-        f"plate {number}: its pressure is {told} ({len(stances)} {stood}; normal: up to 7 cm off, "
+        f"plate {number}: its pressure is {words} ({len(stances)} {stood}; normal: up to 7 cm off, "
         "scattering by 5).",
         {About.PLATE_TURN: turned, About.PLATE_PLACE: place},
         {"off_m": off, "off_x_m": float(-shifts[AS_IT_IS][0]), "off_z_m": float(-shifts[AS_IT_IS][1])}

@@ -17,7 +17,7 @@ BY_A_LAG = frozenset(a for a in About if a.startswith("plate_")) | {About.OFF_PL
 GROSS = (About.PLATE_TURN, About.PLATE_PLACE, About.PLATE_SIGN)
 
 
-def asked(trials: Sequence[Measured], entered_kg: float | None) -> tuple[Statement, ...]:
+def run_checks(trials: Sequence[Measured], entered_kg: float | None) -> tuple[Statement, ...]:
     """What measured data say by themselves, before any cause is looked for and without a model of the body.
 
     Args:

@@ -94,7 +94,7 @@ def _mass_covariance(scene: Scene, settings: DiagnosisSettings) -> Float[np.ndar
     std = settings.segment_mass_std * masses
     whole = (settings.body_mass_std * scene.skeleton.mass) ** -2.0
     covariance = np.linalg.inv(np.diag(std**-2.0) + whole)
-    if not scene.weighed:
+    if not scene.mass_was_entered:
         covariance = covariance + UNWEIGHED_MASS_STD**2 * np.outer(masses, masses)
     return np.asarray(covariance)
 

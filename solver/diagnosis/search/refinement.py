@@ -20,14 +20,14 @@ from solver.diagnosis.search.screening import Beside, Gained, beside
 from solver.diagnosis.search.terms import CandidateRows, Term
 
 SMALL_STEP = 0.1  # of the first step, for derivatives by η
-AGAIN = 0.3  # of the first step, where a simplex starts from what another search found
-CLOSE = 0.05  # in steps and nats: the rest is left to the derivatives
+AGAIN_STEPS = 0.3  # of the first step, where a simplex starts from what another search found
+CONVERGED = 0.05  # in steps and nats: the rest is left to the derivatives
 LONGEST = 4.0  # first steps at a time
 MOST_TURNS = 12
 HALVINGS = 4
 
 
-def refined(balance: Balance, term: Term, others: Sequence[Term], noise_scale: NoiseScale) -> Term:
+def refine(balance: Balance, term: Term, others: Sequence[Term], noise_scale: NoiseScale) -> Term:
     """The term at its best η, with derivatives by η as further columns; unchanged where all acts linearly.
 
     A term that was refined already, at another noise scale, is sought near its η.
@@ -39,7 +39,7 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], noise_scale: N
     start = climb.at(term.eta)
     if start is None:
         return term
-    best = climb.best(start, AGAIN if term.tangent_mean else 1.0)
+    best = climb.best(start, AGAIN_STEPS if term.tangent_mean else 1.0)
     return balance.spread(climb.with_tangents(best))
 
 
@@ -81,7 +81,7 @@ class Climb:
         for _ in range(MOST_TURNS):
             step, promised = self._step(here)
             far = np.abs(step / self._steps).max()
-            if far < CLOSE or (promised < CLOSE and far < 1.0):
+            if far < CONVERGED or (promised < CONVERGED and far < 1.0):
                 return here
             step /= max(1.0, far / LONGEST)
             eta = np.array(here.rows.eta)
@@ -90,7 +90,7 @@ class Climb:
             further = next((t for t in better if not must_be_possible or self._is_possible(t)), None)
             if further is None:
                 return self._by_simplex(here, reach, must_be_possible)
-            if here.cost - further.cost < CLOSE:
+            if here.cost - further.cost < CONVERGED:
                 return further
             here = further
         return here
@@ -133,7 +133,7 @@ class Climb:
             return found.cost
 
         simplex = np.concatenate([np.zeros((1, n)), reach * np.eye(n)])
-        options = {"initial_simplex": simplex, "xatol": CLOSE, "fatol": CLOSE, "maxfev": 30 * n}
+        options = {"initial_simplex": simplex, "xatol": CONVERGED, "fatol": CONVERGED, "maxfev": 30 * n}
         found = minimize(cost, np.zeros(n), method="Nelder-Mead", options=options)
         return self.at(tuple((eta + self._steps * found.x).tolist())) or start
 

@@ -270,11 +270,11 @@ class Screen:
 
     def by_name(self, noise_scale: NoiseScale, accepted: Sequence[Term] = ()) -> Iterator[Screened]:
         """The best variant of each name, likeliest name first; of what cannot be, only what has a search."""
-        told: set[tuple[str, str]] = set()
+        named: set[tuple[str, str]] = set()
         for one in self.best(noise_scale, accepted):
             candidate = one.rows.candidate
-            if candidate.key not in told and (one.possible or candidate.steps()):
-                told.add(candidate.key)
+            if candidate.key not in named and (one.possible or candidate.steps()):
+                named.add(candidate.key)
                 yield one
 
     def term(self, rows: CandidateRows) -> Term:

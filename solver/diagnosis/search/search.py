@@ -14,7 +14,7 @@ from solver.diagnosis.memory import Memory
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import EXCHANGE_NATS, SAME_TRACE, Contender, Found, handicap, overlap
 from solver.diagnosis.search.proposals import Added, Exchanged, Kept, Paired
-from solver.diagnosis.search.refinement import refined
+from solver.diagnosis.search.refinement import refine
 from solver.diagnosis.search.screening import Screen
 from solver.diagnosis.search.terms import Solved, Term
 
@@ -275,12 +275,12 @@ class Search:
                 if one.rows.candidate.key not in chosen:
                     chosen[one.rows.candidate.key] = self.screen.term(one.rows)
         contenders = []
-        refitted = [refined(balance, term, accepted, current.noise_scale) for term in chosen.values()]
+        refitted = [refine(balance, term, accepted, current.noise_scale) for term in chosen.values()]
         balance.see_ahead(refitted, accepted, current.noise_scale)
         for term in refitted:
             own, solved = term, balance.solve([*accepted, term], near=current.noise_scale)
             if solved.noise_scale is not current.noise_scale and own.tangent_mean:
-                own = refined(balance, own, accepted, solved.noise_scale)
+                own = refine(balance, own, accepted, solved.noise_scale)
                 solved = balance.solve([*accepted, own], near=solved.noise_scale)
             contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
         return sorted(contenders, key=self._order)

@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.common.progress import Progress, silent
 from solver.diagnosis.causes.effect import Candidate, Corrected
-from solver.diagnosis.causes.gross_cause import Beyond, GrossCause, corrected
+from solver.diagnosis.causes.gross_cause import Beyond, GrossCause, correct_scene
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.decisions import Trail
 from solver.diagnosis.search.balance import Balance
@@ -30,7 +30,7 @@ class CorrectedCause:
         return self.contender.term.candidate.id, self.target
 
 
-def corrected_on_reading(
+def find_corrected_on_reading(
     balance: Balance, corrections: Sequence[Corrected], current: Solved, trail: Trail
 ) -> tuple[tuple[CorrectedCause, ...], tuple[Term, ...]]:
     """Causes that reading the files undid, where leaving them in would cost evidence.
@@ -101,7 +101,7 @@ def select(
     corrections = [c for c in candidates if isinstance(c, Corrected)]
     others = [c for c in candidates if not isinstance(c, Corrected)]
     search = _beyond_gross_errors(Search(balance, others, progress), others, progress, candidates_of)
-    named, uncorrected = corrected_on_reading(balance, corrections, search.solved, search.trail)
+    named, uncorrected = find_corrected_on_reading(balance, corrections, search.solved, search.trail)
     return Selection(
         search.null,
         search.solved,
@@ -131,7 +131,7 @@ def _beyond_gross_errors(
     assert isinstance(gross, GrossCause)
     anew = candidates
     if candidates_of is not None:
-        anew = candidates_of([corrected(gross, scene) for scene in search.balance.scenes])
+        anew = candidates_of([correct_scene(gross, scene) for scene in search.balance.scenes])
     beyond: list[Candidate] = [c for c in candidates if isinstance(c, GrossCause)]
     beyond += [Beyond(c.target, c, gross) for c in anew if not isinstance(c, GrossCause | Corrected)]
     again = Search(search.balance, beyond, progress, [first])

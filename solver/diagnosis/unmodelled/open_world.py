@@ -312,7 +312,7 @@ class Held:
     unknown_nats: float = -np.inf  # what the likeliest unknown cause that is large enough gains, told or not
 
 
-def held(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
+def hold_names(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
     """Names given up, the least likely first, as long as one is likelier something that is on no list.
 
     Args:
@@ -334,7 +334,7 @@ def held(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
             break
         given_up = found.pop(max(fallen, key=lambda k: standings[k].behind)).contender.term
         solved = balance.solve([t for t in solved.terms if t is not given_up], near=solved.noise_scale)
-    told, gain = _told(world, solved, beside, names)
+    told, gain = _find_told(world, solved, beside, names)
     return Held(solved, tuple(found), tuple(standings), told, gain)
 
 
@@ -398,7 +398,7 @@ def _standing(
     )
 
 
-def _told(
+def _find_told(
     world: OpenWorld, solved: Solved, unknown: Sequence[Unknown], names: int
 ) -> tuple[Unknown | None, float]:
     """The likeliest unknown beside the names, if it is certain and large enough to look for.

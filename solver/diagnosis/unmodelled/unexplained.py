@@ -36,7 +36,7 @@ class Kept:
     left: Contender | None
 
 
-def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
+def keep_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     """Which causes stay named once a force or moment of unknown time history may take their place.
 
     Args:
@@ -45,7 +45,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     """
     solved, found = selection.solved, selection.found
     unknown = UnknownSearch(balance)
-    left = _told(unknown, solved, found)
+    left = _left_beside(unknown, solved, found)
     if not found:
         return Kept(solved, found, left)
     explained = max(0.0, solved.log_evidence - selection.null.log_evidence)
@@ -63,7 +63,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     )
     if selection.trail.put(proposal).fell_at is None:
         return Kept(solved, found, None)
-    return Kept(selection.null, (), _told(unknown, selection.null, ()))
+    return Kept(selection.null, (), _left_beside(unknown, selection.null, ()))
 
 
 def _without_needless(unknown: UnknownSearch, kept: Kept, margin: float, trail: Trail) -> Kept:
@@ -78,7 +78,7 @@ def _without_needless(unknown: UnknownSearch, kept: Kept, margin: float, trail: 
             break
         k = min(weak, key=lambda k: proposals[k].loss)
         solved, found = proposals[k].without, found[:k] + found[k + 1 :]
-        left = _told(unknown, solved, found)
+        left = _left_beside(unknown, solved, found)
     return Kept(solved, found, left)
 
 
@@ -99,7 +99,7 @@ def _beside_the_unknown(unknown: UnknownSearch, kept: Kept, k: int, margin: floa
     )
 
 
-def _told(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Contender | None:
+def _left_beside(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Contender | None:
     """What is left beside named causes; if it stays the same all along, only what none of them explains."""
     parts = [part for term in solved.terms for part in term.whitened(solved.noise_scale) if part is not None]
     columns = [np.zeros((len(solved.left), 0)), *(part.reshape(len(part), -1) for part in parts)]

@@ -8,7 +8,7 @@ from solver.capture.subject.subject import open_subject
 from solver.diagnosis.diagnose import balance_of
 from solver.diagnosis.scenes import scenes_of
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.refinement import refined
+from solver.diagnosis.search.refinement import refine
 from solver.diagnosis.search.terms import Solved
 from solver.fitting.fit import Fit
 from solver.fitting.pipeline import solve
@@ -30,7 +30,7 @@ class Case:
 
     def solved(self, candidate, eta=()) -> Solved:
         noise_scale = self.balance.noise_scales[5]
-        term = refined(self.balance, self.balance.term(candidate, eta), (), noise_scale)
+        term = refine(self.balance, self.balance.term(candidate, eta), (), noise_scale)
         return self.balance.solve_at([term], noise_scale)
 
     @property

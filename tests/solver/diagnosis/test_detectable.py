@@ -7,7 +7,7 @@ import pytest
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.detectable import detectable
+from solver.diagnosis.detectable import find_detectable
 from solver.diagnosis.search.selection import select
 
 DRAWS = 12
@@ -17,7 +17,7 @@ DRAWS = 12
 def limit(drawn, balance_of_scenes):
     """Of a plate's gain, as a sound recording tells it."""
     balance = balance_of_scenes(drawn(1))
-    (gain,) = detectable(balance, balance.solve([]), [PlateGain("plate_1")])
+    (gain,) = find_detectable(balance, balance.solve([]), [PlateGain("plate_1")])
     return gain
 
 
@@ -47,16 +47,16 @@ def test_nothing_is_found_that_nobody_would_act_on(drawn, balance_of_scenes, lim
     sharp = type(balance)(
         [replace(quiet, nuisance=0.01 * quiet.nuisance, tissue=0.01 * quiet.tissue)], balance.settings
     )
-    clock = detectable(sharp, sharp.solve([]), [ClockOffset("all")])[0]
+    clock = find_detectable(sharp, sharp.solve([]), [ClockOffset("all")])[0]
     assert clock.size > 0.002
-    blunt = detectable(balance, balance.solve([]), [ClockOffset("all")])[0]
+    blunt = find_detectable(balance, balance.solve([]), [ClockOffset("all")])[0]
     assert blunt.size > clock.size
 
 
 def test_each_direction_of_each_plate_is_told(drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(1))
     asked = [PlatePosition("plate_1"), PlatePosition("plate_2")]
-    sizes = detectable(balance, balance.solve([]), asked)
+    sizes = find_detectable(balance, balance.solve([]), asked)
     assert [(s.target, s.parameter) for s in sizes] == [
         ("plate_1", "shift_x_m"),
         ("plate_1", "shift_z_m"),

@@ -9,7 +9,7 @@ import pytest
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.diagnosis import Alternative, Diagnosis, Gain, Location, NamedEffect, Remaining
 from solver.diagnosis.direct_checks.statement import About, Statement
-from solver.diagnosis.force_histories import ForceCourse
+from solver.diagnosis.force_histories import ForceHistory
 from solver.diagnosis.report import as_json
 from solver.diagnosis.residual_description import (
     AlongAxis,
@@ -157,7 +157,7 @@ def test_what_is_wrong_is_told_over_time_in_phases_and_along_axes(diagnosis):
 
 def test_a_force_for_a_while_is_told_over_time(diagnosis):
     (effect,) = diagnosis.effects
-    time_history = ForceCourse("walk1", 20, 2, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
+    time_history = ForceHistory("walk1", 20, 2, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
     told = plain(replace(diagnosis, effects=(replace(effect, time_histories=(time_history,)),)))
     assert told["effects"][0]["time_histories"] == [
         {"trial": "walk1", "start": 20, "step": 2, "force_N": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]}

@@ -7,7 +7,7 @@ import pytest
 
 from solver.contact.wrenches import TWO_FEET
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.residual_description import WORST_S, described
+from solver.diagnosis.residual_description import WORST_S, describe_residual
 from solver.diagnosis.search.balance import Balance, laboratory_errors
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of, with_demand
@@ -30,7 +30,7 @@ def pulled(short_scene):
 
 def description(*scenes):
     balance = Balance([trial_rows_of(scene) for scene in scenes], DiagnosisSettings())
-    return described(balance, balance.solve([]))
+    return describe_residual(balance, balance.solve([]))
 
 
 def test_sizes_are_root_mean_squares_of_window_means_about_the_centre_of_mass(drawn):
@@ -137,7 +137,7 @@ def test_the_time_history_after_is_what_the_causes_leave(short_scene, drawn):
     scene = drawn(4, 0.15 * short_scene.plates[1].wrench_ground)
     balance = Balance([trial_rows_of(scene)], DiagnosisSettings())
     solved = balance.solve([balance.term(PlateGain("plate_2"), ())])
-    (trial,) = described(balance, solved).trials
+    (trial,) = describe_residual(balance, solved).trials
     left = (balance.residual - solved.terms[0].columns @ solved.x).reshape(-1, 6)
     np.testing.assert_allclose(trial.time_history.force_after_N, np.linalg.norm(left[:, :3], axis=1))
     np.testing.assert_allclose(trial.time_history.moment_after_Nm, np.linalg.norm(left[:, 3:], axis=1))
@@ -148,7 +148,7 @@ def test_what_reading_corrected_causes_is_described_as_if_it_had_not(short_scene
     balance = Balance([trial_rows_of(short_scene)], DiagnosisSettings())
     term = balance.term(PlateGain("plate_2"), ())
     undone = replace_fixed(term, 0.2 * term.columns[:, 0])
-    found = described(balance, balance.solve([]), [undone]).whole
+    found = describe_residual(balance, balance.solve([]), [undone]).whole
     forces = (balance.residual - 0.2 * term.columns[:, 0]).reshape(-1, 6)[:, :3]
     assert found.force_N == pytest.approx(np.sqrt((forces**2).sum(axis=1).mean()))
 

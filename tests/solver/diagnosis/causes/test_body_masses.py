@@ -52,7 +52,7 @@ def test_there_is_one_person(scene):
 
 
 def test_what_nobody_entered_cannot_be_wrong(scene):
-    assert SubjectMass.candidates([replace(scene, weighed=False)]) == []
+    assert SubjectMass.candidates([replace(scene, mass_was_entered=False)]) == []
 
 
 LEGS = ("femur_r", "tibia_r", "femur_l", "tibia_l")
@@ -169,7 +169,7 @@ def test_bodies_of_some_weight_are_candidates(scene):
 
 
 def test_of_somebody_unweighed_only_a_load_of_one_trial_among_several_is_told(scene):
-    one, other = replace(scene, weighed=False), replace(scene, name="again", weighed=False)
+    one, other = replace(scene, mass_was_entered=False), replace(scene, name="again", mass_was_entered=False)
     assert CarriedMass.candidates([one]) == []
     assert {c.trial for c in CarriedMass.candidates([one, other])} == {scene.name, "again"}
 

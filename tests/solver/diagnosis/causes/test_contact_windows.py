@@ -65,7 +65,7 @@ def test_whom_only_the_plates_weighed_a_long_push_does_not_make_two(scene, recor
     start, end = 20, 20 + round(share * scene.frames)
     missing = pushed(scene, (0, 80.0 * sign, 0), start, end)
     missing -= force_at(np.array([0, 80.0 * sign * (end - start) / scene.frames, 0]), scene.com_ground)
-    unweighed = replace(recorded(scene.required_ground - missing), weighed=False)
+    unweighed = replace(recorded(scene.required_ground - missing), mass_was_entered=False)
     found = contact_windows(unweighed)
     assert len(found) == 1
     assert abs(found[0].stretch.start - start) <= 10

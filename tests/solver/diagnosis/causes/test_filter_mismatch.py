@@ -14,7 +14,7 @@ from solver.capture.subject.subject import open_subject
 from solver.common.filters import low_pass
 from solver.diagnosis.causes.contact_edges import fall_off, filtered_nats, log_cutoff, usual_fall_off
 from solver.diagnosis.causes.effect import Fitted
-from solver.diagnosis.causes.filter_mismatch import FilterMismatch, sharpened, with_tails
+from solver.diagnosis.causes.filter_mismatch import FilterMismatch, sharpen, with_tails
 from solver.diagnosis.diagnose import diagnose
 from solver.fitting.settings import Settings
 from solver.simulate.demo import MARKERS
@@ -110,10 +110,10 @@ def test_what_the_filter_leaves_comes_back(cutoff_Hz):
     b, a = butter(2, cutoff_Hz, fs=rate)
     blunt = filtfilt(b, a, bump, axis=0)
     assert np.abs(blunt - bump).max() > 0.01
-    np.testing.assert_allclose(sharpened(blunt, rate, cutoff_Hz), bump, atol=0.002)
+    np.testing.assert_allclose(sharpen(blunt, rate, cutoff_Hz), bump, atol=0.002)
     for frequency in (1.0, 5.0, 15.0, 30.0, 100.0):
         tone = np.sin(2 * np.pi * frequency * times)[:, None]
-        assert np.abs(sharpened(tone, rate, cutoff_Hz)[800:-800]).max() < 20.1
+        assert np.abs(sharpen(tone, rate, cutoff_Hz)[800:-800]).max() < 20.1
 
 
 @pytest.mark.parametrize("cutoff_Hz", [6.0, 10.0])

@@ -8,7 +8,7 @@ import pytest
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.effect import Fitted
 from solver.diagnosis.causes.exchanged_forces import PlateSwap
-from solver.diagnosis.causes.gross_cause import Beyond
+from solver.diagnosis.causes.gross_cause import Beyond, correct_scene
 from solver.diagnosis.causes.plate_readings import PlateGain
 
 LATE_SAMPLES = 12
@@ -85,4 +85,4 @@ def test_what_cannot_be_corrected_causes_stays(crisp, seen):
     plates = list(crisp.plates)
     plates[1] = replace(plates[1], start_time=0.01)
     scene = seen(replace(crisp, plates=tuple(plates)))
-    assert SWAP.corrected(scene) is scene
+    assert correct_scene(SWAP, scene) is scene

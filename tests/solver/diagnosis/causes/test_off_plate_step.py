@@ -11,9 +11,9 @@ from solver.diagnosis.causes.effect import Fitted
 from solver.diagnosis.causes.off_plate_step import (
     OffPlateStep,
     missing_force,
+    off_plate_stances,
     shortest_stance_s,
     sole_line,
-    unmeasured_stances,
 )
 from solver.diagnosis.causes.scene import force_at
 from solver.simulate.demo import MARKERS
@@ -53,13 +53,13 @@ def test_where_nothing_was_recorded_no_force_is_missing(scene):
     lost = replace(silenced(scene, (start, end)), counts=counts)
     assert np.abs(missing_force(lost) - missing_force(scene))[~counts].max() < 0.1 * scene.weight_N
     assert np.abs(missing_force(lost) - missing_force(scene))[counts].max() < 0.02 * scene.weight_N
-    assert unmeasured_stances([lost]) == []
+    assert off_plate_stances([lost]) == []
     assert not missing_force(replace(lost, counts=np.zeros_like(counts))).any()
 
 
 def test_a_silent_plate_under_a_standing_foot_is_gross(scene):
     start, end = a_whole_stance(scene)
-    (found,) = unmeasured_stances([silenced(scene, (start, end))])
+    (found,) = off_plate_stances([silenced(scene, (start, end))])
     assert found.foot_body == "calcn_r"
     assert found.gross
     assert abs(found.stretch.start - start) <= 8
@@ -69,20 +69,20 @@ def test_a_silent_plate_under_a_standing_foot_is_gross(scene):
 def test_the_subjects_settings_say_how_a_foot_stands(scene):
     silent = silenced(scene, a_whole_stance(scene))
     never = replace(silent.contact_settings, touch_height_m=0.0, touch_speed_m_s=0.0)
-    assert unmeasured_stances([silent]) != []
-    assert unmeasured_stances([replace(silent, contact_settings=never)]) == []
+    assert off_plate_stances([silent]) != []
+    assert off_plate_stances([replace(silent, contact_settings=never)]) == []
 
 
 def test_a_deficit_that_is_short_for_a_stance_is_none(scene):
     start, _ = a_whole_stance(scene)
-    assert unmeasured_stances([silenced(scene, (start + 20, start + 32))]) == []
+    assert off_plate_stances([silenced(scene, (start + 20, start + 32))]) == []
 
 
 def test_what_the_detection_proposes_on_a_measured_foot_is_not_gross(scene):
     start, end = a_whole_stance(scene)
     half = replace(scene, plates=tuple(replace(p, wrench_ground=0.6 * p.wrench_ground) for p in scene.plates))
     proposal = Proposal((start, end), "calcn_r", CONTACT_BUT_NO_FORCE, 0.9)
-    found = unmeasured_stances([replace(half, proposals=(proposal,))])
+    found = off_plate_stances([replace(half, proposals=(proposal,))])
     assert any(s.foot_body == "calcn_r" for s in found)
     assert not any(s.gross for s in found)
 

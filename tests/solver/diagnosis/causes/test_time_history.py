@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.time_history import Stretch, frames_of, joined
+from solver.diagnosis.causes.time_history import Stretch, frames_of, join
 
 
 def stretch(start, end, frames=200):
@@ -40,7 +40,7 @@ def test_widened_stays_within_the_trial():
 
 
 def test_overlapping_stretches_are_joined():
-    assert joined([stretch(50, 80), stretch(10, 20), stretch(70, 90)]) == (stretch(10, 20), stretch(50, 90))
+    assert join([stretch(50, 80), stretch(10, 20), stretch(70, 90)]) == (stretch(10, 20), stretch(50, 90))
 
 
 def test_frames_of_its_own_trial_alone(scene):

@@ -10,9 +10,9 @@ from solver.capture.reading_settings import READING
 from solver.common.gravity import GRAVITY
 from solver.diagnosis.causes.rearranged_plate import MIRRORS, TURNS_DEG, PlateMirror, PlateTurn
 from solver.diagnosis.direct_checks.lag import LAG_BIAS_S, lag_of
-from solver.diagnosis.direct_checks.measured import measured
+from solver.diagnosis.direct_checks.measured import measure_trials
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
-from solver.diagnosis.direct_checks.run_checks import asked
+from solver.diagnosis.direct_checks.run_checks import run_checks
 from solver.diagnosis.direct_checks.statement import REFUTING_NATS, TOLD_NATS, About, nats_of
 from solver.diagnosis.direct_checks.weight import carried_kg, carried_mass, weighings
 
@@ -69,7 +69,7 @@ def changed(capture, k, **values):
 
 
 def with_evidence(*captures, entered_kg=MASS_KG):
-    return asked(measured(captures, READING), entered_kg)
+    return run_checks(measure_trials(captures, READING), entered_kg)
 
 
 def spoken(said):
@@ -86,7 +86,7 @@ def test_a_sound_recording_leaves_all_direct_checks_quiet():
 
 @pytest.mark.parametrize("true_kg", [55.0, 70.0, 91.0])
 def test_the_mass_that_is_carried_is_the_persons(true_kg):
-    found = carried_mass(measured([standing_person(mass_kg=true_kg)], READING)[0])
+    found = carried_mass(measure_trials([standing_person(mass_kg=true_kg)], READING)[0])
     assert found.mass_kg == pytest.approx(true_kg, rel=0.005)
     assert (About.ENTERED_MASS in spoken(with_evidence(standing_person(mass_kg=true_kg)))) == (
         true_kg != MASS_KG
@@ -96,7 +96,7 @@ def test_the_mass_that_is_carried_is_the_persons(true_kg):
 @pytest.mark.parametrize("late_s", [-0.06, 0.0, 0.025, 0.12])
 def test_the_lag_is_the_one_put_in(late_s):
     """To a millisecond, but for what is taken off as the method's own on people."""
-    found = lag_of(measured([standing_person(late_s)], READING)[0])
+    found = lag_of(measure_trials([standing_person(late_s)], READING)[0])
     assert found.lag_s + LAG_BIAS_S == pytest.approx(late_s, abs=0.001)
 
 
@@ -196,7 +196,7 @@ def test_a_marker_that_slips_is_told_from_markers_that_move_together():
 
 
 def weighed(capture, entered_kg=MASS_KG):
-    return weighings(measured([capture], READING), entered_kg)
+    return weighings(measure_trials([capture], READING), entered_kg)
 
 
 @pytest.mark.parametrize("entered_kg", [MASS_KG, None])
@@ -304,7 +304,7 @@ def gliding_person(recorded=lambda x, z: (x, z)):
 
 
 def path_says(causes, recorded):
-    told = turns_by_path(measured([gliding_person(recorded)], READING))
+    told = turns_by_path(measure_trials([gliding_person(recorded)], READING))
     return [cause.with_evidence(told).seen_elsewhere for cause in causes]
 
 

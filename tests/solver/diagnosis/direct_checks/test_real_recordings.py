@@ -9,8 +9,8 @@ from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.reading_settings import READING
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
-from solver.diagnosis.direct_checks.measured import measured
-from solver.diagnosis.direct_checks.run_checks import asked
+from solver.diagnosis.direct_checks.measured import measure_trials
+from solver.diagnosis.direct_checks.run_checks import run_checks
 from solver.diagnosis.direct_checks.statement import TOLD_NATS, About
 
 pytestmark = pytest.mark.real
@@ -24,7 +24,7 @@ def with_evidence(folder, recording):
     write_folder(folder, recording)
     subject = open_subject(folder)
     captures = [read_trial(files, READING, subject.mass_kg) for files in subject.trials]
-    return asked(measured(captures, READING), subject.mass_kg)
+    return run_checks(measure_trials(captures, READING), subject.mass_kg)
 
 
 def spoken(said):
@@ -93,7 +93,7 @@ def test_of_whole_recordings_those_are_heard_whose_files_are_known_to_hold_somet
     """Figures are finite whatever the recording lacks: they go into JSON."""
     subject = open_subject(real_data / folder)
     captures = [read_trial(files, READING, subject.mass_kg) for files in subject.trials]
-    said = asked(measured(captures, READING), subject.mass_kg)
+    said = run_checks(measure_trials(captures, READING), subject.mass_kg)
     assert spoken(said) == WHOLE[folder]
     figures = [value for one in said for value in (*one.nats.values(), *one.figures.values())]
     assert np.isfinite(figures).all()

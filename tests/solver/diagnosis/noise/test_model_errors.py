@@ -248,7 +248,7 @@ def test_somebody_nobody_weighed_may_weigh_anything_near_with_the_same_proportio
     short_scene, short_rows, demands
 ):
     """All segments heavier together, beside what segments scatter: the demand itself, once more."""
-    unweighed = replace(short_scene, weighed=False)
+    unweighed = replace(short_scene, mass_was_entered=False)
     some = nuisances(short_scene, short_rows.reduced, SETTINGS)
     more = nuisances(unweighed, short_rows.reduced, SETTINGS)
     added = more @ more.T - some @ some.T

@@ -9,7 +9,7 @@ from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.effect import Estimate, Signature
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.refinement import refined
+from solver.diagnosis.search.refinement import refine
 from solver.diagnosis.search.screening import Screen
 
 LATE_S = 0.0137
@@ -63,7 +63,7 @@ def test_a_late_clocks_offset_is_found_within_its_deviation(late):
     candidate = ClockOffset("all")
     noise_scale = late.noise_scales[3]
     start = first(late, candidate, noise_scale)
-    solved = late.solve_at([refined(late, start, [], noise_scale)], noise_scale)
+    solved = late.solve_at([refine(late, start, [], noise_scale)], noise_scale)
     estimate = solved.estimates(0, late.scenes)["offset_s"]
     assert abs(estimate.value - LATE_S) < max(2 * estimate.std, 0.0005)
     assert 0 < estimate.std < 0.002
@@ -71,14 +71,14 @@ def test_a_late_clocks_offset_is_found_within_its_deviation(late):
 
 def test_what_acts_linearly_is_left_alone(late):
     term = late.term(PlateGain("plate_1"), ())
-    assert refined(late, term, [], late.noise_scales[0]) is term
+    assert refine(late, term, [], late.noise_scales[0]) is term
 
 
 def test_tangents_are_derivatives_of_the_prediction_and_eta_keeps_its_place(late):
     """At x of the fit; fixed + T (best − mean) is the prediction at the best η itself."""
     candidate, noise_scale = Ramp("all"), late.noise_scales[3]
     start = first(late, candidate, noise_scale)
-    term = refined(late, start, [], noise_scale)
+    term = refine(late, start, [], noise_scale)
     plain = late.term(candidate, term.eta)
     x, _ = late.solve_at([plain], noise_scale).of(0)
     assert term.tangent_mean == (0.01, 1.0)
@@ -101,7 +101,7 @@ def test_with_tangents_the_fit_moves_eta_no_further(late):
     """The search has already been there: value and prior's mean part, value and best eta agree."""
     noise_scale = late.noise_scales[3]
     start = first(late, ClockOffset("all"), noise_scale)
-    term = refined(late, start, [], noise_scale)
+    term = refine(late, start, [], noise_scale)
     value, std = late.solve_at([term], noise_scale).eta(0)
     assert abs(value[0] - term.eta[0]) < 0.5 * std[0]
 
@@ -113,7 +113,7 @@ def test_the_search_stays_within_bounds(late):
             return abs(eta[0]) <= 0.008
 
     term = late.term(Bounded("all"), (0.0,))
-    best = refined(late, term, [], late.noise_scales[3])
+    best = refine(late, term, [], late.noise_scales[3])
     assert 0.006 < best.eta[0] <= 0.008
     assert np.isfinite(best.columns).all()
     assert np.abs(best.columns[:, -1]).max() > 0

@@ -9,7 +9,7 @@ from solver.common.errors import Cancelled
 from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.exchanged_forces import PlateSwap
-from solver.diagnosis.causes.gross_cause import with_samples
+from solver.diagnosis.causes.gross_cause import correct_scene, with_samples
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.selection import select
@@ -78,7 +78,7 @@ def test_beyond_an_exchange_the_catalogue_is_that_of_the_corrected_recording(dra
     balance = balance_of_scenes(scene)
 
     def of_corrected(scenes):
-        same = np.allclose(scenes[0].measured_ground, swap.corrected(scene).measured_ground)
+        same = np.allclose(scenes[0].measured_ground, correct_scene(swap, scene).measured_ground)
         return [PlateGain("plate_2")] if same else []
 
     assert named(select(balance, [swap])) == [swap.key]

@@ -14,7 +14,7 @@ from solver.diagnosis.report import as_json
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, TEMPER_NATS, Contender, Found
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.unmodelled import open_world
-from solver.diagnosis.unmodelled.open_world import OpenWorld, held
+from solver.diagnosis.unmodelled.open_world import OpenWorld, hold_names
 from solver.diagnosis.unmodelled.unexplained import Kept
 from tests.solver.diagnosis.named_causes import TimeHistory
 
@@ -39,7 +39,7 @@ def turned(short_scene, drawn, balance_of_scenes):
 
 
 def held_of(balance, selection):
-    return held(balance, Kept(selection.solved, selection.found, None), NAMES, selection.trail)
+    return hold_names(balance, Kept(selection.solved, selection.found, None), NAMES, selection.trail)
 
 
 def test_a_right_name_stays_sure(short_scene, drawn, balance_of_scenes, few):
@@ -128,7 +128,7 @@ def test_no_force_elsewhere_takes_the_place_of_a_foot_that_is_seen_to_stand(
     null, solved = balance.solve([]), balance.solve([balance.term(cause("calcn_r", said), ())])
     contender = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
     names = Kept(solved, (Found(contender, 1.0, ()),), None)
-    assert bool(held(balance, names, NAMES, Trail()).found) == kept
+    assert bool(hold_names(balance, names, NAMES, Trail()).found) == kept
 
 
 def test_of_much_evidence_a_few_nats_more_make_no_name_certain(short_scene, drawn, balance_of_scenes):
@@ -141,7 +141,7 @@ def test_of_much_evidence_a_few_nats_more_make_no_name_certain(short_scene, draw
     beside = balance.solve([balance.term(Standing("calcn_l", there), ())])
     rival = Contender(beside.terms[0], beside, one.gain - 11.0)
     names = Kept(solved, (Found(one, 1.0, (rival,)),), None)
-    (standing,) = held(balance, names, NAMES, Trail()).standings
+    (standing,) = hold_names(balance, names, NAMES, Trail()).standings
     assert one.gain > 150.0
     share = (1 - standing.outside) / (1 + np.exp(-11.0 / (3.0 + 0.03 * one.gain)))
     assert standing.confidence == pytest.approx(share, abs=1e-3)
@@ -163,7 +163,9 @@ def test_what_is_likelier_wrong_than_right_is_only_tentative_unless_it_is_one_cl
         balance.solve([balance.term(TimeHistory(b, there if alike else swinging), ())]) for b in ("a", "b")
     ]
     rivals = tuple(Contender(other.terms[0], other, one.gain) for other in others)
-    (standing,) = held(balance, Kept(solved, (Found(one, 1.0, rivals),), None), NAMES, Trail()).standings
+    (standing,) = hold_names(
+        balance, Kept(solved, (Found(one, 1.0, rivals),), None), NAMES, Trail()
+    ).standings
     assert standing.confidence == pytest.approx((1 - standing.outside) / 3, abs=0.01)
     assert [share for _, share in standing.rivals] == pytest.approx([standing.confidence] * 2)
     assert standing.in_its_class == pytest.approx((3 if alike else 1) * standing.confidence)
@@ -191,7 +193,7 @@ def test_what_is_seen_elsewhere_stands_beside_an_unknown_that_does_not_explain_i
     nothing = np.zeros((turned.scenes[0].frames, 6))
     null, solved = turned.solve([]), turned.solve([turned.term(Rare("all", nothing, nats=nats), ())])
     contender = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
-    result = held(turned, Kept(solved, (Found(contender, 1.0, ()),), None), NAMES, Trail())
+    result = hold_names(turned, Kept(solved, (Found(contender, 1.0, ()),), None), NAMES, Trail())
     assert bool(result.found) == kept
     assert result.told.cause.target == "plate_2"
     if kept:

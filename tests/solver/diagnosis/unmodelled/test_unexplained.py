@@ -15,7 +15,7 @@ from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, Contender, Fo
 from solver.diagnosis.search.selection import Selection, select
 from solver.diagnosis.unmodelled import unexplained
 from solver.diagnosis.unmodelled.remainder import UnknownForce
-from solver.diagnosis.unmodelled.unexplained import MOST_CONSTANT, kept_beside_the_unknown
+from solver.diagnosis.unmodelled.unexplained import MOST_CONSTANT, keep_beside_the_unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +50,13 @@ def kept_of(balance, *candidates):
     """What is kept of causes that were named together, however they came to be."""
     solved = balance.solve([balance.term(c, ()) for c in candidates])
     found = tuple(Found(Contender(t, solved, 50.0), 1.0, ()) for t in solved.terms)
-    return kept_beside_the_unknown(balance, Selection(balance.solve([]), solved, found))
+    return keep_beside_the_unknown(balance, Selection(balance.solve([]), solved, found))
 
 
 def test_a_true_cause_stays_though_a_free_force_might_imitate_it(short_scene, drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(4, 0.15 * short_scene.plates[0].wrench_ground, scale=0.5))
     selection = select(balance, [PlateGain("plate_1"), PlateGain("plate_2")])
-    kept = kept_beside_the_unknown(balance, selection)
+    kept = keep_beside_the_unknown(balance, selection)
     assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_1")]
     assert kept.left is None
     assert kept.solved is selection.solved
@@ -69,7 +69,7 @@ def test_what_describes_a_force_badly_gives_way_to_the_unknown(swinging, drawn, 
     balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
     selection = select(balance, [Steady("hand_l")])
     assert len(selection.found) == 1
-    kept = kept_beside_the_unknown(balance, selection)
+    kept = keep_beside_the_unknown(balance, selection)
     assert kept.found == ()
     assert isinstance(kept.left.term.candidate, UnknownForce)
     assert kept.left.term.candidate.target == "hand_l"
@@ -84,7 +84,7 @@ def test_a_cause_that_pays_beside_the_unknown_is_named_with_it(
 ):
     missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
     balance = balance_of_scenes(drawn(4, missing, scale=0.5))
-    kept = kept_beside_the_unknown(balance, select(balance, [PlateGain("plate_1")]))
+    kept = keep_beside_the_unknown(balance, select(balance, [PlateGain("plate_1")]))
     assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_1")]
     assert kept.left.term.candidate.target == "hand_l"
 
@@ -98,7 +98,7 @@ def test_beside_a_strong_unknown_a_cause_has_to_pay_more(
 
     def kept(share):
         monkeypatch.setattr(checks, "BESIDE_UNKNOWN_SHARE", share)
-        return kept_beside_the_unknown(plain, select(plain, [PlateGain("plate_1")]))
+        return keep_beside_the_unknown(plain, select(plain, [PlateGain("plate_1")]))
 
     lenient = kept(0.0)
     assert [f.contender.term.candidate.id for f in lenient.found] == ["plate_gain"]
@@ -131,7 +131,7 @@ def test_a_free_force_that_stays_the_same_takes_no_named_causes_place(
 
     def kept(most_constant):
         monkeypatch.setattr(unexplained, "MOST_CONSTANT", most_constant)
-        return kept_beside_the_unknown(plain, select(plain, [Steady("torso")]))
+        return keep_beside_the_unknown(plain, select(plain, [Steady("torso")]))
 
     if_any_may, as_it_is = kept(1.0), kept(MOST_CONSTANT)
     assert if_any_may.found == ()
@@ -170,7 +170,7 @@ def test_a_steady_force_that_no_named_cause_explains_is_told_beside_it(
 
 def test_where_nothing_is_named_it_is_told_all_the_same(lasting, drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(4, lasting, scale=0.5))
-    assert kept_beside_the_unknown(balance, select(balance, [])).left.term.candidate.target == "hand_l"
+    assert keep_beside_the_unknown(balance, select(balance, [])).left.term.candidate.target == "hand_l"
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,13 +198,13 @@ def test_what_cannot_be_without_the_unknown_is_not_named_beside_it(
 def test_nothing_is_left_in_what_model_errors_make(drawn, balance_of_scenes):
     for seed in range(3):
         balance = balance_of_scenes(drawn(seed))
-        kept = kept_beside_the_unknown(balance, select(balance, []))
+        kept = keep_beside_the_unknown(balance, select(balance, []))
         assert kept.left is None
 
 
 def test_the_force_left_is_worth_its_evidence_and_of_a_size(swinging, drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
-    left = kept_beside_the_unknown(balance, select(balance, [])).left
+    left = keep_beside_the_unknown(balance, select(balance, [])).left
     assert left.gain > LEAST_UNKNOWN_NATS
     scene = balance.scenes[0]
     x, _ = left.solved.of(0)
@@ -238,5 +238,5 @@ def test_what_was_seen_otherwise_stays_however_small_the_unknown_makes_it(swingi
 
 def test_what_was_seen_otherwise_stays(swinging, drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
-    kept = kept_beside_the_unknown(balance, select(balance, [Checked("hand_l")]))
+    kept = keep_beside_the_unknown(balance, select(balance, [Checked("hand_l")]))
     assert [f.contender.term.candidate.key for f in kept.found] == [("steady", "hand_l")]
