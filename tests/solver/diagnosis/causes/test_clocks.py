@@ -35,19 +35,6 @@ def test_where_nothing_was_recorded_a_shift_explains_nothing(on_one_plate, seen)
     assert np.abs(fixed[:-10]).max() > 1
 
 
-def test_estimates_bounds_and_the_practical_minimum(on_one_plate, seen):
-    scene = seen(on_one_plate(lambda times: times))
-    (candidate,) = ClockOffset.candidates([scene])
-    nothing = np.zeros(0), np.zeros((0, 0))
-    estimate = candidate.estimates([scene], Fitted((0.008,), (0.0004,), *nothing))
-    assert (estimate["offset_s"].value, estimate["offset_s"].std) == (0.008, 0.0004)
-    assert candidate.is_notable(estimate)
-    assert not candidate.is_notable(candidate.estimates([scene], Fitted((0.001,), (0.0004,), *nothing)))
-    assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
-    assert not candidate.admissible((0.5,))
-    assert ClockOffset.candidates([]) == []
-
-
 @pytest.mark.parametrize("offset_s", [0.003, -0.006, 0.011, -0.022, 0.045, 0.08, -0.13])
 def test_one_start_lies_nearer_to_any_offset_than_no_shift(on_one_plate, seen, offset_s):
     """Candidates are screened at their starts: none of them would do better than nothing otherwise."""
@@ -96,15 +83,6 @@ def test_starts_lie_as_close_as_the_longest_trial_needs(on_one_plate, seen):
     assert not candidate.admissible((0.1,))
 
 
-def test_estimates_and_the_practical_minimum():
-    candidate = SampleRate("all")
-    nothing = np.zeros(0), np.zeros((0, 0))
-    estimate = candidate.estimates([], Fitted((-0.01,), (0.001,), *nothing))
-    assert (estimate["stretch"].value, estimate["stretch"].std) == (-0.01, 0.001)
-    assert candidate.is_notable(estimate)
-    assert not candidate.is_notable(candidate.estimates([], Fitted((0.001,), (0.001,), *nothing)))
-
-
 def one_late(capture, k, samples):
     """The plate's samples, so many later; the first stays until then."""
 
@@ -141,17 +119,6 @@ def test_a_shift_says_nothing_of_other_plates_nor_beyond_the_recording(walk_capt
     alone = replace(scene, plates=tuple(p for p in scene.plates if p.target != "plate_2"))
     assert candidate.signature(alone, (0.1,)) is None
     assert not candidate.unrecorded(alone, (0.1,)).any()
-
-
-def test_estimates_bounds_and_the_practical_minimum_of_one_plate(walk_capture, seen):
-    scene = seen(walk_capture)
-    candidate, nothing = PlateClock("plate_1"), (np.zeros(0), np.zeros((0, 0)))
-    estimate = candidate.estimates([scene], Fitted((0.02,), (0.001,), *nothing))
-    assert (estimate["offset_s"].value, estimate["offset_s"].std) == (0.02, 0.001)
-    assert candidate.is_notable(estimate)
-    assert not candidate.is_notable(candidate.estimates([scene], Fitted((-0.003,), (0.001,), *nothing)))
-    assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
-    assert not candidate.admissible((0.5,))
 
 
 def test_each_plate_is_a_candidate_where_there_are_several(walk_capture, seen):

@@ -23,20 +23,6 @@ def test_the_true_wrench_comes_back_whatever_the_size(crisp, seen, refiled, shif
     np.testing.assert_allclose(given, seen(crisp).measured_ground, atol=1e-9)
 
 
-def test_estimates_and_the_practical_minimum():
-    candidate = PlatePosition("plate_1")
-    covariance = np.array([[4e-6, 1e-6], [1e-6, 9e-6]])
-    found = candidate.estimates([], Fitted((), (), np.array([0.012, -0.004]), covariance))
-    assert [(name, e.value, e.std) for name, e in found.items()] == [
-        ("shift_x_m", 0.012, pytest.approx(0.002)),
-        ("shift_z_m", -0.004, pytest.approx(0.003)),
-    ]
-    assert candidate.is_notable(found)
-    assert not candidate.is_notable(
-        candidate.estimates([], Fitted((), (), np.array([0.003, 0.003]), covariance))
-    )
-
-
 def test_every_loaded_plate_is_a_candidate(crisp, seen):
     scene = seen(crisp)
     made = PlatePosition.candidates([scene, scene])
@@ -100,13 +86,6 @@ def test_estimates_are_degrees_of_the_same_sign():
     )
 
 
-def test_every_loaded_plate_is_a_candidate_yaw(crisp, seen):
-    scene = seen(crisp)
-    made = PlateYaw.candidates([scene])
-    assert [c.target for c in made] == [p.target for p in scene.plates]
-    assert made[0].signature(replace(scene, plates=scene.plates[1:]), ()) is None
-
-
 def leaning(tilt_deg, capture, seen, refiled):
     R = Rotation.from_rotvec(np.radians([tilt_deg[0], 0.0, tilt_deg[1]]))
 
@@ -150,9 +129,3 @@ def test_estimates_and_the_practical_minimum_tilt():
     assert not candidate.is_notable(
         candidate.estimates([], Fitted((), (), np.radians([0.3, 0.3]), covariance))
     )
-
-
-def test_one_candidate_where_anything_is_loaded(crisp, seen):
-    scene = seen(crisp)
-    assert [c.target for c in GravityTilt.candidates([scene])] == ["all"]
-    assert GravityTilt.candidates([replace(scene, plates=())]) == []

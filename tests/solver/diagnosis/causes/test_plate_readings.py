@@ -76,21 +76,6 @@ def test_a_force_that_something_else_took_is_not_counted_as_the_plates(crisp, se
     np.testing.assert_allclose(own, -lost.plates[1].wrench_ground)
 
 
-def test_every_loaded_plate_is_a_candidate_and_no_other_trial_is_touched(crisp, seen):
-    scene = seen(crisp)
-    made = PlateGain.candidates([scene])
-    assert [c.target for c in made] == [p.target for p in scene.plates]
-    assert made[0].signature(replace(scene, plates=scene.plates[1:]), ()) is None
-
-
-def test_a_hundredth_is_not_worth_a_word(crisp, seen):
-    candidate = PlateGain("plate_1")
-    for x, notable in ((-0.01, False), (-0.04, True), (0.04, True)):
-        assert (
-            candidate.is_notable(candidate.estimates([], Fitted((), (), np.array([x]), np.eye(1)))) is notable
-        )
-
-
 K, TARGET = 1, "plate_2"
 BIAS = np.array([6.0, -12.0, 7.0])
 
@@ -172,15 +157,6 @@ def test_a_sound_plate_has_nothing_taken_off(crisp, seen):
     assert all(level_taken_off(plate) is None for plate in scene.plates)
     assert PlateBiasTakenOff(TARGET).signature(scene, ()) is None
     np.testing.assert_array_equal(PlateBiasTakenOff(TARGET).uncorrected_ground(scene), scene.measured_ground)
-
-
-def test_estimates_and_the_practical_minimum():
-    candidate = PlateBias(TARGET)
-    found = candidate.estimates([], Fitted((), (), BIAS, np.diag([1.0, 4.0, 9.0])))
-    assert [(e.value, e.std) for e in found.values()] == [(6.0, 1.0), (-12.0, 2.0), (7.0, 3.0)]
-    assert list(found) == ["bias_x_N", "bias_y_N", "bias_z_N"]
-    assert candidate.is_notable(found)
-    assert not candidate.is_notable(candidate.estimates([], Fitted((), (), 0.2 * BIAS, np.eye(3))))
 
 
 LEVEL, ASIDE_M = np.array([12.0, -180.0, 25.0]), np.array([0.1, 0.0, -0.15])
