@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.simulate.faults import physical
-from solver.simulate.faults.physical import PHYSICAL, UNKNOWN, beside_the_sole, hide_physical, hide_unknown
+from solver.simulate.faults.physical import PHYSICAL, UNKNOWN, beside_the_sole, hide_physical
 from solver.simulate.faults.worlds import plates_of, world_of
 from solver.simulate.other_masses import with_carried_mass, with_segment_masses
 from solver.skeleton.forward import body_poses
@@ -40,8 +40,7 @@ def residual(trial, skeleton, others):
 @pytest.mark.parametrize("size", [1.0, 2.5])
 def test_force_is_mass_times_acceleration(world_for, id, size):
     world = world_for(id)
-    hide = hide_physical if id in PHYSICAL else hide_unknown
-    trial, hidden = hide(world, id, size, np.random.default_rng(8))
+    trial, hidden = hide_physical(world, id, size, np.random.default_rng(8))
     skeleton, p = world.body.skeleton, hidden.parameters
     if id == "carried_mass":
         skeleton = with_carried_mass(

@@ -11,7 +11,7 @@ import numpy as np
 from solver.capture.atomic import write_whole
 from solver.simulate.faults.drawing import MEASUREMENT, hide_measurement
 from solver.simulate.faults.hidden import UNSIZED, Hidden, Recording, Truth, write_recording
-from solver.simulate.faults.physical import PHYSICAL, UNKNOWN, hide_physical, hide_unknown
+from solver.simulate.faults.physical import PHYSICAL, UNKNOWN, hide_physical
 from solver.simulate.faults.worlds import (
     Handout,
     ModelKind,
@@ -124,11 +124,10 @@ def made(plan: CasePlan) -> tuple[Recording, Truth]:
     for id, size in zip(plan.ids, plan.sizes, strict=True):
         if id not in PHYSICAL and id not in UNKNOWN:
             continue
-        hide = hide_physical if id in PHYSICAL else hide_unknown
         chosen = range(len(worlds)) if id in OF_THE_BODY else [int(rng.integers(len(worlds)))]
         seed = int(rng.integers(2**31))
         for k in chosen:
-            trials[k], effect = hide(worlds[k], id, size, np.random.default_rng(seed))
+            trials[k], effect = hide_physical(worlds[k], id, size, np.random.default_rng(seed))
         if id not in OF_THE_BODY:
             effect = replace(effect, trial=worlds[chosen[0]].trial.scenario.name)
         hidden.append(effect)

@@ -104,14 +104,14 @@ def _plate_swap(recording: Recording, size: float, rng: np.random.Generator) -> 
 
 def _axis_convention(recording: Recording, size: float, rng: np.random.Generator) -> Change:
     axes = str(rng.choice(["x", "z", "xz"]))
-    changed = _with_plates(recording, lambda p: recorded.misread_axes(p, axes))
+    changed = _with_plate(recording, None, lambda p: recorded.misread_axes(p, axes))
     return changed, Hidden("axis_convention", axes, {}, same_as=(axes[::-1],))
 
 
 def _gravity_tilt(recording: Recording, size: float, rng: np.random.Generator) -> Change:
     angle = rng.uniform(0, 2 * np.pi)
     x, z = size * REFERENCE_SIZE["gravity_tilt"] * np.array([np.cos(angle), np.sin(angle)])
-    changed = _with_plates(recording, lambda p: recorded.tilted(p, x, z))
+    changed = _with_plate(recording, None, lambda p: recorded.tilted(p, x, z))
     return changed, Hidden("gravity_tilt", "all", {"tilt_x_deg": float(x), "tilt_z_deg": float(z)}, size)
 
 
@@ -179,16 +179,12 @@ def _on_plate(id: str, k: int, parameters: dict[str, float], size: float) -> Hid
     return Hidden(id, f"plate_{k + 1}", parameters, size)
 
 
-def _with_plate(recording: Recording, k: int, change: Callable) -> Recording:
+def _with_plate(recording: Recording, k: int | None, change: Callable) -> Recording:
+    """With one plate changed in every trial; None: all plates."""
     trials = tuple(
-        replace(t, plates=tuple(change(p) if i == k else p for i, p in enumerate(t.plates)))
+        replace(t, plates=tuple(change(p) if k in (None, i) else p for i, p in enumerate(t.plates)))
         for t in recording.trials
     )
-    return replace(recording, trials=trials)
-
-
-def _with_plates(recording: Recording, change: Callable) -> Recording:
-    trials = tuple(replace(t, plates=tuple(change(p) for p in t.plates)) for t in recording.trials)
     return replace(recording, trials=trials)
 
 

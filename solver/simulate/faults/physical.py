@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.common.gravity import GRAVITY
+from solver.simulate.faults.drawing import direction, sign
 from solver.simulate.faults.hidden import REFERENCE_SIZE, Hidden
 from solver.simulate.faults.worlds import World, in_laboratory
 from solver.simulate.loads import (
@@ -49,7 +50,8 @@ class Physics:
     external: External | None = None
 
 
-Draw = Callable[[World, float, np.random.Generator], tuple[Physics, Hidden]]
+Drawn = tuple[Physics, Hidden]
+Draw = Callable[[World, float, np.random.Generator], Drawn]
 
 
 def hide_physical(
@@ -59,13 +61,14 @@ def hide_physical(
 
     Args:
         world: whose motion.
-        id: of the catalogue.
-        size: in reference sizes; less comes about where nobody could move so with all of it.
+        id: of the catalogue, or one of `UNKNOWN`.
+        size: in reference sizes, of unknown ones in multiples of 45 N or 15 N·m RMS; less comes about where
+            nobody could move so with all of it.
         rng: draws body, point, direction and time.
     """
     while True:
-        for _ in range(TRIES):
-            physics, hidden = PHYSICAL[id](world, size, rng)
+        for _ in range(TRIES if id in PHYSICAL else 1):
+            physics, hidden = (PHYSICAL | UNKNOWN)[id](world, size, rng)
             trial = happening(world, physics)
             if beside_the_sole(trial) <= OFF_THE_FEET or size < SMALLEST:
                 return trial, _as_it_came(hidden, trial, physics)
@@ -129,36 +132,35 @@ def _as_it_came(hidden: Hidden, trial: SyntheticTrial, physics: Physics) -> Hidd
 # ---- the catalogue's physical effects -------------------------------------------------------------------
 
 
-def _contact(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _contact(world: World, size: float, rng: np.random.Generator) -> Drawn:
     body = str(rng.choice(["hand_r", "hand_l", "pelvis", "torso", "femur_r", "femur_l"]))
     point = _point(world, body, rng)
     length = rng.uniform(0.25, 0.6) * world.plan.duration
     since = rng.uniform(0.1, 0.9) * (world.plan.duration - length)
     ramp = min(0.2, length / 3)
     waves = ((rng.uniform(0.05, 0.25), rng.uniform(0.5, 1.5), rng.uniform(0, 2 * np.pi)),)
-    direction = rng.standard_normal(3)
-    direction /= np.linalg.norm(direction)
+    along = direction(rng)
     frames = _frames(since, since + length)
     inside = np.arange(*frames) / 100
-    unit = eased(direction, since, since + length, ramp, waves)(inside, inside, inside)
+    unit = eased(along, since, since + length, ramp, waves)(inside, inside, inside)
     height = size * REFERENCE_SIZE["external_contact"] / np.linalg.norm(unit.mean(axis=0))
-    force = PointForce(point, eased(height * direction, since, since + length, ramp, waves))
+    force = PointForce(point, eased(height * along, since, since + length, ramp, waves))
     parameters = {f"force_{axis}_N": 0.0 for axis in "xyz"} | _named(point, "point")
     hidden = Hidden("external_contact", body, parameters, size, world.trial.scenario.name, (frames,))
     return Physics(external=force), hidden
 
 
-def _support(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _support(world: World, size: float, rng: np.random.Generator) -> Drawn:
     body = str(rng.choice(["pelvis", "torso"]))
     newtons = size * REFERENCE_SIZE["body_weight_support"]
     force = PointForce(_centre(world, body), constant(np.array([0.0, newtons, 0.0])))
     return Physics(external=force), Hidden("body_weight_support", body, {"force_N": newtons}, size)
 
 
-def _tether(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _tether(world: World, size: float, rng: np.random.Generator) -> Drawn:
     body = str(rng.choice(["pelvis", "torso"]))
     point = _centre(world, body)
-    times = np.arange(round(world.plan.duration * 100) + 1) / 100
+    times = _times(world)
     path = point.position(world.trial.motion, times)
     angle = rng.choice([0.0, np.pi]) + rng.uniform(-0.5, 0.5)
     reach = rng.uniform(0.9, 1.6)
@@ -180,10 +182,10 @@ def _tether(world: World, size: float, rng: np.random.Generator) -> tuple[Physic
     return Physics(external=force), Hidden("elastic_tether", body, parameters, size)
 
 
-def _drag(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _drag(world: World, size: float, rng: np.random.Generator) -> Drawn:
     body = str(rng.choice(["torso", "pelvis"]))
     point = _centre(world, body)
-    times = np.arange(round(world.plan.duration * 100) + 1) / 100
+    times = _times(world)
     speed = np.linalg.norm(point.velocity(world.trial.motion, times), axis=1).mean()
     newtons = size * REFERENCE_SIZE["drag"]
     b = float(newtons / speed)
@@ -191,31 +193,31 @@ def _drag(world: World, size: float, rng: np.random.Generator) -> tuple[Physics,
     return Physics(external=PointForce(point, drag(b))), Hidden("drag", body, parameters, size)
 
 
-def _belt(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _belt(world: World, size: float, rng: np.random.Generator) -> Drawn:
     rms = size * REFERENCE_SIZE["belt_acceleration"]
     waves = tuple(
         (float(rng.uniform(0.4, 1.0)), float(f), float(rng.uniform(0, 2 * np.pi)))
         for f in rng.uniform(0.4, 4.0, 4)
     )
-    direction = np.array([1.0, 0.0, 0.0])
-    times = np.arange(round(world.plan.duration * 100) + 1) / 100
-    raw = MovingSupport(world.body.skeleton, direction, waves).acceleration(times)[:, 0]
+    forward = np.array([1.0, 0.0, 0.0])
+    times = _times(world)
+    raw = MovingSupport(world.body.skeleton, forward, waves).acceleration(times)[:, 0]
     factor = rms / np.sqrt(np.mean(raw**2))
     scaled = tuple((factor * a, f, p) for a, f, p in waves)
-    support = MovingSupport(world.body.skeleton, direction, scaled)
+    support = MovingSupport(world.body.skeleton, forward, scaled)
     return Physics(external=support), Hidden("belt_acceleration", "all", {"rms_m_per_s2": rms}, size)
 
 
-def _slope(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _slope(world: World, size: float, rng: np.random.Generator) -> Drawn:
     """Who walks up a belt in axes of the belt feels gravity lean backwards."""
-    slope = float(rng.choice([-1.0, 1.0]) * size * REFERENCE_SIZE["belt_slope"])
+    slope = sign(rng) * size * REFERENCE_SIZE["belt_slope"]
     leaning = GRAVITY * np.array([np.sin(np.radians(slope)), np.cos(np.radians(slope)) - 1.0, 0.0])
     support = MovingSupport(world.body.skeleton, leaning, ((1.0, 0.0, np.pi / 2),))
     hidden = Hidden("belt_slope", "markers_and_forces", {"slope_deg": slope}, size)
     return Physics(external=support), hidden
 
 
-def _carried(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _carried(world: World, size: float, rng: np.random.Generator) -> Drawn:
     body = str(rng.choice(["torso", "pelvis", "hand_r", "hand_l", "tibia_r", "tibia_l"]))
     point = _point(world, body, rng)
     if body == "torso":  # a rucksack
@@ -227,15 +229,15 @@ def _carried(world: World, size: float, rng: np.random.Generator) -> tuple[Physi
     return Physics(heavier), Hidden("carried_mass", body, parameters, size, world.trial.scenario.name, frames)
 
 
-def _segment(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _segment(world: World, size: float, rng: np.random.Generator) -> Drawn:
     bodies = ("femur_r", "femur_l", "tibia_r", "tibia_l")
-    factor = float(1 + rng.choice([-1.0, 1.0]) * size * REFERENCE_SIZE["segment_mass"])
+    factor = 1 + sign(rng) * size * REFERENCE_SIZE["segment_mass"]
     heavier = with_segment_masses(world.body.skeleton, dict.fromkeys(bodies, factor))
     hidden = Hidden("segment_mass", "+".join(bodies), {"mass_factor": factor}, size)
     return Physics(heavier), hidden
 
 
-def _wobbling(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _wobbling(world: World, size: float, rng: np.random.Generator) -> Drawn:
     kilograms = size * REFERENCE_SIZE["wobbling_mass"]
     frequency, damping = float(rng.uniform(3.0, 7.0)), float(rng.uniform(0.08, 0.3))
     mass = WobblingMass(_centre(world, "torso"), kilograms, frequency, damping)
@@ -276,25 +278,6 @@ def _named(point: BodyPoint, word: str) -> dict[str, float]:
     return {f"{word}_{axis}_m": float(x) for axis, x in zip("xyz", point.point_body, strict=True)}
 
 
-def hide_unknown(
-    world: World, id: str, size: float, rng: np.random.Generator
-) -> tuple[SyntheticTrial, Hidden]:
-    """The world's trial with something in it that has no name, as strong as a walker can bear.
-
-    Args:
-        world: whose motion.
-        id: one of `UNKNOWN`.
-        size: wanted, in multiples of 45 N or 15 N·m RMS; the truth says what came about.
-        rng: draws body, direction and time.
-    """
-    while True:
-        physics, hidden = UNKNOWN[id](world, size, rng)
-        trial = happening(world, physics)
-        if beside_the_sole(trial) <= OFF_THE_FEET or size < SMALLEST:
-            return trial, hidden
-        size *= LESS
-
-
 @dataclass(frozen=True)
 class SpinningWheel:
     """A wheel that spins fast about an axis fixed in a segment: its torque is −dh/dt on the segment."""
@@ -313,9 +296,9 @@ class SpinningWheel:
         return np.concatenate([np.zeros_like(torque), torque], axis=1)
 
 
-def _torque(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _torque(world: World, size: float, rng: np.random.Generator) -> Drawn:
     body = str(rng.choice(["torso", "pelvis", "femur_r", "femur_l"]))
-    axis = _axis(rng)
+    axis = direction(rng)
     rate, phase = rng.uniform(0.3, 1.2), rng.uniform(0, 2 * np.pi)
     amplitude = size * TORQUE_NM * np.sqrt(2)
 
@@ -326,27 +309,27 @@ def _torque(world: World, size: float, rng: np.random.Generator) -> tuple[Physic
     return Physics(external=external), Hidden("unknown_torque", body, {"rms_Nm": size * TORQUE_NM}, size)
 
 
-def _wheel(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _wheel(world: World, size: float, rng: np.random.Generator) -> Drawn:
     body = str(rng.choice(["femur_r", "femur_l", "tibia_r", "tibia_l"]))
-    axis = np.array([rng.choice([-1.0, 1.0]), 0.2, 0.3])
+    axis = np.array([sign(rng), 0.2, 0.3])
     wheel = SpinningWheel(world.body.skeleton, body, axis)
     rms = np.sqrt(np.mean(np.sum(wheel(world.trial.motion, _times(world))[:, 3:] ** 2, axis=1)))
     wheel = replace(wheel, momentum_body=axis * size * TORQUE_NM / rms)
     return Physics(external=wheel), Hidden("unknown_wheel", body, {"rms_Nm": size * TORQUE_NM}, size)
 
 
-def _sideways_on_hand(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _sideways_on_hand(world: World, size: float, rng: np.random.Generator) -> Drawn:
     side = str(rng.choice(["r", "l"]))
-    sign = float(rng.choice([-1.0, 1.0]))
+    way = sign(rng)
 
     def law(times: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        return sign * np.sum(velocity**2, axis=1)[:, None] * np.array([0.0, 0.0, 1.0])
+        return way * np.sum(velocity**2, axis=1)[:, None] * np.array([0.0, 0.0, 1.0])
 
     return _force(world, f"hand_{side}", np.zeros(3), law, id="unknown_v2_sideways", size=size)
 
 
-def _on_head(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
-    axis, phase = _axis(rng), rng.uniform(0, 2 * np.pi)
+def _on_head(world: World, size: float, rng: np.random.Generator) -> Drawn:
+    axis, phase = direction(rng), rng.uniform(0, 2 * np.pi)
     at = np.array([0.05, 0.32 * world.plan.height_m, 0.0])
 
     def law(times: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -355,7 +338,7 @@ def _on_head(world: World, size: float, rng: np.random.Generator) -> tuple[Physi
     return _force(world, "torso", at, law, id="unknown_periodic_on_head", size=size, absolute=True)
 
 
-def _shaking(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _shaking(world: World, size: float, rng: np.random.Generator) -> Drawn:
     rate, phase = rng.uniform(3.5, 5.5), rng.uniform(0, 2 * np.pi)
 
     def law(times: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -364,10 +347,10 @@ def _shaking(world: World, size: float, rng: np.random.Generator) -> tuple[Physi
     return _force(world, "pelvis", np.array([0.0, 0.0, 0.0]), law, id="unknown_shaking", size=size)
 
 
-def _crosswise(world: World, size: float, rng: np.random.Generator) -> tuple[Physics, Hidden]:
+def _crosswise(world: World, size: float, rng: np.random.Generator) -> Drawn:
     """A force at right angles to the velocity, as a magnetic field makes it."""
     body = str(rng.choice(["tibia_r", "tibia_l", "hand_r", "hand_l"]))
-    field = _axis(rng)
+    field = direction(rng)
 
     def law(times: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         return np.cross(velocity, field)
@@ -375,7 +358,7 @@ def _crosswise(world: World, size: float, rng: np.random.Generator) -> tuple[Phy
     return _force(world, body, np.zeros(3), law, id="unknown_crosswise", size=size)
 
 
-UNKNOWN: dict[str, Callable[[World, float, np.random.Generator], tuple[Physics, Hidden]]] = {
+UNKNOWN: dict[str, Draw] = {
     "unknown_torque": _torque,
     "unknown_wheel": _wheel,
     "unknown_v2_sideways": _sideways_on_hand,
@@ -395,7 +378,7 @@ def _force(
     id: str,
     size: float,
     absolute: bool = False,
-) -> tuple[Physics, Hidden]:
+) -> Drawn:
     """A law at a point, scaled so that its RMS over the trial is what the size says."""
     skeleton = world.body.skeleton
     centre = skeleton.bodies[skeleton.body_index(body)].com_body
@@ -418,8 +401,3 @@ def _near(body: str) -> tuple[str, ...]:
 
 def _times(world: World) -> np.ndarray:
     return np.arange(round(world.plan.duration * 100) + 1) / 100
-
-
-def _axis(rng: np.random.Generator) -> np.ndarray:
-    vector = rng.standard_normal(3)
-    return vector / np.linalg.norm(vector)
