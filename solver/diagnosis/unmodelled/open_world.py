@@ -15,9 +15,9 @@ from scipy.special import logsumexp
 from solver.common.plate_figures import HALF_SIDE_M
 from solver.diagnosis.causes.clocks import MOST_TRIALS
 from solver.diagnosis.causes.contact_windows import contact_windows
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InPieces, Range, Signature
+from solver.diagnosis.causes.effect import Estimate, Eta, Fitted, InPieces, InTrials, Range, Signature
 from solver.diagnosis.causes.plate_readings import required_of
-from solver.diagnosis.causes.scene import PlateScene, Scene, force_at
+from solver.diagnosis.causes.scene import Scene, force_at
 from solver.diagnosis.causes.time_history import Stretch
 from solver.diagnosis.decisions import Trail
 from solver.diagnosis.search.balance import Balance
@@ -59,10 +59,8 @@ LARGEST_CLASS = 3  # of names, as many as anybody can look into
 
 
 @dataclass(frozen=True)
-class Outside(Candidate):
+class Outside(InTrials):
     """Something that no entry of the catalogue is; its one η is its size."""
-
-    trial: str | None = None  # in which it is; None: in all
 
     id = "outside_the_list"
     kind = BODY
@@ -83,7 +81,7 @@ class Outside(Candidate):
 
     def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """Root mean square of the force that it adds, where it acts [N]."""
-        force = np.concatenate([self._force(s, fit.x) for s in scenes if self.trial in (None, s.name)])
+        force = np.concatenate([self._force(s, fit.x) for s in self.own(scenes)])
         return {"rms_force_N": Estimate(float(np.sqrt((force**2).sum(axis=1).mean())), 0.0)}
 
     def _force(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, "some 3"]:
@@ -97,12 +95,6 @@ class Outside(Candidate):
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always: it competes, whatever its size."""
         return True
-
-    def frames(
-        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
-    ) -> tuple[Range, ...]:
-        """All of its trials unless it says otherwise."""
-        return tuple(Range(s.name, 0, s.frames) for s in scenes if self.trial in (None, s.name))
 
 
 @dataclass(frozen=True)
@@ -156,8 +148,8 @@ class AnyPlateFault(Outside):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """About the plate's centre, then about the ground origin."""
-        plate = _plate_of(scene, self.target)
-        if plate is None or self.trial not in (None, scene.name) or plate.loaded.sum() < LEAST_LOADED:
+        plate = scene.loaded_plate(self.target)
+        if plate is None or not self.own((scene,)) or plate.loaded.sum() < LEAST_LOADED:
             return None
         load = required_of(plate, scene)
         centre = np.broadcast_to(plate.centre_ground, (scene.frames, 3))
@@ -198,7 +190,7 @@ class AnyClock(Outside):
             return None
         recorded = scene.measured_ground
         if self.target != self.trial:
-            plate = _plate_of(scene, self.target.split(" in ")[0])
+            plate = scene.loaded_plate(self.target.split(" in ")[0])
             if plate is None:
                 return None
             recorded = plate.wrench_ground
@@ -236,10 +228,6 @@ def _wrench_of_any(
         yield Signature(force_columns(scene.com_ground, time_histories, axis), prior_std)
     for axis in range(3):
         yield Signature(moment_columns(time_histories, axis, LEVER_M), prior_std)
-
-
-def _plate_of(scene: Scene, target: str) -> PlateScene | None:
-    return next((p for p in scene.plates if p.target == target), None)
 
 
 @dataclass(frozen=True, eq=False)

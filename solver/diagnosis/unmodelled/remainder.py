@@ -6,7 +6,8 @@ whose line of action fits. It competes with the catalogue on the same scale; its
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -158,30 +159,55 @@ def dependence(
 
 
 @dataclass(frozen=True)
-class UnknownForce(InPieces):
-    """A force of any time history on a body in one trial: at a known point, else near its centre of mass."""
+class Unknown(InPieces):
+    """Something of any time history that acts in one trial."""
 
     trial: str
     knot_s: float = KNOTS_S[0]  # of its time history
+    frequency_Hz: float | None = field(default=None, kw_only=True)  # of one that swings evenly instead
+
+    sizes: ClassVar[tuple[float, ...]] = ()  # standard deviations of its changes that are tried
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Every size."""
+        return tuple((size,) for size in self.sizes)
+
+    def time_histories(self, scene: Scene) -> Float[np.ndarray, "frames time histories"]:
+        """A constant, and splines or phases of a swing."""
+        return time_histories_of(scene, self.knot_s, self.frequency_Hz)
+
+    def scene(self, scenes: Sequence[Scene]) -> Scene:
+        """Of its trial."""
+        return next(scene for scene in scenes if scene.name == self.trial)
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Always: what counts is whether it is there."""
+        return True
+
+    def reach_cost(self, scenes: Sequence[Scene]) -> float:
+        """What a point far from the body's centre of mass costs before the data [nats]."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class UnknownForce(Unknown):
+    """A force of any time history on a body in one trial: at a known point, else near its centre of mass."""
+
     point_body: tuple[float, float, float] | None = None  # [m]
     directions: tuple[float, float, float] = (1.0, 1.0, 1.0)  # how much of the size each axis may have
-    frequency_Hz: float | None = None  # of a time history that swings evenly instead
 
     about = About(
         "unexplained",
         sentence="Something acts on {target} that no known cause describes.",
         remedy="Look at the video and at what touches the person there.",
     )
-
-    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
-        """Sizes of its changes [body weights]."""
-        return tuple((share,) for share in FORCE_SHARES)
+    sizes = FORCE_SHARES
 
     def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Force splines at the point; without one, moments as far as `REACH` allows as well."""
         if scene.name != self.trial:
             return
-        time_histories = time_histories_of(scene, self.knot_s, self.frequency_Hz)
+        time_histories = self.time_histories(scene)
         each, place = np.full(time_histories.shape[1], eta[0] * scene.weight_N), self.place_ground(scene)
         for axis, size in enumerate(self.directions):
             if size:
@@ -192,7 +218,7 @@ class UnknownForce(InPieces):
 
     def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """Mean and RMS of the force."""
-        force = self.force_ground(scene_named(scenes, self.trial), fit.x)
+        force = self.force_ground(self.scene(scenes), fit.x)
         mean, rms = force.mean(axis=0), float(np.sqrt((force**2).sum(axis=1).mean()))
         std = float(np.sqrt(np.trace(fit.covariance) / len(fit.x)))
         names = ("mean_force_x_N", "mean_force_y_N", "mean_force_z_N")
@@ -200,23 +226,15 @@ class UnknownForce(InPieces):
             "rms_force_N": Estimate(rms, std)
         }
 
-    def scene(self, scenes: Sequence[Scene]) -> Scene:
-        """Of its trial."""
-        return scene_named(scenes, self.trial)
-
     def force_ground(
         self, scene: Scene, x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
         """Its time history [N]."""
-        time_histories = time_histories_of(scene, self.knot_s, self.frequency_Hz)
+        time_histories = self.time_histories(scene)
         force = np.zeros((scene.frames, 3))
         along = np.flatnonzero(self.directions)
         force[:, along] = time_histories @ x[: len(along) * time_histories.shape[1]].reshape(len(along), -1).T
         return force
-
-    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """Always: what counts is whether it is there."""
-        return True
 
     def along_an_axis(self, scene: Scene) -> "list[UnknownForce]":
         """The least free there is: along one axis, at its point or else at the centre of mass."""
@@ -228,7 +246,7 @@ class UnknownForce(InPieces):
 
     def at_its_point(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> "UnknownForce":
         """Along its own directions, at the point that its moments speak for (least squares)."""
-        time_histories = time_histories_of(scene, self.knot_s, self.frequency_Hz)
+        time_histories = self.time_histories(scene)
         width = 3 * time_histories.shape[1]
         force, reach_m = self.force_ground(scene, x), self.reach_m(scene)
         moment = reach_m * (time_histories @ x[width : 2 * width].reshape(3, -1).T)
@@ -281,27 +299,20 @@ def _radius_of_gyration_m(body: Body) -> float:
 
 
 @dataclass(frozen=True)
-class UnknownMoment(InPieces):
+class UnknownMoment(Unknown):
     """A pure moment of any time history in one trial; the whole body's balance does not tell on which one."""
-
-    trial: str
-    knot_s: float = KNOTS_S[0]  # of its time history
-    frequency_Hz: float | None = None  # of a time history that swings evenly instead
 
     about = About(
         "unexplained",
         sentence="A moment turns the body that no known cause describes.",
         remedy="Look for what spins or twists: a wheel, a handle, a plate whose moments are wrong.",
     )
-
-    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
-        """Sizes of its changes [m, levers of body weight]."""
-        return tuple((lever,) for lever in MOMENT_LEVERS_M)
+    sizes = MOMENT_LEVERS_M
 
     def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Moment splines."""
         if scene.name == self.trial:
-            time_histories = time_histories_of(scene, self.knot_s, self.frequency_Hz)
+            time_histories = self.time_histories(scene)
             each = np.full(time_histories.shape[1], eta[0] * scene.weight_N)
             for axis in range(3):
                 yield Signature(moment_columns(time_histories, axis), each)
@@ -316,21 +327,7 @@ class UnknownMoment(InPieces):
         self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
         """Its time history [N·m]."""
-        return (
-            time_histories_of(scene_named(scenes, self.trial), self.knot_s, self.frequency_Hz)
-            @ x.reshape(3, -1).T
-        )
-
-    def reach_cost(self, scenes: Sequence[Scene]) -> float:
-        """A moment has no point."""
-        return 0.0
-
-    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """Always."""
-        return True
-
-
-Unknown = UnknownForce | UnknownMoment
+        return self.time_histories(self.scene(scenes)) @ x.reshape(3, -1).T
 
 
 def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
@@ -346,10 +343,5 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
             time_histories.append((KNOTS_S[0], swing_Hz))
         for knot_s, frequency_Hz in time_histories:
             found += [UnknownForce(name, scene.name, knot_s, frequency_Hz=frequency_Hz) for name in heavy]
-            found.append(UnknownMoment("", scene.name, knot_s, frequency_Hz))
+            found.append(UnknownMoment("", scene.name, knot_s, frequency_Hz=frequency_Hz))
     return found
-
-
-def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:
-    """The scene of a trial."""
-    return next(scene for scene in scenes if scene.name == trial)

@@ -28,7 +28,6 @@ from solver.diagnosis.unmodelled.remainder import (
     UnknownForce,
     UnknownMoment,
     mostly_swings,
-    time_histories_of,
     unknown_forces,
 )
 
@@ -273,7 +272,7 @@ class UnknownScreen:
         if key not in self._time_histories:
             k = self._trials[candidate.trial]
             trial, start = self._balance.trials[k], self._balance.start
-            splines = time_histories_of(trial.scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
+            splines = candidate.time_histories(trial.scene)[:, 1:]
             self._time_histories[key] = TimeHistories(trial, slice(int(start[k]), int(start[k + 1])), splines)
         return self._time_histories[key]
 
@@ -286,7 +285,9 @@ class UnknownScreen:
                 c.target for c in self.free if isinstance(c, UnknownForce) and c.trial == trial
             )
             free = [UnknownForce(name, trial, knot_s, frequency_Hz=frequency_Hz) for name in bodies]
-            self._centres[key] = self._located([*free, UnknownMoment("", trial, knot_s, frequency_Hz)])
+            self._centres[key] = self._located(
+                [*free, UnknownMoment("", trial, knot_s, frequency_Hz=frequency_Hz)]
+            )
         return self._centres[key]
 
     def _located(self, candidates: Sequence[Unknown]) -> Located:
@@ -297,14 +298,14 @@ class UnknownScreen:
         for one in candidates:
             if (place := self._place(one)) in columns:
                 continue
-            if isinstance(one, UnknownMoment):
-                columns[place] = time_histories.moments()
-            else:
+            if isinstance(one, UnknownForce):
                 columns[place] = time_histories.forces(one.place_ground(scene) - scene.com_ground)
+            else:
+                columns[place] = time_histories.moments()
         return Located(time_histories, tuple(columns), np.concatenate(list(columns.values()), axis=1))
 
     def _place(self, candidate: Unknown) -> Place:
-        if isinstance(candidate, UnknownMoment):
+        if not isinstance(candidate, UnknownForce):
             return MOMENT
         skeleton, point = self._scene(candidate).skeleton, candidate.point_body
         centre = skeleton.bodies[skeleton.body_index(candidate.target)].com_body
@@ -343,7 +344,7 @@ def _best_size(
 
 def _axes(candidate: Unknown) -> tuple[Int[np.ndarray, " axes"], Float[np.ndarray, " axes"]]:
     """Which axes a force has at its place, or a moment, and their relative sizes."""
-    if isinstance(candidate, UnknownMoment):
+    if not isinstance(candidate, UnknownForce):
         return np.arange(3), np.ones(3)
     sizes = np.array(candidate.directions)
     return np.flatnonzero(sizes), sizes[sizes != 0]
