@@ -1,4 +1,4 @@
-"""A trial's rows from a posterior of its markers."""
+"""Rows of one trial, and the noise of its plates."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +10,7 @@ import pytest
 from solver.common.errors import FitError
 from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.diagnose import balance_of
-from solver.diagnosis.noise.rows import END_S, WINDOW_S, TrialRows, plates_noise, trial_rows
+from solver.diagnosis.noise.rows import END_S, WINDOW_S, TrialRows, plate_noise, plates_noise, trial_rows
 from solver.diagnosis.unmodelled.open_world import outside_the_list
 from solver.diagnosis.unmodelled.remainder import unknown_forces
 from solver.dynamics.force_prediction.marker_posterior import marker_posterior
@@ -18,8 +18,11 @@ from solver.dynamics.root_wrench import centre_of_mass
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.windows import windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.simulate.demo import MARKERS
 from solver.simulate.ground_demand import GroundDemand
-from solver.skeleton.forward import ForwardKinematics
+from solver.simulate.laboratory import measure, plates_under
+from solver.skeleton.forward import ForwardKinematics, cross
+from tests.solver.diagnosis.causes.conftest import NOISELESS, scene_of_trial
 
 SETTINGS = DiagnosisSettings()
 HOP_S = 0.09
@@ -161,3 +164,67 @@ def about_com(rows, columns):
     moment = moment - np.cross(rows.scene.com_ground[:, None], force)
     means = rows.windows.means(np.concatenate([force, moment], axis=2).transpose(0, 2, 1))
     return means.reshape(6 * rows.windows.count, columns.shape[2])
+
+
+FORCE_N, MOMENT_NM = (3.0, 6.0, 4.0), (1.0, 0.5, 0.8)
+
+
+@pytest.fixture(scope="module", params=[100.0, 1000.0])
+def noisy(short_walk, request):
+    """Plates at the markers' rate, and ten times faster."""
+    plates = plates_under(short_walk.contacts, (0.0, short_walk.scenario.duration))
+    settings = replace(
+        NOISELESS, force_rate=request.param, force_noise_N=FORCE_N, moment_noise_Nm=MOMENT_NM, zeroed=False
+    )
+    capture = measure(short_walk, plates, MARKERS, settings, np.random.default_rng(1))
+    return scene_of_trial(short_walk, capture)
+
+
+def test_the_noise_of_single_samples_is_found_among_steps(noisy):
+    """A step has 60 samples at 100 Hz, few for one figure; over plates and axes they are enough."""
+    ratios = [
+        plate_noise(plate) / (*FORCE_N, *MOMENT_NM) for plate in noisy.plates if plate.loaded.sum() > 30
+    ]
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_plate_of_which_no_stretch_is_whole_tells_nothing(noisy):
+    """Samples that a gap's filling bridges are loaded and not recorded."""
+    plate = max(noisy.plates, key=lambda p: p.loaded.sum())
+    force = plate.plate.force_ground.copy()
+    force[::4] = np.nan
+    bridged = replace(plate, plate=replace(plate.plate, force_ground=force))
+    assert plate_noise(bridged)[:3].tolist() == [0.0, 0.0, 0.0]
+    windows = windows_over(np.ones(noisy.frames, dtype=bool), noisy.rate, 0.06, 0.03)
+    assert np.isfinite(plates_noise(replace(noisy, plates=(bridged,)), windows)).all()
+
+
+def test_sound_filtered_plates_have_none(short_scene):
+    for plate in short_scene.plates:
+        assert plate_noise(plate)[:3].max() < 0.3
+        assert plate_noise(plate)[3:].max() < 0.1
+
+
+def test_windows_scatter_as_stated(noisy):
+    """Noise drawn anew goes through the plates' filter to the frames, moments about the centre of mass."""
+    windows = windows_over(np.ones(noisy.frames, dtype=bool), noisy.rate, 0.06, 0.03)
+    rng = np.random.default_rng(2)
+    stated, drawn = plates_noise(noisy, windows), np.zeros((windows.count, 6, 6))
+    certain = np.ones(windows.count, dtype=bool)
+    draws = 300
+    for plate in noisy.plates:
+        share = windows.means(plate.loaded.astype(float))
+        certain &= (share == 0) | (share == 1)
+        for _ in range(draws):
+            force = rng.normal(0, FORCE_N, (plate.plate.samples, 3))
+            moment = rng.normal(0, MOMENT_NM, force.shape) + cross(plate.centre_ground, force)
+            wrench = np.nan_to_num(plate.at_frames(np.concatenate([force, moment], axis=1)))
+            wrench[:, 3:] -= cross(noisy.com_ground, wrench[:, :3])
+            means = windows.means(wrench) * share[:, None]
+            drawn += means[:, :, None] * means[:, None, :] / draws
+    inner = certain & (stated[:, 1, 1] > 0)
+    inner[:5] = inner[-5:] = False
+    assert inner.sum() > 20
+    ratio = np.linalg.eigvals(np.linalg.solve(stated[inner].mean(axis=0), drawn[inner].mean(axis=0))).real
+    assert ratio.min() > 0.5  # the filter takes some of it, and it is not counted on
+    assert ratio.max() < 1.2

@@ -7,15 +7,15 @@ import pytest
 
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.diagnose import causes_of, without_unrecorded
+from solver.diagnosis.noise.rows import END_S
 from solver.diagnosis.search.selection import select
-from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import measure, plates_under
 from tests.solver.diagnosis.causes.conftest import NOISELESS, scene_of_trial
 
 LATE_FRAMES = 12
 HALF_A_SAMPLE_S = 0.0005
-ENDS = round(DiagnosisSettings().end_s * 100.0)
+ENDS = round(END_S * 100.0)
 
 
 @pytest.fixture(scope="module")
