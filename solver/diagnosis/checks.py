@@ -1,9 +1,11 @@
-"""What each check asks of a proposed cause, how much evidence it must bring, and what the check says.
+"""What is asked of a proposed cause, in one ordered list: nothing else accepts or refuses one.
 
-`decisions` puts them, in order. A check answers with its figure, the limit, and the reason.
+The search, what reading undid, and unknown forces only make proposals (`proposals`). Each is put to the
+checks that are asked of its kind, in the order of `CHECKS`; the first one that it fails refuses it. A check
+answers with its figure, the limit, and the reason.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +34,7 @@ from solver.diagnosis.search.proposals import (
     BesideUnknown,
     Exchanged,
     HeldOut,
+    Kept,
     Key,
     OnReading,
     Paired,
@@ -369,3 +372,83 @@ def left_over(p: Proposal) -> Decision:
     passed = nats > limit and p.size_N > p.least_N
     reason = f"a force of unknown time history of {size} (from {p.least_N:.0f} N on) gains {nats:.1f} nats"
     return Decision(LEFT_OVER, passed, nats, limit, f"{reason}; more than {limit:.1f} is asked")
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """A question, the kinds of proposals that it is put to, and who answers it."""
+
+    name: str
+    question: str
+    asked_of: tuple[type[Proposal], ...]
+    decide: Callable[[Proposal], Decision]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """All that was asked of a proposal, up to the first refusal."""
+
+    decisions: tuple[Decision, ...]
+
+    @property
+    def fell_at(self) -> str | None:
+        """The first check that was failed; None where all were passed."""
+        return next((d.name for d in self.decisions if not d.passed), None)
+
+    @property
+    def pays(self) -> bool:
+        """Whether its evidence is enough, whatever else speaks against it."""
+        return all(d.passed for d in self.decisions if d.name == PAYS)
+
+
+def decide(proposal: Proposal) -> Verdict:
+    """Ask what is asked of such a proposal; never less than whether it is possible and pays.
+
+    Args:
+        proposal: a cause beside others.
+    """
+    said: list[Decision] = []
+    for check in CHECKS:
+        if not isinstance(proposal, check.asked_of):
+            continue
+        if check.name not in (POSSIBLE, PAYS) and not all(d.passed for d in said):
+            break
+        said.append(check.decide(proposal))
+    return Verdict(tuple(said))
+
+
+CHECKS: tuple[Check, ...] = (
+    Check(
+        DIRECT_CHECKED,
+        "is it about the plate that files suspect, if they do, and does the person's weight allow for it?",
+        (HeldOut,),
+        checked,
+    ),
+    Check(POSSIBLE, "can there be such a thing?", (HeldOut,), possible),
+    Check(PAYS, "does the balance gain enough by it?", (HeldOut, OnReading), pays),
+    Check(HOLDS_UP, "does it predict blocks that its fit did not use?", (HeldOut,), holds_up),
+    Check(
+        STANDS_ALONE, "without another body mass, and without undoing the others?", (HeldOut,), stands_alone
+    ),
+    Check(
+        BEATS_THE_UNKNOWN,
+        "does a force of unknown time history do better in its place?",
+        (BesideUnknown, AllInPlace),
+        beats_the_unknown,
+    ),
+    Check(
+        ON_THE_LIST,
+        "does something that is on no list do better in its place?",
+        (AgainstAnything,),
+        is_on_the_list,
+    ),
+    Check(
+        NOTABLE,
+        "is it, and is all that stands beside it, large enough to act on?",
+        (HeldOut, Kept, OnReading, BesideUnknown),
+        notable,
+    ),
+    Check(NEEDED, "would the rest do without it?", (Kept,), needed),
+    Check(DECIDED, "is it likelier than others in its place?", (Added,), decided),
+    Check(LEFT_OVER, "does something remain that no cause explains?", (Remainder,), left_over),
+)

@@ -1,51 +1,24 @@
-"""Every decision about a cause, in one ordered list: nothing else in the diagnosis accepts or refuses one.
+"""What was decided of every cause that was proposed, kept for the answer, and what follows at the end."""
 
-The search, what reading undid, and unknown forces only make proposals (`proposals`). Each is put to the
-checks that are asked of its kind, in the order of `CHECKS`; the first one that it fails refuses it. What
-passes and what fails is kept for the answer with its figure, the limit, and the reason.
-"""
-
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.checks import (
-    BEATS_THE_UNKNOWN,
-    DECIDED,
-    DIRECT_CHECKED,
-    HOLDS_UP,
-    LEFT_OVER,
+    CHECKS,
     NEEDED,
-    NOTABLE,
-    ON_THE_LIST,
-    PAYS,
-    POSSIBLE,
-    STANDS_ALONE,
     Decision,
+    Verdict,
     about_the_suspect,
-    beats_the_unknown,
-    checked,
-    decided,
-    holds_up,
-    is_on_the_list,
-    left_over,
+    decide,
     most_strain_asked,
-    needed,
-    notable,
-    pays,
     possible,
-    stands_alone,
     strain_needed,
 )
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Contender
 from solver.diagnosis.search.proposals import (
-    Added,
-    AgainstAnything,
-    AllInPlace,
-    BesideUnknown,
     HeldOut,
-    Kept,
     Key,
     OnReading,
     Proposal,
@@ -58,49 +31,6 @@ UNEXPLAINED_SCALE = 2.4  # model errors of sound recordings stay below it
 # cause
 LEAST_FOR_A_NAME = 0.5
 OUTDONE = Decision(NEEDED, False, None, None, "a likelier set of causes was found without it")
-
-
-@dataclass(frozen=True, eq=False)
-class Check:
-    """A question, the kinds of proposals that it is put to, and who answers it."""
-
-    name: str
-    question: str
-    asked_of: tuple[type[Proposal], ...]
-    decide: Callable[[Proposal], Decision]
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """All that was asked of a proposal, up to the first refusal."""
-
-    decisions: tuple[Decision, ...]
-
-    @property
-    def fell_at(self) -> str | None:
-        """The first check that was failed; None where all were passed."""
-        return next((d.name for d in self.decisions if not d.passed), None)
-
-    @property
-    def pays(self) -> bool:
-        """Whether its evidence is enough, whatever else speaks against it."""
-        return all(d.passed for d in self.decisions if d.name == PAYS)
-
-
-def decide(proposal: Proposal) -> Verdict:
-    """Ask what is asked of such a proposal; never less than whether it is possible and pays.
-
-    Args:
-        proposal: a cause beside others.
-    """
-    said: list[Decision] = []
-    for check in CHECKS:
-        if not isinstance(proposal, check.asked_of):
-            continue
-        if check.name not in (POSSIBLE, PAYS) and not all(d.passed for d in said):
-            break
-        said.append(check.decide(proposal))
-    return Verdict(tuple(said))
 
 
 def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) -> tuple[Contender, ...]:
@@ -142,43 +72,6 @@ def is_only_tentative(candidate: Candidate, in_its_class: float) -> bool:
         in_its_class: how likely it is, with names that leave the same trace.
     """
     return not candidate.about.seen_standing and in_its_class < LEAST_FOR_A_NAME
-
-
-CHECKS: tuple[Check, ...] = (
-    Check(
-        DIRECT_CHECKED,
-        "is it about the plate that files suspect, if they do, and does the person's weight allow for it?",
-        (HeldOut,),
-        checked,
-    ),
-    Check(POSSIBLE, "can there be such a thing?", (HeldOut,), possible),
-    Check(PAYS, "does the balance gain enough by it?", (HeldOut, OnReading), pays),
-    Check(HOLDS_UP, "does it predict blocks that its fit did not use?", (HeldOut,), holds_up),
-    Check(
-        STANDS_ALONE, "without another body mass, and without undoing the others?", (HeldOut,), stands_alone
-    ),
-    Check(
-        BEATS_THE_UNKNOWN,
-        "does a force of unknown time history do better in its place?",
-        (BesideUnknown, AllInPlace),
-        beats_the_unknown,
-    ),
-    Check(
-        ON_THE_LIST,
-        "does something that is on no list do better in its place?",
-        (AgainstAnything,),
-        is_on_the_list,
-    ),
-    Check(
-        NOTABLE,
-        "is it, and is all that stands beside it, large enough to act on?",
-        (HeldOut, Kept, OnReading, BesideUnknown),
-        notable,
-    ),
-    Check(NEEDED, "would the rest do without it?", (Kept,), needed),
-    Check(DECIDED, "is it likelier than others in its place?", (Added,), decided),
-    Check(LEFT_OVER, "does something remain that no cause explains?", (Remainder,), left_over),
-)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.diagnosis.causes.effect import Eta
-from solver.diagnosis.decisions import Trail, decide
+from solver.diagnosis.checks import decide
+from solver.diagnosis.decisions import Trail
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_SHARE, Contender, Found

@@ -14,6 +14,7 @@ from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.off_plate_step import OffPlateStep
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.checks import (
+    CHECKS,
     HELD_OUT_SHARE,
     MASS_HELD_OUT_SHARE,
     MOST_MASS_STRAIN,
@@ -22,7 +23,7 @@ from solver.diagnosis.checks import (
     least_first_gain,
     loose_ends,
 )
-from solver.diagnosis.decisions import CHECKS, Trail, tenable
+from solver.diagnosis.decisions import Trail, tenable
 from solver.diagnosis.direct_checks.weight import Weighing, Weighings
 from solver.diagnosis.held_out import blocks, held_out_gain
 from solver.diagnosis.search.balance import Balance
