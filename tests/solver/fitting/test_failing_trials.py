@@ -133,7 +133,7 @@ def test_a_diagnosis_goes_on_without_one_that_breaks_down(subject, monkeypatch):
         return trials
 
     answer = diagnosis.Diagnosis("clean", (), (), {}, None, ("walk",), notes=noted(Kind.OTHER, "looked at"))
-    monkeypatch.setattr(diagnosis, "looked_at", looked_at)
+    monkeypatch.setattr(diagnosis, "look_at", looked_at)
     monkeypatch.setattr(diagnosis, "diagnosis_from", lambda found, progress: answer)
     told = diagnosis.diagnose(subject, Settings())
     assert asked == [("again", "walk"), ("again",), ("walk",)]
