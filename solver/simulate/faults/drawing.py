@@ -10,7 +10,7 @@ from solver.simulate.faults import recorded
 from solver.simulate.faults.hidden import REFERENCE_SIZE, Hidden, Recording
 from solver.simulate.faults.recorded import FEWEST_MARKERS
 from solver.simulate.faults.worlds import GENERIC
-from solver.skeleton.skeleton import Skeleton
+from solver.simulate.other_masses import with_segment_masses
 
 Change = tuple[Recording, Hidden]
 Hide = Callable[[Recording, float, np.random.Generator], Change]
@@ -339,16 +339,9 @@ def _subject_mass(recording: Recording, size: float, rng: np.random.Generator) -
     factor = 1 + sign(rng) * size * REFERENCE_SIZE["subject_mass"]
     model = recording.model
     if model and model.name != GENERIC:
-        model = _weighing(model, 1 / factor)
+        model = with_segment_masses(model, dict.fromkeys(model.body_names, 1 / factor))
     changed = replace(recording, mass_kg=recording.mass_kg / factor, model=model)
     return changed, Hidden("subject_mass", "all", {"mass_factor": factor}, size)
 
 
 MEASUREMENT: dict[str, Hide] = {**CLOCKS, **PLATES, "subject_mass": _subject_mass, **MARKERS}
-
-
-def _weighing(model: Skeleton, factor: float) -> Skeleton:
-    bodies = tuple(
-        replace(b, mass=b.mass * factor, inertia_body=b.inertia_body * factor) for b in model.bodies
-    )
-    return replace(model, bodies=bodies)

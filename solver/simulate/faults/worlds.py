@@ -22,6 +22,7 @@ from solver.simulate.person import Person, TrueBody, body_of
 from solver.simulate.treadmill import belt_under, belts, on_treadmill, read_belts
 from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.default_body import default_skeleton
+from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
 Layout = Literal["treadmill", "overground", "standing"]
@@ -228,11 +229,7 @@ def _handed_out(world: World, kind: ModelKind, entered_kg: float, rng: np.random
     model = replace(world.body.skeleton, name="scaled body")
     if kind == "perturbed":
         model = perturbed(model, rng)
-    factor = entered_kg / model.mass
-    bodies = tuple(
-        replace(b, mass=b.mass * factor, inertia_body=b.inertia_body * factor) for b in model.bodies
-    )
-    return replace(model, bodies=bodies)
+    return with_mass(model, entered_kg)
 
 
 def perturbed(model: Skeleton, rng: np.random.Generator) -> Skeleton:
@@ -251,6 +248,4 @@ def perturbed(model: Skeleton, rng: np.random.Generator) -> Skeleton:
                 com_body=body.com_body + shift,
             )
         )
-    kept = model.mass / sum(b.mass for b in bodies)
-    bodies = [replace(b, mass=b.mass * kept, inertia_body=b.inertia_body * kept) for b in bodies]
-    return replace(model, bodies=tuple(bodies))
+    return with_mass(replace(model, bodies=tuple(bodies)), model.mass)
