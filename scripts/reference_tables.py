@@ -19,7 +19,7 @@ from annotations.activities import ACTIVITIES
 from annotations.reasons import REASONS, key_of, reason_words
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.decisions import CHECKS
+from solver.diagnosis.checks import CHECKS
 from solver.export.b3d.reasons import NEAREST
 
 DOCS = Path(__file__).parent.parent / "docs"
