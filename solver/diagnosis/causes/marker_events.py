@@ -16,7 +16,6 @@ from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
 from solver.common.notes import Kind, Note
-from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.marker_effect import RESOLVED_M, SHIFT_STD_M, MarkerFinding
 from solver.diagnosis.causes.marker_slip import MarkerSlip, slip_at
 from solver.diagnosis.causes.scene import Scene

@@ -16,15 +16,10 @@ from addb_viewer.text.diagnosis_vocabulary import (
 from addb_viewer.text.diagnosis_words import notes, page
 from addb_viewer.text.sections import as_text
 from solver.common.notes import Kind, Note
-from solver.diagnosis.causes.carried_mass import ABOUT as CARRIED
-from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
-from solver.diagnosis.causes.plate_bias import TAKEN_OFF
-from solver.diagnosis.causes.readings import OF_EACH_TRIAL, Reading
 from solver.diagnosis.causes.about import OF_EACH_TRIAL, Reading
 from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.diagnosis.causes.plate_readings import PlateBiasTakenOff
-from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 from tests.addb_viewer.synthetic_residual import residual
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
