@@ -47,7 +47,7 @@ def app_latency_section(demo: Path) -> str:
     """
     with running(MODULE, "serve", str(demo)) as (server, said):
         port, began = int(said), time.perf_counter()
-        browser = PaperBrowser(port, with_channel=True)
+        browser = PaperBrowser(port)
         try:
             _until_frame(browser, 0)
             opened = time.perf_counter() - began
@@ -144,7 +144,7 @@ def _shown(times: Sequence[float]) -> str:
 
 def _pictures_a_second(port: int) -> float:
     """What one more player gets."""
-    browser = PaperBrowser(port, with_channel=True)
+    browser = PaperBrowser(port)
     try:
         _until_frame(browser, 0)
         browser.press("Play or pause")
@@ -269,14 +269,15 @@ def _play(port: int, players: int, solve: bool) -> None:
 
 def _go_to(browser: PaperBrowser, trial: str) -> None:
     """Choose a trial until the page is there: one that has just opened first goes to a trial of its own."""
-    there = f'"{trial}"]'
+
+    def is_there():
+        return trial in (browser.memory.get("place") or ())
+
     for _ in range(10):
         browser.put("Trial", trial)
         asked = time.monotonic()
-        browser.until(
-            lambda asked=asked: there in str(browser.storage) or time.monotonic() - asked > ASK_AGAIN_S, trial
-        )
-        if there in str(browser.storage):
+        browser.until(lambda asked=asked: is_there() or time.monotonic() - asked > ASK_AGAIN_S, trial)
+        if is_there():
             return
     raise RuntimeError(f"{trial} was chosen ten times and does not open")
 

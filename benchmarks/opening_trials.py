@@ -43,7 +43,7 @@ def write_root(source: Path, root: Path, times_over: int) -> list[tuple[str, str
 
 def opened_by_t(port: int) -> list[float]:
     """Seconds from the *T* that finishes to the next trial."""
-    browser, found = PaperBrowser(port, name="Ada", with_channel=True), []
+    browser, found = PaperBrowser(port, name="Ada"), []
     try:
         browser.until(lambda: _place(browser), "the first trial")
         while len(found) < TIMES:
@@ -71,7 +71,7 @@ def opened_cold(port: int, trials: Sequence[tuple[str, str]]) -> list[float]:
     found = []
     for subject, trial in trials:
         began = time.perf_counter()
-        browser = PaperBrowser(port, name="Ben", at=[subject, trial], with_channel=True)
+        browser = PaperBrowser(port, name="Ben", at=[subject, trial])
         try:
             browser.until(partial(_is_at, browser, subject, trial), f"{subject}/{trial}")
             found.append(time.perf_counter() - began)

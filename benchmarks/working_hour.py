@@ -194,7 +194,7 @@ class PaperReviewer(Reviewer):
 
     def __init__(self, work: Work, seed: int, port: int, name: str) -> None:
         super().__init__(work, seed, name)
-        self.browser = PaperBrowser(port, name=name, with_channel=True)
+        self.browser = PaperBrowser(port, name=name)
         self.browser.until(self.place, "the first trial")
 
     def press(self, label: str) -> None:

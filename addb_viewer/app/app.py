@@ -13,7 +13,7 @@ from pathlib import Path
 
 import viser
 
-from addb_viewer.app.page.channel import Channels, Page
+from addb_viewer.app.page.channel import Channels
 from addb_viewer.app.page.notices import log_error
 from addb_viewer.app.page.reviewer import BrowserMemory
 from addb_viewer.app.queue.page_channel import QueuePage
@@ -21,12 +21,11 @@ from addb_viewer.app.queue.rows import next_trial
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.scene.camera import first_sight
 from addb_viewer.app.security.access import Access, is_loopback
-from addb_viewer.app.security.control_guard import ControlGuard
-from addb_viewer.app.security.server import AppServer, address, open_server
+from addb_viewer.app.security.server import AppServer, address, guard_controls, open_server
 from addb_viewer.app.security.trial_address import TrialAddress
 from addb_viewer.app.shell.actions import connect
 from addb_viewer.app.shell.commands import COMMANDS, Command
-from addb_viewer.app.shell.key_file import chosen_commands
+from addb_viewer.app.shell.keys import chosen_commands
 from addb_viewer.app.shell.playback import Pace
 from addb_viewer.app.shell.session import Session
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
@@ -90,15 +89,14 @@ class ReviewApp:
 
     def _join(self, client: viser.ClientHandle) -> None:
         people = self.queue.people
-        ControlGuard(client.gui)
+        guard_controls(client.gui)
         try:
-            page = Page(client)
-            memory, asked = BrowserMemory(client, self._login), page.asked
+            channel = self.channels.open(client)
+            memory, asked = BrowserMemory(channel, self._login), channel.greeting().asked
             people.arrive(client.client_id, memory.author, memory.browser)
             shared, trial, frame = self._beginning(client.client_id, memory, asked)
-            channel = self.channels.open(page)
             session = Session(client, self.queue, shared, self.pace, memory, channel=channel)
-            session.at_end = partial(self.channels.close, page, channel)
+            session.at_end = partial(self.channels.close, channel)
             connect(session, self._commands)
         except Exception as error:  # a browser that left at once, or a subject that broke meanwhile
             people.leave(client.client_id)

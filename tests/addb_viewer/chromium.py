@@ -26,7 +26,7 @@ def remembering(reviewer, **more):
         reviewer: name of the person.
         more: what else the app keeps in a browser, by its name there.
     """
-    item = "viser-user:addb-viewer"
+    item = "addb-viewer"
     memory = json.dumps(json.dumps({"reviewer": reviewer, **more}))
     return f'localStorage.getItem("{item}") ?? localStorage.setItem("{item}", {memory});'
 

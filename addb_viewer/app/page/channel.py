@@ -13,18 +13,18 @@ takes it checks it. `["do", action]` does what the key of an action does.
 A new script is a file in `web/` that `SCRIPTS` names. Scripts and styles come from files alone: the page's
 policy runs no text that comes by a message.
 
-The page chooses a random name, and answers with it when viser asks its local storage for `PAGE_ITEM`: so the
-server learns which page a session belongs to.
+The session puts a random name into the page, as a piece of a panel. Whoever connects with that name is the
+page, and says what its address asks for and what the browser remembers of the reviewer.
 """
 
 import asyncio
 import contextlib
 import json
 import logging
-import re
 import secrets
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import viser
@@ -37,33 +37,39 @@ from addb_viewer.app.security.trial_address import TrialAddress, address_in
 
 LOG = logging.getLogger("addb_viewer")
 FILES, CONNECTION = "/addb", "/addb/page"
-PAGE_ITEM = "addb-viewer-page"  # of the browser's memory, as viser asks for it; the page itself answers
-PATIENCE_S = 20.0  # for the browser's answer; without it the page has no channel
+PATIENCE_S = 20.0  # for the page's first word; a program that is no page says none
 SCRIPTS = (
+    "channel.js",
     "focus.js",
     "keys.js",
     "links.js",
     "bar.js",
+    "dialog.js",
     "timeline.js",
     "charts.js",
     "diagnosis.js",
-    "names.js",
-    "scene.js",
     "video.js",
     "film.js",
+    "names.js",
+    "scene.js",
 )
+STYLES = ("viser.css", "strip.css", "charts.css", "diagnosis.css")
 HEAD = "".join(
     (
-        *(f"<script src='{FILES}/{name}.js'></script>" for name in ("channel", "redraws")),  # before viser's
-        *(
-            f"<link rel='stylesheet' href='{FILES}/{name}'>"
-            for name in ("strip.css", "charts.css", "diagnosis.css", "video.css")
-        ),
+        *(f"<link rel='stylesheet' href='{FILES}/{name}'>" for name in STYLES),
         *(f"<script type='module' src='{FILES}/{name}'></script>" for name in SCRIPTS),
     )
 )
 
 Taken = Callable[[Any], None]
+
+
+@dataclass(frozen=True)
+class Greeting:
+    """What a page says of itself when it comes."""
+
+    asked: TrialAddress | None = None  # the frame that its address names
+    memory: Mapping[str, Any] = field(default_factory=dict)  # what the browser remembers, as it says
 
 
 class Channel:
@@ -76,12 +82,26 @@ class Channel:
             own: pages of the server; None: there is none that could serve files.
         """
         self._own = own or OwnPages()
+        self.name = secrets.token_hex(16)
+        self._greeting, self._greeted = Greeting(), threading.Event()
         self._served: tuple[str, ServedFile | None] = ("", None)  # path and file
         self._lock = threading.Lock()
         self._shown: dict[str, str] = {}
         self._taken: dict[str, Taken] = {}
         self._wake: Callable[[], None] = lambda: None
         self._ended = False
+
+    def greet(self, said: Mapping[str, Any]) -> None:
+        """The page has come; what it says is from outside."""
+        query, memory = said.get("query"), said.get("memory")
+        asked = address_in(query) if isinstance(query, str) else None
+        self._greeting = Greeting(asked, memory if isinstance(memory, dict) else {})
+        self._greeted.set()
+
+    def greeting(self) -> Greeting:
+        """What the page says of itself; waits for it, and gives an empty one where no page comes."""
+        self._greeted.wait(PATIENCE_S)
+        return self._greeting
 
     def show(self, kind: str, value: Any) -> None:
         """What the page shall know from now on.
@@ -192,47 +212,31 @@ class Channels:
         self._of: dict[str, Channel] = {}
         self._lock = threading.Lock()
         own.add_folder("addb_viewer.app.page.web", FILES, "")
+        own.add_folder("addb_viewer.app.viser_bridge.web", FILES, "")
         own.head = HEAD
         own.connections[CONNECTION] = self._serve
 
-    def open(self, page: "Page") -> Channel:
-        """The one of a page whose session begins: it shows nothing yet."""
+    def open(self, client: viser.ClientHandle) -> Channel:
+        """One for a page whose session begins: it shows nothing yet."""
         channel = Channel(self._own)
-        if page.name:
-            with self._lock:
-                before, self._of[page.name] = self._of.get(page.name), channel
-            if before is not None:
-                before.end()
+        with self._lock:
+            self._of[channel.name] = channel
+        client.gui.add_html(f"<div data-addb-page='{channel.name}'></div>")
         return channel
 
-    def close(self, page: "Page", channel: Channel) -> None:
+    def close(self, channel: Channel) -> None:
         """The page has gone."""
         with self._lock:
-            if self._of.get(page.name) is channel:
-                del self._of[page.name]
+            self._of.pop(channel.name, None)
         channel.end()
 
     async def _serve(self, connection: ServerConnection) -> None:
-        """A page says its name first; one that is not known asks again a little later."""
+        """A page says its name first; one whose session has ended asks again a little later."""
         with contextlib.suppress(ConnectionClosed):
-            name = await connection.recv()
+            said = json.loads(await connection.recv())
+            name = said.get("name") if isinstance(said, dict) else None
             with self._lock:
                 channel = self._of.get(name) if isinstance(name, str) else None
             if channel is not None:
+                channel.greet(said)
                 await channel.serve(connection)
-
-
-class Page:
-    """What a page says of itself when it comes: its random name, and the frame that its address names."""
-
-    def __init__(self, client: viser.ClientHandle) -> None:
-        """Ask the browser; a program that is none says nothing."""
-        self.name = ""
-        self.asked: TrialAddress | None = None
-        said: Any = None
-        with contextlib.suppress(RuntimeError, TimeoutError, ValueError):
-            said = json.loads(client.local_storage.get_item(PAGE_ITEM, timeout=PATIENCE_S) or "null")
-        if isinstance(said, dict):
-            name, query = said.get("name"), said.get("query")
-            self.name = name if isinstance(name, str) and re.fullmatch("[0-9a-f]{32}", name) else ""
-            self.asked = address_in(query) if isinstance(query, str) else None

@@ -1,32 +1,46 @@
 """What one browser is asked: one thing at a time, in a dialog that keeps the keys until it is answered."""
 
-import html
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Any
 
-import viser
-
+from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.notices import Notices
-from addb_viewer.trial_view.html_pieces import boxed
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED
 
-if TYPE_CHECKING:
-    from viser._gui_handles import GuiModalHandle
-
 Then = Callable[[], None]
+Answer = tuple[str, Callable[[str], None]]  # what its button says, and what it does with what was typed
 LONGEST_NAME = 60  # characters: it stands beside every edit
+
+
+@dataclass(frozen=True)
+class Dialog:
+    """What the page shows of a question; all but `html` is shown as text."""
+
+    number: int
+    title: str
+    buttons: tuple[str, ...]
+    paragraphs: tuple[str, ...] = ()
+    html: str = ""
+    field: dict[str, str] | None = None  # its label, and the value that stands there
+    wrong: str = ""  # what is wrong with what was typed
+    enter: int = 0  # the button that Enter stands for
+    escape: int = 0  # likewise
 
 
 class Questions:
     """Asks the person at one browser. What cannot be taken back, or is another person's, is asked first."""
 
-    def __init__(self, gui: viser.GuiApi, notices: Notices) -> None:
-        self._gui, self._notices = gui, notices
-        self._open: GuiModalHandle | None = None
+    def __init__(self, channel: Channel, notices: Notices) -> None:
+        self._channel, self._notices = channel, notices
+        self._number = 0
+        self._open: Dialog | None = None
+        self._answers: Sequence[Answer] = ()
         self._then: Then | None = None
         self._options: Mapping[str, Then] = {}  # by key
+        channel.on("answer", self._answered)
 
     @property
     def waits(self) -> bool:
@@ -47,24 +61,15 @@ class Questions:
 
         Args:
             title: the question.
-            reasons: why it is asked, one paragraph each; shown as text.
+            reasons: why it is asked, one paragraph each.
             yes: what the other button says.
             then: done on yes, after all that was asked for before.
             no: what the first button says.
             also: a third button, and what it does.
         """
-        self.no()
-        modal = self._gui.add_modal(title)
-        with modal:
-            self._gui.add_html(boxed("".join(f"<p>{html.escape(reason)}</p>" for reason in reasons)))
-            stay = self._gui.add_button(f"{no} (Esc)", color="gray")  # the first one has the focus
-            go = self._gui.add_button(f"{yes} (Y)")
-            third = None if also is None else self._gui.add_button(also[0])
-        stay.on_click(self._notices.in_order("Answering", self.no))
-        go.on_click(self._notices.in_order(yes, self.yes))
-        if third is not None and also is not None:
-            third.on_click(self._notices.in_order(also[0], lambda: self._instead(modal, also[1])))
-        self._open, self._then = modal, then
+        others = [also] if also else []
+        buttons = [(f"{no} (Esc)", _nothing), (f"{yes} (Y)", then), *others]
+        self._show(title, self._closing(buttons), yes=then, paragraphs=tuple(reasons))
 
     def offer(
         self, title: str, options: Sequence[tuple[str, str, Then]], yes: tuple[str, Then] | None = None
@@ -76,18 +81,10 @@ class Questions:
             options: each with its key, empty where it has none; what its button says; and what it does.
             yes: what Y does, where one of them is the likeliest.
         """
-        self.no()
-        modal = self._gui.add_modal(title)
-        with modal:
-            stay = self._gui.add_button("Go back (Esc)", color="gray")
-            buttons = [] if yes is None else [(self._gui.add_button(f"{yes[0]} (Y)"), yes[1])]
-            for key, words, then in options:
-                button = self._gui.add_button(f"{words} ({key})" if key else words, color="gray")
-                buttons.append((button, then))
-        stay.on_click(self._notices.in_order("Answering", self.no))
-        for button, then in buttons:
-            button.on_click(self._notices.in_order(title, partial(self._instead, modal, then)))
-        self._open, self._then = modal, None if yes is None else yes[1]
+        likeliest = [] if yes is None else [(f"{yes[0]} (Y)", yes[1])]
+        others = [(f"{words} ({key})" if key else words, then) for key, words, then in options]
+        buttons = [("Go back (Esc)", _nothing), *likeliest, *others]
+        self._show(title, self._closing(buttons), yes=yes[1] if yes else None)
         self._options = {key: then for key, _, then in options if key}
 
     def show(self, title: str, content: str) -> None:
@@ -97,19 +94,13 @@ class Questions:
             title: what it is.
             content: safe HTML.
         """
-        self.no()
-        modal = self._gui.add_modal(title)
-        with modal:
-            self._gui.add_html(content)
-            stay = self._gui.add_button("Close (Esc)", color="gray")
-        stay.on_click(self._notices.in_order("Closing", self.no))
-        self._open, self._then = modal, None
+        self._show(title, self._closing([("Close (Esc)", _nothing)]), html=content)
 
     def choose(self, key: str) -> None:
         """Take the option of a key; nothing where none has it."""
         then = self._options.get(key)
         if then is not None:
-            self._close()
+            self.no()
             then()
 
     def ask_name(self, suggested: str, then: Callable[[str], None]) -> None:
@@ -119,60 +110,71 @@ class Questions:
             suggested: stands in the box already.
             then: takes the name; a text that cannot be one leaves the dialog open, and it says why.
         """
-        self.no()
-        modal = self._gui.add_modal("Who is reviewing?")
-        with modal:
-            self._gui.add_html(
-                boxed(
-                    "<p data-addb-dialog='name'>Your name stands by every decision that you make, and U "
-                    "takes back yours only. This browser remembers it; change it under Review, "
-                    "<i>Who did what</i>.</p>"
-                )
-            )
-            box = self._gui.add_text("Your name", suggested)
-            wrong = self._gui.add_html("", visible=False)
-            go = self._gui.add_button(
-                "Decide under this name (Enter)"
-            )  # the first one is Enter's: by a script
-            stay = self._gui.add_button("Not now", color="gray")
+        reason = (
+            "Your name stands by every decision that you make, and U takes back yours only. This browser "
+            "remembers it; change it under Review, “Who did what”."
+        )
 
-        def answered() -> None:
-            if self._open is not modal:
-                return
+        def named(text: str) -> None:
             try:
-                name = checked_name(box.value)
+                name = checked_name(text)
             except ReviewError as error:
-                wrong.content, wrong.visible = boxed(f"<b>{html.escape(str(error))}</b>"), True
+                if self._open is not None:
+                    self._put(replace(self._open, wrong=str(error)))
                 return
-            self._close()
+            self.no()
             then(name)
 
-        go.on_click(self._notices.in_order("Taking your name", answered))
-        stay.on_click(self._notices.in_order("Answering", self.no))
-        self._open, self._then = modal, None
+        answers = [("Decide under this name (Enter)", named), *self._closing([("Not now (Esc)", _nothing)])]
+        field = {"label": "Your name", "value": suggested}
+        self._show("Who is reviewing?", answers, paragraphs=(reason,), field=field, escape=1)
 
     def yes(self) -> None:
         """Do what was asked about; nothing where a name is asked for, or nothing at all."""
         then = self._then
         if then is not None:
-            self._close()
-            then()
-
-    def _instead(self, modal: "GuiModalHandle", then: Then) -> None:
-        if self._open is modal:
-            self._close()
+            self.no()
             then()
 
     def no(self) -> None:
         """Leave everything as it is."""
         if self._open is not None:
-            self._close()
+            self._answers, self._then, self._options = (), None, {}
+            self._put(None)
 
-    def _close(self) -> None:
-        assert self._open is not None
-        modal, self._open, self._then = self._open, None, None
-        self._options = {}
-        modal.close()
+    def _show(self, title: str, answers: Sequence[Answer], yes: Then | None = None, **more: Any) -> None:
+        """Open a dialog in place of the one before."""
+        self.no()
+        self._number += 1
+        self._answers, self._then = answers, yes
+        self._put(Dialog(self._number, title, tuple(words for words, _ in answers), **more))
+
+    def _closing(self, buttons: Sequence[tuple[str, Then]]) -> list[Answer]:
+        """Buttons that close the dialog before they do what they are for."""
+
+        def closed(then: Then, typed: str) -> None:
+            self.no()
+            then()
+
+        return [(words, partial(closed, then)) for words, then in buttons]
+
+    def _put(self, dialog: Dialog | None) -> None:
+        self._open = dialog
+        self._channel.show("dialog", None if dialog is None else asdict(dialog))
+
+    def _answered(self, said: Any) -> None:
+        """The page says which button was pressed, and what was typed."""
+        match said:
+            case {"dialog": int(number), "button": int(button), "text": str(typed)}:
+                self._notices.obey("Answering", lambda: self._take(number, button, typed))
+
+    def _take(self, number: int, button: int, typed: str) -> None:
+        if self._open is not None and self._open.number == number and 0 <= button < len(self._answers):
+            self._answers[button][1](typed)
+
+
+def _nothing() -> None:
+    """What a button does that only closes the dialog."""
 
 
 def checked_name(text: str) -> str:

@@ -1,38 +1,33 @@
 """The reviewer at one browser: what it remembers of them (name, theme, trial), and asking for the name."""
 
-import contextlib
 import html
-import json
 import secrets
 from collections.abc import Callable
 from typing import Any
 
 import viser
 
+from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.notices import NameNeededError
 from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.subjects.people import People
 from addb_viewer.trial_view.html_pieces import boxed
-from solver.common.small_files import json_of
-
-ITEM = "addb-viewer"
-PATIENCE_S = 3.0  # for the browser's answer
 
 
 class BrowserMemory:
     """One browser's memory."""
 
-    def __init__(self, client: viser.ClientHandle, suggested: str) -> None:
+    def __init__(self, channel: Channel, suggested: str) -> None:
         """Ask the browser.
 
         Args:
-            client: the browser.
+            channel: to the page, which keeps it.
             suggested: name for who has not said one yet.
         """
-        self._client, self.suggested = client, suggested
-        kept = self._kept()
+        self._channel, self.suggested = channel, suggested
+        kept = channel.greeting().memory
         self._author = str(kept.get("reviewer") or "")
-        self._browser = str(kept.get("browser") or "")
+        self._browser = str(kept.get("browser") or "") or secrets.token_hex(8)
         self._dark = kept.get("dark") is True
         place = kept.get("place")
         known = isinstance(place, list) and len(place) == 2 and all(isinstance(part, str) for part in place)
@@ -41,9 +36,7 @@ class BrowserMemory:
         )
         curves = kept.get("curves")
         self._curves: dict[str, Any] = curves if isinstance(curves, dict) else {}
-        if not self._browser:
-            self._browser = secrets.token_hex(8)
-            self._keep()
+        self._keep()
 
     @property
     def browser(self) -> str:
@@ -100,13 +93,7 @@ class BrowserMemory:
             "place": self._place,
             "curves": self._curves,
         }
-        self._client.local_storage.set_item(ITEM, json.dumps(kept))
-
-    def _kept(self) -> dict[str, object]:
-        with contextlib.suppress(RuntimeError, TimeoutError, ValueError):  # a browser that keeps nothing
-            kept = json_of(self._client.local_storage.get_item(ITEM, timeout=PATIENCE_S) or "{}")
-            return kept if isinstance(kept, dict) else {}
-        return {}
+        self._channel.show("memory", kept)
 
 
 class Reviewer:

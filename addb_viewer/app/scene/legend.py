@@ -3,16 +3,16 @@
 import html
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
 
 from addb_viewer.app.scene.force_nodes import ForceSizes
-from addb_viewer.app.scene.tints import NONE, tint_words
 from addb_viewer.trial_view.cause_pictures import CAUSE_METRES_PER_NEWTON, LARGE_METRES_PER_NEWTON, LARGE_N
 from addb_viewer.trial_view.html_pieces import boxed
 from addb_viewer.trial_view.palette import (
     CAUSE,
     CAUSE_SURFACE,
     ERROR_FULL_SCALE,
+    LOAD_STEPS,
     NO_MODEL,
     RESIDUAL,
     TOTAL,
@@ -26,8 +26,44 @@ from addb_viewer.trial_view.palette import (
 from addb_viewer.trial_view.replay import Replay
 from annotations.foot_names import foot_words
 
+BY_NOTHING, BY_TORQUE, BY_RESIDUAL = TINTS = ("one colour", "joint torque", "residual")
+OVER = 2.0  # times its limit: a residual that has the last colour
 
-def legend_html(replay: Replay, *, diagnosed: bool = False, tint: str = NONE) -> str:
+
+def tints(replay: Replay, kind: str) -> UInt8[np.ndarray, "frames bodies 3"] | None:
+    """Of every body; None where nothing is known, or asked for.
+
+    Args:
+        replay: the trial.
+        kind: one of `TINTS`.
+    """
+    share = _share(replay, kind)
+    return None if share is None else load_colors(np.rint(share * LOAD_STEPS) / LOAD_STEPS)
+
+
+def tint_words(replay: Replay, kind: str) -> tuple[str, str, str] | None:
+    """What the colours stand for: their quantity, and what the first and the last one mean."""
+    if _share(replay, kind) is None:
+        return None
+    if kind == BY_TORQUE and replay.joint_loads is not None:
+        return "joint torque, on the bone beyond the joint", "0", f"≥ {replay.joint_loads.large:.0f} N·m"
+    assert replay.residual is not None
+    return "residual force", "0", f"≥ {OVER * replay.residual.force_limit:.0f} N, {OVER:g} times its limit"
+
+
+def _share(replay: Replay, kind: str) -> Float[np.ndarray, "frames bodies"] | None:
+    """Of what has the last colour [0 to 1]; NaN where it is not known."""
+    if replay.bodies is None:
+        return None
+    if kind == BY_TORQUE and replay.joint_loads is not None and replay.joint_loads.large > 0:
+        return np.minimum(replay.joint_loads.of_bodies / replay.joint_loads.large, 1.0)
+    if kind == BY_RESIDUAL and replay.residual is not None:
+        size = np.linalg.norm(replay.residual.force, axis=1) / (OVER * replay.residual.force_limit)
+        return np.repeat(np.minimum(size, 1.0)[:, None], len(replay.bodies.names), axis=1)
+    return None
+
+
+def legend_html(replay: Replay, *, diagnosed: bool = False, tint: str = BY_NOTHING) -> str:
     """What the colours in the scene mean; those of causes once there is a diagnosis.
 
     Args:
@@ -39,7 +75,7 @@ def legend_html(replay: Replay, *, diagnosed: bool = False, tint: str = NONE) ->
     if words := tint_words(replay, tint):
         what, low, high = words
         parts.append(f"<div>{what}:</div>" + _ramp_html(low, load_colors(np.linspace(0.0, 1.0, 7)), high))
-    elif tint != NONE:
+    elif tint != BY_NOTHING:
         parts.append(f"<div>Bones have one colour: no {tint} is known in this trial.</div>")
     if replay.bodies is not None:
         ramp = error_colors(np.linspace(0.0, ERROR_FULL_SCALE, 5))

@@ -1,32 +1,15 @@
 """The person in the scene: bones, one mesh a body moved by its pose; markers, measured and the model's."""
 
-from collections.abc import Sequence, Set
+from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 import viser
 from jaxtyping import Float, Int, UInt8
-from viser._messages import SetOrientationMessage, SetPositionMessage
 
 from addb_viewer.trial_view.palette import BONE, CAUSE_SURFACE, GREY, NO_MODEL, Rgb
 from addb_viewer.trial_view.replay import BodyReplay, MarkerReplay
-
-
-def move(node: viser.SceneNodeHandle, position: Sequence[float], wxyz: Sequence[float]) -> None:
-    """Put a node somewhere.
-
-    Args:
-        node: not removed.
-        position: in its parent [m].
-        wxyz: unit quaternion.
-    """
-    inside = node._impl
-    inside.position[:] = position
-    inside.wxyz[:] = wxyz
-    inside.api._queue_scene_message(SetPositionMessage(inside.name, tuple(position)))  # type: ignore[arg-type]
-    inside.api._queue_scene_message(SetOrientationMessage(inside.name, tuple(wxyz)))  # type: ignore[arg-type]
-
 
 SEE_THROUGH = 0.35  # opacity at which markers inside bones show
 
@@ -95,13 +78,13 @@ class BodyNodes:
             self.see_through = see_through
             for handle in self.handles.values():
                 handle.opacity = SEE_THROUGH if see_through else None
-        position, wxyz = self.replay.position[frame].tolist(), self.replay.wxyz[frame].tolist()
+        position, wxyz = self.replay.position[frame], self.replay.wxyz[frame]
         known = self.known[frame].tolist()
         for index, handle in self.handles.items():
             shown = visible and known[index]
             handle.visible = shown
             if shown:
-                move(handle, position[index], wxyz[index])
+                handle.position, handle.wxyz = position[index], wxyz[index]
 
 
 TRAIL_SEGMENTS = 24  # a marker: enough for a smooth second, few enough for 60 markers at 30 frames a second

@@ -11,10 +11,9 @@ from addb_viewer.app.scene.camera import Eye
 from addb_viewer.app.scene.cause_nodes import CauseNodes
 from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.scene.labels import settle
-from addb_viewer.app.scene.legend import legend_html
+from addb_viewer.app.scene.legend import BY_NOTHING, legend_html, tints
 from addb_viewer.app.scene.measuring import Measuring
 from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
-from addb_viewer.app.scene.tints import NONE, tints
 from addb_viewer.trial_view.cause_pictures import Figures, pictures
 from addb_viewer.trial_view.palette import OTHER_SOLVE
 from addb_viewer.trial_view.replay import BodyReplay, Replay
@@ -39,7 +38,7 @@ class SceneOptions:
     causes: bool = True
     other: bool = True  # the skeleton of the solve that this one is compared with
     follow: bool = True
-    tint: str = NONE  # what the bones' colour says: one of `TINTS`
+    tint: str = BY_NOTHING  # what the bones' colour says: one of `TINTS`
 
 
 class TrialScene:

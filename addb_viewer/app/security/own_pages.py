@@ -7,7 +7,6 @@ nothing is evaluated, and they talk to this server only.
 import functools
 import gzip
 import http
-from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from importlib import resources
 
@@ -15,8 +14,8 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Response
 
 from addb_viewer.app.security.file_parts import ServedFile
+from addb_viewer.app.viser_bridge.private_parts import Handler
 
-Handler = Callable[[ServerConnection], Awaitable[None]]
 KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 MOST_BYTES = 2**20  # of a message to one of these connections
 

@@ -5,14 +5,13 @@ import contextlib
 import http
 import io
 import logging
+import math
 import socket
-import threading
 import traceback
-from collections.abc import Awaitable, Callable, Iterable, Iterator
+from collections.abc import Awaitable, Iterable, Mapping
 from typing import Any
 
 import viser
-import websockets.asyncio.server
 from websockets.asyncio.server import ServerConnection
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
@@ -20,12 +19,15 @@ from websockets.http11 import Request, Response
 from addb_viewer.app.security import page_policy
 from addb_viewer.app.security.access import WILDCARDS, Access
 from addb_viewer.app.security.file_parts import ServedFile, answer_part
-from addb_viewer.app.security.own_pages import Handler, OwnPages
+from addb_viewer.app.security.own_pages import OwnPages
+from addb_viewer.app.viser_bridge.private_parts import Handler, Look, Pass, check_updates, guarded_requests
 from solver.common.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
 LONGEST = 100  # characters of what Python says about it: it may hold the whole message
 KINDS = 100  # told of at most, however inventive the sender
+LONGEST_TEXT = 100_000  # characters; a long note has a thousand
+SHOWN = 40  # characters of a refused value, of which strangers send any
 
 
 class StrayMessages:
@@ -73,9 +75,6 @@ def _no_broken_handshakes(record: logging.LogRecord) -> bool:
     return not record.getMessage().startswith(("opening handshake failed", "connection rejected"))
 
 
-_PATCHING = threading.Lock()
-
-
 class AddressError(SolverError):
     """The address cannot be listened on."""
 
@@ -84,6 +83,10 @@ class AppServer(viser.ViserServer):
     """Viser's server, with pages of our own beside its page."""
 
     own: OwnPages
+
+    def request_share_url(self, verbose: bool = True) -> str | None:
+        """Refuse: a recording stays on this machine."""
+        raise AddressError("Sharing over the internet is switched off.")
 
 
 def open_server(host: str = "127.0.0.1", port: int = 8080, access: Access | None = None) -> AppServer:
@@ -102,11 +105,15 @@ def open_server(host: str = "127.0.0.1", port: int = 8080, access: Access | None
     """
     _check_address(host, port)
     page_policy.script_hashes()  # an unknown page is an error here, not in the browser
-    own, rules = OwnPages(), access or Access.of(host)
-    with _PATCHING, _checked_requests(rules, own), contextlib.redirect_stdout(io.StringIO()):
+    own = OwnPages()
+    look, stray = _look_at_requests(access or Access.of(host), own), StrayMessages()
+
+    def guard(handler: Handler) -> Handler:
+        return stray.kept_out(own.in_front_of(handler))
+
+    with guarded_requests(look, guard), contextlib.redirect_stdout(io.StringIO()):
         server = AppServer(host=host, port=port, label="addb-viewer", verbose=False)
     server.own = own
-    server.request_share_url = _refuse_to_share  # type: ignore[method-assign]
     return server
 
 
@@ -134,45 +141,35 @@ def _check_address(host: str, port: int) -> None:
         ) from error
 
 
-@contextlib.contextmanager
-def _checked_requests(access: Access, own: OwnPages) -> Iterator[None]:
-    """Viser gives no way to look at a request before it does; so its call to `serve` gets our look first."""
-    serve = websockets.asyncio.server.serve
+def _look_at_requests(access: Access, own: OwnPages) -> Look:
+    """What answers requests: who may not come in is turned away, and our own pages lie beside viser's."""
 
-    def guarded_serve(
-        handler: Handler, *args: Any, process_request: Callable[..., Response | None], **options: Any
-    ) -> Any:
-        def look(connection: ServerConnection, request: Request) -> Response | Awaitable[Response] | None:
-            if any(len(request.headers.get_all(name)) > 1 for name in ("Host", "Origin", "Upgrade")):
-                return connection.respond(http.HTTPStatus.BAD_REQUEST, "A header stands there twice.\n")
-            websocket = request.headers.get("Upgrade", "").lower() == "websocket"
-            port = connection.local_address[1]
-            answer = access.answer(request.headers, request.path, port, websocket=websocket, own=own.has)
-            ours = not websocket and own.has(request.path)
-            extra = page_policy.headers(request.headers.get("Host", ""), own=ours)
-            if ours and answer is None and request.path in own.served:
-                return _part(connection, request, own.served[request.path], extra)
-            if answer is not None:
-                response = connection.respond(answer.status, answer.text + "\n")
-                extra += answer.headers
-            else:
-                file = own.answer(connection, request.path) if ours else None
-                passed = file or process_request(connection, request)
-                if passed is None:
-                    return None
-                response = file or own.with_head(passed)
-            for name, value in extra:
-                response.headers[name] = value
-            return response
+    def look(
+        connection: ServerConnection, request: Request, pass_on: Pass
+    ) -> Response | Awaitable[Response] | None:
+        if any(len(request.headers.get_all(name)) > 1 for name in ("Host", "Origin", "Upgrade")):
+            return connection.respond(http.HTTPStatus.BAD_REQUEST, "A header stands there twice.\n")
+        websocket = request.headers.get("Upgrade", "").lower() == "websocket"
+        port = connection.local_address[1]
+        answer = access.answer(request.headers, request.path, port, websocket=websocket, own=own.has)
+        ours = not websocket and own.has(request.path)
+        extra = page_policy.headers(request.headers.get("Host", ""), own=ours)
+        if ours and answer is None and request.path in own.served:
+            return _part(connection, request, own.served[request.path], extra)
+        if answer is not None:
+            response = connection.respond(answer.status, answer.text + "\n")
+            extra += answer.headers
+        else:
+            file = own.answer(connection, request.path) if ours else None
+            passed = file or pass_on()
+            if passed is None:
+                return None
+            response = file or own.with_head(passed)
+        for name, value in extra:
+            response.headers[name] = value
+        return response
 
-        guarded = StrayMessages().kept_out(own.in_front_of(handler))
-        return serve(guarded, *args, process_request=look, **options)
-
-    websockets.asyncio.server.serve = guarded_serve  # type: ignore[assignment, misc]
-    try:
-        yield
-    finally:
-        websockets.asyncio.server.serve = serve  # type: ignore[misc]
+    return look
 
 
 async def _part(
@@ -184,5 +181,45 @@ async def _part(
     return response
 
 
-def _refuse_to_share(verbose: bool = True) -> None:
-    raise AddressError("Sharing over the internet is switched off.")
+def guard_controls(gui: viser.GuiApi) -> None:
+    """Drop what a browser sends to controls that cannot take it, with a line in the terminal for each."""
+    told: list[Any] = []  # controls
+
+    def may_set(control: Any, updates: Mapping[str, Any]) -> bool:
+        if updates.keys() == {"value"} and can_have(control, updates["value"]):
+            return True
+        if not any(control is known for known in told):
+            told.append(control)
+            LOG.warning(
+                "A browser or program sent '%s' what it cannot take (%s): nothing was changed.",
+                getattr(control, "label", type(control).__name__),
+                repr(updates)[:SHOWN].encode("ascii", "backslashreplace").decode(),
+            )
+        return False
+
+    check_updates(gui, may_set)
+
+
+def can_have(control: Any, value: object) -> bool:
+    """Whether a person can give this value to the control by mouse and keys.
+
+    Args:
+        control: viser's handle; its options and bounds are those of now.
+        value: as sent.
+    """
+    match control:
+        case viser.GuiButtonHandle():
+            return value is True
+        case viser.GuiCheckboxHandle():
+            return isinstance(value, bool)
+        case viser.GuiButtonGroupHandle() | viser.GuiDropdownHandle():
+            return isinstance(value, str) and value in control.options
+        case viser.GuiTextHandle():
+            return isinstance(value, str) and len(value) <= LONGEST_TEXT
+        case viser.GuiSliderHandle() | viser.GuiNumberHandle():
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                return False
+            return not (control.min is not None and value < control.min) and not (
+                control.max is not None and value > control.max
+            )
+    return False

@@ -1,7 +1,9 @@
 """What keys, buttons and lists of one browser do."""
 
+import re
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -13,18 +15,118 @@ from addb_viewer.app.review.panel import DECIDE, EDITS, FINISH, SUGGESTION
 from addb_viewer.app.scene import camera
 from addb_viewer.app.scene.camera import VIEWS, eye_of
 from addb_viewer.app.scene.measuring import HOW
-from addb_viewer.app.shell import go_to, keys
+from addb_viewer.app.shell import keys
 from addb_viewer.app.shell.capturing import Capturing
 from addb_viewer.app.shell.commands import COMMANDS, Command
 from addb_viewer.app.shell.controls import MOVES, SAVE, SPEED_NAMES
-from addb_viewer.app.shell.key_file import key_file
 from addb_viewer.app.shell.keys import Action
 from addb_viewer.app.shell.session import Session
+from addb_viewer.trial_view.frame_ranges import Stop
 from addb_viewer.trial_view.recording import ON_ONE_PAGE
 from addb_viewer.trial_view.worst_frame import worst_frame
 from annotations.errors import ReviewError
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named
+
+LARGEST_PX = 1e5  # of a picture that a page tells
+
+
+@dataclass(frozen=True)
+class GoTo:
+    """A frame."""
+
+    frame: int
+
+
+@dataclass(frozen=True)
+class Select:
+    """Frames start to end − 1."""
+
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class OpenRow:
+    """A row of the queue, from 0."""
+
+    row: int
+
+
+@dataclass(frozen=True)
+class Drop:
+    """Nothing is to be selected any more."""
+
+
+Entry = GoTo | Select | OpenRow | Drop
+
+
+def entry(text: str) -> Entry | None:
+    """What a text in the box asks for; None while it is not, or not yet, whole."""
+    text = text.strip()
+    if match := re.fullmatch(r"(\d{1,9})", text):
+        return GoTo(int(match[1]))
+    if match := re.fullmatch(r"(\d{1,9})\s*([-–:])\s*(\d{1,9})", text):
+        start, last = int(match[1]), int(match[3])
+        end = last if match[2] == ":" else last + 1  # a colon is that of the command line
+        return Select(start, end) if start < end else None
+    if match := re.fullmatch(r"#(\d{1,9})", text):
+        return OpenRow(int(match[1]))
+    if text == "-":
+        return Drop()
+    return None
+
+
+def listen(s: Session) -> None:
+    """Obey what is clicked and dragged on the page's own parts."""
+
+    def went(text: Any) -> None:
+        if isinstance(text, str):
+            s.notices.obey("Going there", lambda: go_to(s, text))
+
+    def moved(border: Any) -> None:
+        match border:
+            case {"start": int(start), "end": int(end), "foot": str() | None as foot, "to": [int(a), int(b)]}:
+                flag = (start, end, foot)
+                s.notices.obey("Moving the border", lambda: _move_border(s, flag, (a, b)))
+
+    def chosen(block: Any) -> None:
+        match block:
+            case {"start": int(start), "end": int(end), "foot": str() | None as foot} if 0 <= start < end:
+                s.notices.obey("Selecting", lambda: s.review.go_to((start, end, foot)))
+
+    def resized(size: Any) -> None:
+        match size:
+            case [int() | float() as width, int() | float() as height] if s.picture != (width, height):
+                if 0 < width < LARGEST_PX and 0 < height < LARGEST_PX:
+                    s.picture = (width, height)
+                    s.playback.redraw()
+
+    s.channel.on("picture", resized)
+    s.channel.on("go_to", went)
+    s.channel.on("select", chosen)
+    s.channel.on("border", moved)
+
+
+def _move_border(s: Session, flag: Stop, to: tuple[int, int]) -> None:
+    if s.replay is not None and 0 <= to[0] < to[1] <= s.replay.frames:
+        s.review.move_border(flag, to)
+
+
+def go_to(s: Session, text: str) -> None:
+    """Do what was clicked, or written into the box; while it is not whole, nothing."""
+    match entry(text):
+        case GoTo(frame):
+            s.review.drop(only_whole=True)
+            s.seek(frame)
+        case Drop():
+            put(s.controls.go_to, "")
+            s.review.drop(only_whole=True)
+        case Select(start, end):
+            s.review.select(start, end)
+            s.review.warm_up()
+        case OpenRow(row):
+            s.queue.open_row(row)
 
 
 def connect(session: Session, commands: Sequence[Command]) -> None:
@@ -36,20 +138,19 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
     """
     capturing = Capturing(session)
     _bind_controls(session)
-    saves = dict(zip(SAVE, (capturing.picture, capturing.clip, capturing.film), strict=True))
+    saves = dict(zip(SAVE, (capturing.picture, capturing.film), strict=True))
     _bind_group(session, session.controls.show.save, "Saving", saves)
     _bind_review(session)
     _bind_solve(session)
-    go_to.listen(session)
+    listen(session)
     session.channel.on(
         "pick", lambda place: session.notices.obey("Measuring", partial(_pick, session, place))
     )
-    s, help_page = session, keys.page_html(commands, str(key_file()))
+    s, help_page = session, keys.page_html(commands, str(keys.key_file()))
     s.keys_page.content = help_page
     actions = {
         **actions_of(s),
         "picture": capturing.picture,
-        "clip": capturing.clip,
         "film": capturing.film,
         "help": lambda: _toggle_help(s, help_page),
     }
@@ -128,7 +229,7 @@ def _bind_controls(s: Session) -> None:
         lambda: s.open_trial(c.trial.value) if c.trial.value != s.shown else None,
     )
     on(c.frame, "Moving", partial(_scrub, s))
-    on(c.go_to, "Going there", lambda: go_to.go_to(s, c.go_to.value))
+    on(c.go_to, "Going there", lambda: go_to(s, c.go_to.value))
     on(c.speed, "Setting the speed", lambda: s.playback.play_at(SPEED_NAMES[c.speed.value]))
     for switch in c.show.switches:
         on(switch, "Showing", partial(_show_options, s))

@@ -1,7 +1,7 @@
 """The bar at the page's lower edge, as data: where one is, what the next key is about, solve and work."""
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from addb_viewer.app.jobs.fit_all import Fitting
@@ -16,12 +16,57 @@ from addb_viewer.app.solve.controller import SolveController
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.text.coordinate_words import torque_in_words
+from addb_viewer.trial_view.charts import charts_of
 from addb_viewer.trial_view.forces_in_use import contact_words
+from addb_viewer.trial_view.lanes import Lane
 from addb_viewer.trial_view.proposals import still_open
 from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.strip import ON_STRIP, curves_json, rows_json, trial_json
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words
+
+
+class TimelineController:
+    """What one reviewer sees over time."""
+
+    def __init__(self, screen: Screen, compared: Callable[[], Replay | None]) -> None:
+        """Show nothing yet.
+
+        Args:
+            screen: of the browser.
+            compared: the trial as the solve that is compared with has it; None: nothing is compared.
+        """
+        self.screen, self.channel, self._compared = screen, screen.channel, compared
+
+    def show(self) -> None:
+        """Draw the trial that is on the screen."""
+        replay = self.screen.replay
+        if replay is None:
+            return
+        charts = charts_of(replay, self._compared())
+        self.channel.show("trial", trial_json(self.screen.shared.name, replay))
+        self.screen.draw_lanes()
+        self.channel.show("curves", curves_json([c for c in charts if c.title in ON_STRIP]))
+
+    def draw_lanes(self, lanes: tuple[Lane, ...], chosen: tuple[int, int] | None) -> None:
+        """Draw what people and detection say.
+
+        Args:
+            lanes: of the trial on the screen.
+            chosen: the selected range.
+        """
+        self.channel.show("rows", rows_json(lanes))
+        self.select(chosen)
+
+    def cursor(self, frame: int) -> None:
+        """Move the cursor."""
+        self.channel.show("cursor", frame)
+
+    def select(self, frames: tuple[int, int] | None) -> None:
+        """Show which range keys act on."""
+        self.channel.show("selection", frames)
+
 
 Chip = dict[str, Any]
 

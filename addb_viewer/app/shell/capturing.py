@@ -1,28 +1,54 @@
-"""A picture or a clip of the scene in one browser, as a file that is sent to it."""
+"""A picture or a film of the scene in one browser, which keeps it as a file."""
 
 import base64
 import contextlib
+import io
 import queue
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 from jaxtyping import UInt8
+from PIL import Image
 
 from addb_viewer.app.scene.camera import eye_of
-from addb_viewer.app.scene.clips import LONGEST_S, Clip, clip_of, film_of, gif, jpeg, png
-from addb_viewer.app.scene.mp4 import Coded, Coding, mp4
 from addb_viewer.app.shell.session import Session
 from addb_viewer.trial_view.replay import Replay
 from annotations.errors import ReviewError
 
-PATIENCE_S = 60.0  # for the browser to draw one picture
-CLIP_PX, FILM_PX = 640, 1280  # largest width of a GIF, and of an MP4
+PATIENCE_S = 60.0  # for the browser to draw one picture; for a film, beside the time that it lasts
+LONGEST_S = 30.0  # of a film
+FASTEST_HZ = 60.0  # pictures of a film: more than screens show are left out
+FILM_PX = 1280  # largest width of a film
+QUALITY = 95  # of JPEG's hundred, on the way to the browser
 LONGEST = 200  # characters of what a browser says
 SHARPER = 2  # pixels of a picture for one of the page
+
+
+@dataclass(frozen=True)
+class Film:
+    """Frames of a trial in the order in which they are shown."""
+
+    frames: tuple[int, ...]
+    rate: float  # [Hz] of the pictures
+
+
+def film_of(start: int, end: int, rate: float, speed: float) -> Film:
+    """Every n-th frame of start to end − 1, n as small as screens can follow, so that times are exact.
+
+    Args:
+        start: first frame.
+        end: the first frame after it.
+        rate: of the trial [Hz].
+        speed: in units of real time; negative backwards.
+    """
+    every = int(np.ceil(rate * abs(speed) / FASTEST_HZ - 1e-9))
+    frames = range(start, end, every)
+    return Film(tuple(frames if speed > 0 else reversed(frames)), rate * abs(speed) / every)
 
 
 class Capturing:
@@ -33,39 +59,30 @@ class Capturing:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._answers: queue.Queue[Any] = queue.Queue(maxsize=1)
-        session.channel.on("coded", self._answered)
+        session.channel.on("filmed", self._answered)
 
     def picture(self) -> None:
         """The scene as it is seen now, twice as sharp, without ground."""
         replay, frame = self._replay(), self._session.frame
         self._begin(partial(self._picture, replay, frame))
 
-    def clip(self) -> None:
-        """The selected frames, else the trial, as a GIF at the playing speed; once more, and it ends."""
-        self._record(clip_of, self._clip)
-
     def film(self) -> None:
-        """The same as MP4, which the browser codes."""
-        self._record(film_of, self._film)
-
-    def _record(
-        self, timing: Callable[[int, int, float, float], Clip], work: Callable[[Replay, Clip], None]
-    ) -> None:
+        """The selected frames, else the trial, as a film at the playing speed; once more, and it ends."""
         if self._thread is not None and self._thread.is_alive():
             self._stop.set()
             return
         s, replay = self._session, self._replay()
         start, end = s.review.chosen or (0, replay.frames)
-        shown = timing(start, end, replay.rate, s.playback.position.speed)
-        if len(shown.frames) > LONGEST_S * shown.rate:
-            lasts = f"{len(shown.frames) / shown.rate:.0f} s, and can last {LONGEST_S:.0f} s"
+        film = film_of(start, end, replay.rate, s.playback.position.speed)
+        if len(film.frames) > LONGEST_S * film.rate:
+            lasts = f"{len(film.frames) / film.rate:.0f} s, and can last {LONGEST_S:.0f} s"
             raise ReviewError(f"it would last {lasts}; select a shorter range, or play faster")
         s.playback.pause()
-        self._begin(partial(work, replay, shown))
+        self._begin(partial(self._film, replay, film))
 
     def _begin(self, work: Callable[[], None]) -> None:
         if self._thread is not None and self._thread.is_alive():
-            raise ReviewError("a picture or clip is being made")
+            raise ReviewError("a picture or film is being made")
         self._stop.clear()
         guarded = self._session.notices.guard("Saving what the scene shows", work)
         self._thread = threading.Thread(target=guarded, name="capturing", daemon=True)
@@ -74,55 +91,47 @@ class Capturing:
     def _picture(self, replay: Replay, frame: int) -> None:
         width, height = self._size()
         rgba = self._drawn(replay, frame, (SHARPER * width, SHARPER * height), "png")
-        self._send(f"{replay.name}-{frame}.png", png(rgba))
+        content, name = _encoded(rgba, "PNG", optimize=True), f"{_safe(replay.name)}-{frame}.png"
+        self._session.client.send_file_download(name, content, save_immediately=True)
+        self._tell_saved(name, len(content))
 
-    def _clip(self, replay: Replay, shown: Clip) -> None:
-        pictures = list(self._pictures(replay, shown, self._scaled(CLIP_PX)))
-        if not self._stop.is_set():
-            self._send(_name(replay, shown, "gif"), gif(pictures))
-
-    def _film(self, replay: Replay, shown: Clip) -> None:
-        s, (width, height) = self._session, self._scaled(FILM_PX)
-        size = 2 * (width // 2), 2 * (height // 2)  # H.264 takes no odd ones
-        coded: list[Coded] = []
-        description, code = b"", "vp09"
-        self._answers = queue.Queue(maxsize=1)
-        try:
-            for number, picture in enumerate(self._pictures(replay, shown, size)):
-                asked = {"number": number, "width": size[0], "height": size[1], "rate": shown.rate}
-                s.channel.show("coding", {**asked, "jpeg": base64.b64encode(jpeg(picture)).decode()})
-                answer = self._answer(number)
-                coded.append(Coded(base64.b64decode(answer["data"]), answer["alone"]))
-                description = base64.b64decode(answer["description"])
-                code = "avc1" if answer["codec"] == "avc1" else "vp09"
-        finally:
-            s.channel.show("coding", None)
-        if not self._stop.is_set():
-            film = mp4(coded, Coding(code, size, shown.rate, description))
-            self._send(_name(replay, shown, "mp4"), film)
-
-    def _pictures(
-        self, replay: Replay, shown: Clip, size: tuple[int, int]
-    ) -> Iterator[UInt8[np.ndarray, "height width 3"]]:
-        """One after the other, until it is ended."""
-        s, count = self._session, len(shown.frames)
+    def _film(self, replay: Replay, film: Film) -> None:
+        """Hand the browser one picture after the other; with the last one it makes the film."""
+        s, (width, height), count = self._session, self._size(), len(film.frames)
+        scale = min(1.0, FILM_PX / width)
+        size = 2 * round(scale * width / 2), 2 * round(scale * height / 2)  # H.264 takes no odd ones
+        name = f"{_safe(replay.name)}-{min(film.frames)}-{max(film.frames)}"
+        asked = {"count": count, "width": size[0], "height": size[1], "rate": film.rate, "name": name}
         s.notices.tell("The scene is being saved", f"{count} pictures; the same button or command ends it.")
-        for frame in shown.frames:
-            if self._stop.is_set():
-                s.notices.tell("Nothing was saved", "It was ended.")
-                break
-            yield self._drawn(replay, frame, size, "jpeg")[:, :, :3]
-        s.playback.redraw()
-
-    def _answer(self, number: int) -> dict[str, Any]:
-        """The picture that the browser has coded."""
-        answer = self._answers.get(timeout=PATIENCE_S)
+        self._answers = queue.Queue(maxsize=1)
+        answer: dict[str, Any] = {}
+        try:
+            for number, frame in enumerate(film.frames):
+                if self._stop.is_set():
+                    s.notices.tell("Nothing was saved", "It was ended.")
+                    return
+                rgb = self._drawn(replay, frame, size, "jpeg")[:, :, :3]
+                jpeg = base64.b64encode(_encoded(rgb, "JPEG", quality=QUALITY)).decode()
+                s.channel.show("filming", {**asked, "number": number, "jpeg": jpeg})
+                answer = self._answer(number, count / film.rate)
+        finally:
+            s.channel.show("filming", None)
+            s.playback.redraw()
         match answer:
-            case {"number": found, "data": str(), "description": str(), "codec": str(), "alone": bool()}:
-                if found == number:
-                    return dict(answer)
+            case {"name": str(saved), "bytes": int(size_bytes)}:
+                self._tell_saved(saved[:LONGEST], size_bytes)
+
+    def _answer(self, number: int, lasts_s: float) -> dict[str, Any]:
+        """What the browser says of a picture that it has taken."""
+        try:
+            answer = self._answers.get(timeout=PATIENCE_S + lasts_s)
+        except queue.Empty:
+            raise ReviewError("the browser does not take the pictures; try again") from None
+        match answer:
             case {"error": str(error)}:
                 raise ReviewError(error[:LONGEST])
+            case {"number": found} if found == number:
+                return dict(answer)
         raise ReviewError("the browser sent something else than the picture; try again")
 
     def _answered(self, answer: Any) -> None:
@@ -143,17 +152,10 @@ class Capturing:
                 height, width, transport_format="png" if kind == "png" else "jpeg", timeout=PATIENCE_S
             )
 
-    def _send(self, name: str, content: bytes) -> None:
-        safe = re.sub(r"[^\w.-]+", "_", name)
-        self._session.client.send_file_download(safe, content, save_immediately=True)
+    def _tell_saved(self, name: str, size_bytes: int) -> None:
         self._session.notices.tell(
-            "Saved", f"{safe}, {len(content) / 2**20:.1f} MB, in the browser's downloads."
+            "Saved", f"{name}, {size_bytes / 2**20:.1f} MB, in the browser's downloads."
         )
-
-    def _scaled(self, most: int) -> tuple[int, int]:
-        width, height = self._size()
-        scale = min(1.0, most / width)
-        return round(scale * width), round(scale * height)
 
     def _size(self) -> tuple[int, int]:
         width, height = eye_of(self._session.client.camera, self._session.picture).size
@@ -165,5 +167,12 @@ class Capturing:
         return self._session.replay
 
 
-def _name(replay: Replay, shown: Clip, ending: str) -> str:
-    return f"{replay.name}-{min(shown.frames)}-{max(shown.frames)}.{ending}"
+def _encoded(pixels: UInt8[np.ndarray, "height width channels"], kind: str, **options: Any) -> bytes:
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, kind, **options)
+    return stream.getvalue()
+
+
+def _safe(name: str) -> str:
+    """A trial's name as a file's."""
+    return re.sub(r"[^\w.-]+", "_", name)

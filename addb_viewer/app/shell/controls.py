@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import viser
 
-from addb_viewer.app.scene.tints import TINTS
+from addb_viewer.app.scene.legend import TINTS
 from addb_viewer.app.shell.fit_tab import FitTab
 from addb_viewer.app.shell.playback import SPEEDS
 
 SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
 TRAIL_LONGEST = 2.0  # [s]
 MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"}  # button: action
-SAVE = ("PNG", "GIF", "MP4")
+SAVE = ("PNG", "Film")
 CONTROLS, CONTROLS_WIDTH = 0.3, 320  # the controls' share of a narrow window; [pixel] at most
 NARROWEST, WIDEST = 372, 660  # [pixel] of the timeline
 OF_WINDOW = 0.34  # the timeline's share of it

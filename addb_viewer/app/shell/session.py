@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import viser
 
@@ -23,17 +24,109 @@ from addb_viewer.app.review.panel import build_review
 from addb_viewer.app.scene.camera import VIEWS, eye_of, fit, look, when_at_rest
 from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.security.trial_address import TrialAddress
-from addb_viewer.app.shell.bar import Bar
+from addb_viewer.app.shell.bar import Bar, TimelineController
 from addb_viewer.app.shell.controls import build_controls, layout_for, speed_name
 from addb_viewer.app.shell.playback import Pace, Playback, Position
-from addb_viewer.app.shell.updates import Updates
-from addb_viewer.app.solve.controller import SolveController
-from addb_viewer.app.solve.panel import build_solve
+from addb_viewer.app.solve.controller import SolveController, build_solve
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from addb_viewer.app.timeline.controller import TimelineController
 from addb_viewer.app.video.controller import VideoController
 from addb_viewer.trial_view.replay import Replay
 from annotations.events import Edit
+
+
+class Showing(Protocol):
+    """A session, as far as updates need it: each method draws what has changed."""
+
+    notices: Notices
+
+    def show_edits(self, edits: Sequence[Edit], *, unreadable: bool) -> None:
+        """Somebody recorded edits of the subject, or rows came that cannot be read."""
+
+    def show_fit(self) -> None:
+        """Another fit is on the screen, or is compared with."""
+
+    def show_progress(self, progress: TaskProgress) -> None:
+        """Something is at work."""
+
+    def show_outcome(self, task: Task, outcome: Outcome) -> None:
+        """Nothing is at work any more."""
+
+    def show_queue(self) -> None:
+        """Rows of the queue, or who is where, are others now."""
+
+
+class Updates:
+    """Listens to the subject on the screen, and to the queue, for one session."""
+
+    def __init__(self, session: Showing, pace: Pace) -> None:
+        """Hear nothing before somebody tells it.
+
+        Args:
+            session: of the browser.
+            pace: of all browsers together.
+        """
+        self.session, self.pace = session, pace
+        self._lock = threading.Lock()
+        self._edits: list[Edit] = []  # that are not shown yet
+        self._rows_came = False  # that cannot be read
+        self._queue_waits = False
+
+    def edited(self, edits: Sequence[Edit]) -> None:
+        """Somebody recorded edits; none of them: a row came that cannot be read."""
+        with self._lock:
+            waits = bool(self._edits) or self._rows_came
+            self._edits += edits
+            self._rows_came |= not edits
+        notices = self.session.notices
+        if notices.at_hand:
+            notices.guard("Showing the review", self._show_edits)()
+        elif not waits:  # else whoever shows those that wait shows these as well
+            notices.do("Showing the review", self._show_edits_in_turn)
+
+    def fit_changed(self) -> None:
+        """Another fit is on the screen, or is compared with."""
+        self.session.notices.do("Showing the fit", self.session.show_fit)
+
+    def progressed(self, progress: TaskProgress) -> None:
+        """Something is at work."""
+        self.session.show_progress(progress)
+
+    def ended(self, task: Task, outcome: Outcome) -> None:
+        """Nothing is at work any more."""
+        self.session.notices.do("Showing what came of it", lambda: self.session.show_outcome(task, outcome))
+
+    def failed(self, doing: str, error: Exception) -> None:
+        """Something that all depend on failed."""
+        self.session.notices.error(doing, error)
+
+    def told(self, title: str, body: str) -> None:
+        """Something happened that all should know."""
+        self.session.notices.tell(title, body, important=True)
+
+    def queue_changed(self) -> None:
+        """Rows of the queue, or who is where, are others now."""
+        with self._lock:
+            waits, self._queue_waits = self._queue_waits, True
+        if not waits:
+            self.session.notices.do("Showing the queue", self._show_queue)
+
+    def _show_queue(self) -> None:
+        with self._lock:
+            self._queue_waits = False
+        with self.pace.turn():
+            self.session.show_queue()
+
+    def _show_edits_in_turn(self) -> None:
+        with self.pace.turn():
+            self._show_edits()
+
+    def _show_edits(self) -> None:
+        with self._lock:
+            edits, self._edits = self._edits, []
+            rows_came, self._rows_came = self._rows_came, False
+        if edits or rows_came:  # else shown with earlier ones
+            self.session.show_edits(edits, unreadable=rows_came)
+
 
 READOUT_EVERY = 0.1  # [s] while playing: slider and time
 SCRUBBING = 0.3  # [s] for so long the slider under a person's hand is not moved from here
@@ -67,7 +160,7 @@ class Session:
         self.memory, self.channel, self.bar = memory, channel, Bar(self)
         self.notices = Notices(client, channel, pace.first)
         self.at_end: Callable[[], None] = lambda: None
-        self.questions = Questions(client.gui, self.notices)
+        self.questions = Questions(channel, self.notices)
         self.drawing = threading.RLock()  # the scene belongs to one thread at a time
         self.updates = Updates(self, pace)
         self._replay: Replay | None = None
@@ -75,7 +168,7 @@ class Session:
         self.picture: tuple[float, float] | None = (
             None  # size of the scene in the page [px], where it says so
         )
-        client.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=self.memory.dark)
+        self._turn_theme()
         self.scene = TrialScene(client)
         self.layout = layout_for(client)
         self.playback = Playback(self.notices.guard("Drawing", self._draw), pace=pace)
@@ -238,7 +331,12 @@ class Session:
         """Turn the theme."""
         self.memory.dark = dark
         put(self.controls.show.dark, dark)
+        self._turn_theme()
+
+    def _turn_theme(self) -> None:
+        dark = self.memory.dark
         self.client.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=dark)
+        self.channel.show("theme", "dark" if dark else "light")
 
     def compare_changed(self) -> None:
         """The comparison was switched on or off, or is with another solve."""

@@ -9,16 +9,22 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.app.subjects.video_header import OTHERS, PACKINGS, VideoError
 from addb_viewer.jobs.root_folder import leads_out
 from solver.capture.atomic import write_whole
+from solver.common.errors import CaptureError
 from solver.common.small_files import json_of
 
+PACKINGS = {".mp4": "video/mp4", ".m4v": "video/mp4", ".mov": "video/mp4", ".webm": "video/webm"}
+OTHERS = (".avi", ".mkv", ".wmv", ".mpg", ".mpeg", ".mts", ".flv", ".3gp")  # no browser plays them
 KEPT = "videos.json"  # in the subject's folder
 MS_A_MINUTE = 60_000.0
 SLOWEST, FASTEST = 0.01, 100.0  # seconds of video a second of the recording
 LARGEST_S, LARGEST_DRIFT = 86_400.0, 10_000.0  # offset [s] and drift [ms a minute] that are taken
 _ONE_WRITER = threading.Lock()
+
+
+class VideoError(CaptureError):
+    """A video cannot be shown; says what to do."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +66,20 @@ def place_of(folder: Path, video: str) -> Path:
     """The file of a video.
 
     Raises:
-        VideoError: it is not in the subject's folder.
+        VideoError: it is not in the subject's folder, or no browser plays such files.
     """
     if video not in videos_in(folder):
         raise VideoError(f"{video}: is not in the subject's folder any more")
-    return folder / video
+    file = folder / video
+    if file.suffix.lower() not in PACKINGS:
+        raise VideoError(f"{file.name}: browsers play MP4, MOV and WebM. {advice(file)}")
+    return file
+
+
+def advice(file: Path) -> str:
+    """How to make a file that is played; the pictures and their times stay."""
+    made = f"{file.stem}.h264.mp4"
+    return f'To convert it: ffmpeg -i "{file.name}" -c:v libx264 -crf 18 -pix_fmt yuv420p -an "{made}"'
 
 
 def kept_video(folder: Path, trial: str) -> TrialVideo | None:

@@ -9,13 +9,15 @@ from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.security.file_parts import ServedFile
-from addb_viewer.app.subjects.video_header import Video, VideoError, read_header
 from addb_viewer.app.subjects.videos import (
     FASTEST,
     LARGEST_DRIFT,
     LARGEST_S,
+    PACKINGS,
     SLOWEST,
     TrialVideo,
+    VideoError,
+    advice,
     keep_video,
     kept_video,
     place_of,
@@ -76,7 +78,7 @@ class VideoController:
         video = None if name == NONE else kept if kept and kept.file == name else TrialVideo(name)
         try:
             if video is not None:
-                self._header(video)
+                place_of(folder, video.file)
             keep_video(folder, trial, video)
         except VideoError as error:  # what is not played is not kept
             self._fill(self._shown)
@@ -110,21 +112,17 @@ class VideoController:
         shown = None
         if video is not None and replay is not None:
             try:
-                header = self._header(video)
+                file = place_of(self._place()[0], video.file)
             except VideoError as error:
                 told = str(error)
             else:
-                url = channel.serve_file(ServedFile(header.file, header.kind))
+                url = channel.serve_file(ServedFile(file, PACKINGS[file.suffix.lower()]))
                 shown = {"url": url, "name": video.file, "offset": video.offset_s, "scale": video.scale}
-                shown |= {"rate": replay.rate, "pictures": header.rate}
-                told = f"{header.codec}" + (f", {header.rate:.4g} pictures a second" if header.rate else "")
+                shown |= {"rate": replay.rate, "advice": advice(file)}
         if shown is None:
             channel.serve_file(None)
         self.told.content = boxed(html.escape(told)) if told else ""
         channel.show("video", shown)
-
-    def _header(self, video: TrialVideo) -> Video:
-        return read_header(place_of(self._place()[0], video.file))
 
     def _place(self) -> tuple[Path, str]:
         replay = self.screen.replay

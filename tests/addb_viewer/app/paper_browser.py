@@ -1,7 +1,7 @@
 """A browser without a picture: speaks the page's language, so that whole sessions are tested quickly."""
 
 import json
-import secrets
+import re
 import threading
 import time
 from concurrent.futures import CancelledError
@@ -13,7 +13,7 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from addb_viewer.app.page.channel import CONNECTION, PAGE_ITEM
+from addb_viewer.app.page.channel import CONNECTION
 from tests.patience import PATIENCE_S
 
 ENDING_S = 2.0
@@ -40,19 +40,14 @@ def let_finish(session):
 class PaperBrowser:
     """One connection to the app. What the server sent is in `commands` and `gui`."""
 
-    def __init__(self, port, headers=None, name="Zoë", at=None, *, with_channel=False):
-        """The browser remembers name and place (subject and trial); None: it has never been here.
-
-        With the page's own channel it hears what the session shows there from another process too.
-        """
-        self.storage = {} if name is None else {"addb-viewer": json.dumps({"reviewer": name, "place": at})}
-        self.questions = {}
+    def __init__(self, port, headers=None, name="Zoë", at=None):
+        """The browser remembers name and place (subject and trial); None: it has never been here."""
+        self.memory = {} if name is None else {"reviewer": name, "place": at}
         self.commands, self.gui, self.session = {}, {}, None
         self.messages = 0
         self._heard = threading.Condition()
-        self._port, self._page, self._told, self._closed = port, secrets.token_hex(16), {}, False
-        if with_channel:
-            self.storage[PAGE_ITEM] = json.dumps({"name": self._page, "query": ""})
+        self._port, self._headers, self._told, self._typed = port, headers, {}, ""
+        self._channel = None
         self._socket = connect(
             f"ws://127.0.0.1:{port}",
             subprotocols=[f"viser-v{viser.__version__}"],
@@ -64,8 +59,6 @@ class PaperBrowser:
         )
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
-        if with_channel:
-            threading.Thread(target=self._listen_to_channel, daemon=True).start()
         self._say(
             "ViewerCameraMessage",
             wxyz=(1.0, 0.0, 0.0, 0.0),
@@ -92,21 +85,36 @@ class PaperBrowser:
 
     def put(self, label, value):
         """Write into a field, choose from a list, tick a box."""
+        if (self._dialog.get("field") or {}).get("label") == label:
+            self._typed = value
+            return
         uuid = self.until(lambda: self._field(label), label)
         self._say("GuiUpdateMessage", uuid=uuid, updates={"value": value})
 
     def click(self, label):
         """On a button, which bears these words or begins with them."""
+        dialog = self._dialog
+        for button, words in enumerate(dialog.get("buttons", ())):
+            if words.startswith(label):
+                typed = self._typed or (dialog["field"] or {}).get("value", "")
+                self._ask("answer", {"dialog": dialog["number"], "button": button, "text": typed})
+                return
         self._say(
             "GuiUpdateMessage", uuid=self.until(lambda: self._button(label), label), updates={"value": True}
         )
 
+    @property
+    def questions(self):
+        """All texts of the dialog that is open."""
+        return _texts(self._dialog)
+
     def asked(self, words):
         """Whether a dialog is open whose title or text says this."""
-        with self._heard:
-            return bool(self.questions) and any(
-                words in text for text in (*self.questions.values(), self.html())
-            )
+        return any(words in text for text in self.questions)
+
+    @property
+    def _dialog(self):
+        return self._shown("dialog") or {}
 
     def html(self):
         """All texts on the page, those in the bar included."""
@@ -157,8 +165,9 @@ class PaperBrowser:
         return value
 
     def close(self):
-        self._closed = True
         self._socket.close()
+        if self._channel is not None:
+            self._channel.close()
         self._thread.join(PATIENCE_S)
 
     def field(self, label):
@@ -190,43 +199,38 @@ class PaperBrowser:
         except Exception:  # the connection ended
             return
 
-    def _listen_to_channel(self):
-        """The session knows this page a little later than the page the session: as a page does, ask again."""
-        while not self._closed:
-            with connect(f"ws://127.0.0.1:{self._port}{CONNECTION}", open_timeout=PATIENCE_S) as socket:
-                socket.send(self._page)
-                try:
-                    for text in socket:
-                        kind, value = json.loads(text)
-                        with self._heard:
-                            self._told[kind] = value
-                            self._heard.notify_all()
-                except ConnectionClosed:
-                    pass
-            time.sleep(0.5)
+    def _ask(self, kind, value):
+        self.until(lambda: self._channel, "the channel")
+        self._channel.send(json.dumps([kind, value]))
+
+    def _listen_to_channel(self, name):
+        address = f"ws://127.0.0.1:{self._port}{CONNECTION}"
+        try:
+            with connect(
+                address, additional_headers=self._headers, open_timeout=PATIENCE_S, compression=None
+            ) as socket:
+                socket.send(json.dumps({"name": name, "query": "", "memory": self.memory}))
+                self._channel = socket
+                for text in socket:
+                    kind, value = json.loads(text)
+                    with self._heard:
+                        self._told[kind] = value
+                        if kind == "memory":
+                            self.memory = value
+                        self._heard.notify_all()
+        except (ConnectionClosed, OSError):  # the session or the app has ended
+            return
 
     def _hear(self, message):
         kind = message["type"]
         self.messages += 1
         if kind == "RegisterCommandMessage":
             self.commands[message["props"]["label"]] = message["uuid"]
-        elif kind == "LocalStorageGetItemRequestMessage":
-            value = self.storage.get(message["key"])
-            self._say(
-                "LocalStorageGetItemResponseMessage",
-                value=value,
-                error=None,
-                request_uuid=message["request_uuid"],
-            )
-        elif kind == "LocalStorageSetItemMessage":
-            self.storage[message["key"]] = message["value"]
-        elif kind == "GuiModalMessage":
-            self.questions[message["uuid"]] = message["title"]
-        elif kind == "GuiCloseModalMessage":
-            self.questions.pop(message["uuid"], None)
         elif kind == "GuiRemoveMessage":
             self.gui.pop(message["uuid"], None)
         elif kind == "GuiUpdateMessage":
             self.gui.get(message["uuid"], {}).update(message["updates"])
         elif kind.startswith("Gui") and "props" in message:
+            if page := re.search("data-addb-page='(.+)'", str(message["props"].get("content"))):
+                threading.Thread(target=self._listen_to_channel, args=(page[1],), daemon=True).start()
             self.gui[message["uuid"]] = {**message["props"], "value": message.get("value")}

@@ -1,12 +1,19 @@
 """A video beside the scene in a real page: the picture that belongs to the cursor is seen."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 
 from addb_viewer.app.security import file_parts
 from addb_viewer.app.subjects.videos import TrialVideo, kept_video
-from tests.addb_viewer.app.synthetic_video import RATE, STEP, encoded, packed
 
 pytestmark = pytest.mark.browser
+
+BRIGHTNESS = Path(__file__).with_name(
+    "brightness.mp4"
+)  # VP9; every picture tells its number by its brightness
+RATE, STEP = 25, 5  # [Hz] of it; from one picture to the next
 
 SEEN = """() => {
     const film = document.querySelector("#addb-video video");
@@ -31,7 +38,8 @@ def page(tmp_path, make_replay, make_app, open_page):
 def test_the_picture_of_the_cursor_is_seen_and_the_clock_is_kept(tmp_path, page, until, monkeypatch):
     monkeypatch.setattr(file_parts, "MOST_BYTES", 2000)  # so that it comes in several parts
     session = page.session
-    (tmp_path / "walk.mp4").write_bytes(packed(encoded(page)))
+    shutil.copyfile(BRIGHTNESS, tmp_path / "walk.mp4")
+    (tmp_path / "cut.mp4").write_bytes(BRIGHTNESS.read_bytes()[:500])
     (tmp_path / "old.avi").write_bytes(b"RIFF")
     session.open_trial("walk")
     page.get_by_role("tab", name="View", exact=True).click()
@@ -45,6 +53,10 @@ def test_the_picture_of_the_cursor_is_seen_and_the_clock_is_kept(tmp_path, page,
     page.get_by_text("ffmpeg -i").first.wait_for()
     assert kept_video(tmp_path, "walk") is None
     assert session.video.which.value == "none"
+    choose("cut.mp4")
+    page.locator("#addb-video figcaption").get_by_text(
+        "this browser does not play it. To convert it: ffmpeg"
+    ).wait_for()
     choose("walk.mp4")
     page.locator("#addb-video figcaption").get_by_text("walk.mp4").wait_for()
 

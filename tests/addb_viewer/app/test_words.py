@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.app.shell.go_to import Select, entry
+from addb_viewer.app.shell.actions import Select, entry
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.text.evidence_words import plain
 from addb_viewer.text.plain_words import in_plain_words
@@ -39,7 +39,7 @@ def said(browser):
         words = [str(v) for p in browser.gui.values() for v in p.values() if isinstance(v, str)]
         words += [str(option) for p in browser.gui.values() for option in p.get("options") or ()]
         words += [f"{title}\n{body}" for title, body in browser.notices]
-        words += [*browser.questions.values(), *browser.commands]
+        words += [*browser.questions, *browser.commands]
     text = re.sub(r"<style.*?</style>|<svg.*?</svg>", " ", "\n".join(words), flags=re.S)
     titles = re.findall(r"title='([^']*)'", text)  # lanes say their words when pointed at
     return html.unescape("\n".join([re.sub(r"<[^>]*>", "\n", text), *titles]))

@@ -1,10 +1,6 @@
 // The bar at the lower edge: where one is, what the next key is about, the solve, work under way, and what was told.
 // Everything that is shown is set as text.
-const element = (tag, options = {}, ...children) => {
-  const made = Object.assign(document.createElement(tag), options);
-  made.append(...children);
-  return made;
-};
+import { element } from "./elements.js";
 
 export const strip = element("footer", { id: "addb-strip" });
 strip.setAttribute("aria-label", "Timeline and state");
@@ -73,8 +69,7 @@ window.addb.on("bar", (told) => {
 });
 
 // A word of the app stays for some seconds, a failure longer or until Escape; all stay in the list.
-let told = [], timer = 0, count = 0;
-const own = []; // viser's words, which would lie over the scene
+let told = [], timer = 0;
 const begun = new Map(); // when a notice was first seen here; after a new start of the app numbers begin anew
 const named = (n) => `${n.at} ${n.number}`;
 const drawNotice = () => {
@@ -107,26 +102,11 @@ const drawList = () => {
     ),
   );
 };
-new MutationObserver(() => {
-  for (const box of document.querySelectorAll(".mantine-Notification-root:not([data-addb-taken])")) {
-    box.dataset.addbTaken = "";
-    const said = (part) => box.querySelector(`.mantine-Notification-${part}`)?.textContent ?? "";
-    const at = new Date().toTimeString().slice(0, 8);
-    own.push({ number: `viser ${count++}`, title: said("title"), body: said("description"), at, seconds: 6 });
-    box.querySelector("button")?.click();
-    tellAgain();
-  }
-}).observe(document.documentElement, { childList: true, subtree: true });
-let ofServer = [];
-const tellAgain = () => {
-  told = [...own, ...ofServer].sort((a, b) => (a.at < b.at ? -1 : a.at > b.at ? 1 : 0));
+window.addb.on("notices", (list) => {
+  told = list;
   for (const n of told) if (!begun.has(named(n))) begun.set(named(n), performance.now());
   drawNotice();
   drawList();
-};
-window.addb.on("notices", (list) => {
-  ofServer = list;
-  tellAgain();
 });
 const open = (on) => {
   notes.hidden = !on;

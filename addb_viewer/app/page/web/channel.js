@@ -1,56 +1,71 @@
-// The page's end of the channel of our own; see channel.py. Runs before viser's script: it answers what that one asks
-// of the browser's memory about this page.
-(() => {
-  const bytes = crypto.getRandomValues(new Uint8Array(16));
-  const name = [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-  const RETRY_MS = 300;
+// The page's end of the channel of our own; see channel.py. The session puts the page's name into a panel; with it, and
+// with what the address asks for and the browser remembers, the channel begins.
+import { watchPage } from "./elements.js";
 
-  const getItem = Storage.prototype.getItem;
-  Storage.prototype.getItem = function (key) {
-    if (key === "viser-user:addb-viewer-page") return JSON.stringify({ name, query: location.search.slice(1) });
-    return getItem.call(this, key);
+const RETRY_MS = 300;
+const MEMORY = "addb-viewer"; // in the browser's storage; the queue's page has the same
+
+const known = new Map(); // the newest value of each kind
+const listeners = new Map();
+let socket = null, name = null;
+
+const remembered = () => {
+  try {
+    return JSON.parse(localStorage.getItem(MEMORY)) ?? {};
+  } catch {
+    return {}; // a browser that keeps nothing
+  }
+};
+const hear = ({ data }) => {
+  const [kind, value] = JSON.parse(data);
+  known.set(kind, value);
+  for (const listener of listeners.get(kind) ?? []) listener(value);
+};
+const connect = () => {
+  const opened = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/addb/page`);
+  opened.onopen = () => {
+    opened.send(JSON.stringify({ name, query: location.search.slice(1), memory: remembered() }));
+    socket = opened;
   };
-
-  const known = new Map(); // the newest value of each kind
-  const listeners = new Map();
-  let socket = null;
-
-  const hear = ({ data }) => {
-    const [kind, value] = JSON.parse(data);
-    known.set(kind, value);
-    for (const listener of listeners.get(kind) ?? []) listener(value);
+  opened.onmessage = hear;
+  opened.onclose = () => {
+    socket = null;
+    setTimeout(connect, RETRY_MS);
   };
-  const connect = () => {
-    const opened = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/addb/page`);
-    opened.onopen = () => {
-      opened.send(name);
-      socket = opened;
-    };
-    opened.onmessage = hear;
-    opened.onclose = () => {
-      socket = null;
-      setTimeout(connect, RETRY_MS);
-    };
-  };
-  connect();
+};
+watchPage(() => {
+  const given = [...document.querySelectorAll("[data-addb-page]")].at(-1)?.dataset.addbPage;
+  if (!given || given === name) return;
+  const isFirst = name === null;
+  name = given;
+  if (isFirst) connect(); // else the server closes the channel of the session before
+});
 
-  window.addb = {
-    /** Calls back with each new value of a kind, and at once with the present one. */
-    on(kind, listener) {
-      listeners.set(kind, [...(listeners.get(kind) ?? []), listener]);
-      if (known.has(kind)) listener(known.get(kind));
-    },
-    /** Asks the session for something; dropped where there is no session. */
-    send(kind, value = null) {
-      if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify([kind, value]));
-    },
-  };
+window.addb = {
+  /** Calls back with each new value of a kind, and at once with the present one. */
+  on(kind, listener) {
+    listeners.set(kind, [...(listeners.get(kind) ?? []), listener]);
+    if (known.has(kind)) listener(known.get(kind));
+  },
+  /** Asks the session for something; dropped where there is no session. */
+  send(kind, value = null) {
+    if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify([kind, value]));
+  },
+};
 
-  // The address names the frame on the screen. A browser allows a hundred changes in 30 s: what is scrubbed over is
-  // not written.
-  let wanted = null;
-  window.addb.on("address", (address) => (wanted = address));
-  setInterval(() => {
-    if (wanted && location.pathname + location.search !== wanted) history.replaceState(history.state, "", wanted);
-  }, 500);
-})();
+window.addb.on("memory", (memory) => {
+  try {
+    localStorage.setItem(MEMORY, JSON.stringify({ ...remembered(), ...memory }));
+  } catch {
+    // a browser that keeps nothing
+  }
+});
+window.addb.on("theme", (theme) => (document.documentElement.dataset.addbTheme = theme));
+
+// The address names the frame on the screen. A browser allows a hundred changes in 30 s: what is scrubbed over is
+// not written.
+let wanted = null;
+window.addb.on("address", (address) => (wanted = address));
+setInterval(() => {
+  if (wanted && location.pathname + location.search !== wanted) history.replaceState(history.state, "", wanted);
+}, 500);

@@ -2,8 +2,9 @@
 // the tab, with a place for us in it that comes and goes.
 import { makeChooser } from "./chooser.js";
 import { told } from "./curves.js";
+import { element, keepIn } from "./elements.js";
 import { dashOf, drawByCycle, drawOverTime, GUTTER, MARGIN, niceTicks, tickText } from "./multiples.js";
-import { element, keepIn, makeOptions } from "./options.js";
+import { makeOptions } from "./options.js";
 import { view, watch, zoom } from "./timeline.js";
 
 const LOWEST = 46, HIGHEST = 170, HEADING = 19, AXIS = 20; // [pixel]
@@ -185,5 +186,5 @@ area.addEventListener(
 );
 new ResizeObserver(draw).observe(plots);
 window.addEventListener("resize", draw);
-new MutationObserver(draw).observe(document.documentElement, { attributeFilter: ["data-mantine-color-scheme"] });
+window.addb.on("theme", draw);
 keepIn("[data-addb-curves]", root, draw);

@@ -1,5 +1,5 @@
 // The search of curves: a box that finds quantities by their words, and what is chosen as chips that a click takes away.
-import { element } from "./options.js";
+import { element } from "./elements.js";
 
 const MOST_FOUND = 60;
 

@@ -4,7 +4,7 @@ const TITLE = 15; // [pixel] above a curve
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const seen = new Map(); // a colour may be one for light and one for dark pages
 export const resolved = (color) => {
-  const name = `${document.documentElement.dataset.mantineColorScheme} ${color}`;
+  const name = `${document.documentElement.dataset.addbTheme} ${color}`;
   if (!seen.has(name)) {
     const probe = document.createElement("i");
     probe.style.color = color;

@@ -1,6 +1,6 @@
 // The tab "Diagnosis" on one screen: verdict, one card a cause, before and after. viser makes the tab, with a place
 // for us in it that comes and goes. Everything that is shown is set as text.
-import { element, keepIn } from "./options.js";
+import { element, keepIn } from "./elements.js";
 import { view, watch } from "./timeline.js";
 
 const WIDE = 400, HIGH = 60; // of a curve's own coordinates

@@ -1,10 +1,9 @@
 // Gives the keyboard back to the review keys after a click: the page ignores them while an input has the focus,
-// and a checkbox or a list keeps it. People who move by keyboard keep their focus where it is. In a dialog the focus
-// stays, and Enter and Escape press its buttons.
+// and a checkbox or a list keeps it. People who move by keyboard keep their focus where it is, and in a dialog it stays.
 (() => {
   let pointerAt = -Infinity;
   const release = () => {
-    if (!document.activeElement?.closest("[role=dialog]")) document.activeElement?.blur?.();
+    if (!document.activeElement?.closest("dialog, [role=dialog]")) document.activeElement?.blur?.();
   };
   // The page's own handlers may take the focus back, a list when it has faded out; so more than once, but never
   // from somebody who has clicked elsewhere meanwhile.
@@ -29,11 +28,5 @@
   document.addEventListener("keydown", (event) => {
     const typed = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";
     if (typed && (event.key === "Enter" || event.key === "Escape")) release();
-    // Enter in a dialog of ours is its first button, Escape its last. The page sends one message in 50 ms and drops what
-    // comes between: what was typed last has to be away before.
-    const dialog = typed && event.target.closest("[role=dialog]:has([data-addb-dialog])");
-    const buttons = dialog ? dialog.querySelectorAll("button") : [];
-    const pressed = { Enter: buttons[0], Escape: buttons[buttons.length - 1] }[event.key];
-    if (pressed) setTimeout(() => pressed.click(), 150);
   });
 })();

@@ -42,7 +42,7 @@ import { stepAhead } from "./timeline.js";
     event.isComposing || event.target.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName);
   const isTheWidgets = (event, name) =>
     OF_WIDGETS.test(name) &&
-    (event.target.closest?.("[role=dialog]") || (byTab && event.target.matches?.(WIDGETS)));
+    (event.target.closest?.("dialog, [role=dialog]") || (byTab && event.target.matches?.(WIDGETS)));
 
   window.addEventListener(
     "keydown",
@@ -67,7 +67,6 @@ import { stepAhead } from "./timeline.js";
     sheet.replaceSync(rules);
     document.adoptedStyleSheets = [...document.adoptedStyleSheets, sheet];
   };
-  style(".mantine-Modal-content:has([data-addb-wide]) { flex-basis: min(62rem, 92vw); max-width: 92vw; }");
 
   // Where no key prints a command's letter, the help says beside it what the key that lies there prints.
   navigator.keyboard?.getLayoutMap?.().then((layout) => {

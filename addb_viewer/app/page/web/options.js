@@ -1,23 +1,6 @@
 // How curves are shown: over time or by gait cycle, and which other trials of the subject lie over them.
+import { element } from "./elements.js";
 import { dashOf } from "./multiples.js";
-
-export const element = (tag, options = {}, ...children) => {
-  const made = Object.assign(document.createElement(tag), options);
-  made.append(...children);
-  return made;
-};
-
-/** Puts something of ours into the place that viser's page has for it, and again whenever it makes that anew. */
-export const keepIn = (place, own, placed = () => {}) => {
-  const settle = () => {
-    const found = document.querySelector(place);
-    if (!found || found.contains(own)) return;
-    found.append(own);
-    placed();
-  };
-  new MutationObserver(settle).observe(document.body, { childList: true, subtree: true });
-  settle();
-};
 
 /** Makes the row of switches. choose: called with what was chosen, {by} or {over}. */
 export function makeOptions(choose) {

@@ -327,4 +327,4 @@ grip.addEventListener("pointerdown", (event) => {
   };
 });
 window.addEventListener("resize", layout);
-new MutationObserver(draw).observe(document.documentElement, { attributeFilter: ["data-mantine-color-scheme"] });
+window.addb.on("theme", draw);

@@ -48,7 +48,7 @@ const follow = () => {
   }
 };
 film.addEventListener("loadedmetadata", follow);
-film.addEventListener("error", () => shown && (words.textContent = `${shown.name}: this browser does not play it`));
+film.addEventListener("error", () => shown && (words.textContent = words.title = `${shown.name}: this browser does not play it. ${shown.advice}`));
 window.addb.on("video", (video) => {
   if (shown?.url !== video?.url) {
     if (video) film.src = video.url;

@@ -1,6 +1,6 @@
 // What the browser remembers of the reviewer, shared with the review page: name, theme, and the browser's own.
 
-const ITEM = "viser-user:addb-viewer";
+const ITEM = "addb-viewer";
 
 const read = () => {
   try {

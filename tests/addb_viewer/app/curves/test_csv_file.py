@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow.csv
 import pytest
 
-from addb_viewer.app.curves.csv_file import write_by_cycle, write_over_time
+from addb_viewer.app.curves.controller import write_by_cycle, write_over_time
 from addb_viewer.trial_view.by_cycle import CycledTrial
 from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.gait.cycles import Cycle

@@ -7,9 +7,8 @@ import pytest
 import trimesh
 
 from addb_viewer.app.scene.camera import Eye
-from addb_viewer.app.scene.measuring import angle, from_vertical
+from addb_viewer.app.scene.measuring import Spot, angle, first_hit, from_vertical, joint_words
 from addb_viewer.app.scene.scene import TrialScene
-from addb_viewer.app.scene.spots import Spot, first_hit, joint_words
 from addb_viewer.app.security.server import open_server
 from addb_viewer.trial_view.replay import JointCentre
 

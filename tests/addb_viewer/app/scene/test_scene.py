@@ -8,9 +8,9 @@ import trimesh
 
 from addb_viewer.app.scene.camera import DISTANCE, VIEWS, eye
 from addb_viewer.app.scene.force_nodes import name_place, served_foot
+from addb_viewer.app.scene.legend import BY_RESIDUAL, BY_TORQUE
 from addb_viewer.app.scene.person_nodes import TRAIL_SEGMENTS, trail_rows
 from addb_viewer.app.scene.scene import TrialScene, followed_path, heading
-from addb_viewer.app.scene.tints import RESIDUAL, TORQUE
 from addb_viewer.app.security.server import open_server
 from addb_viewer.trial_view.forces_in_use import contact_words
 from addb_viewer.trial_view.joint_loads import JointLoads
@@ -285,11 +285,11 @@ def test_bones_show_torque_or_residual_darker_the_larger_and_causes_stay_marked(
         return sum(bone.color)
 
     assert brightness(199) == sum(BONE), "colours are asked for"
-    scene.options.tint = TORQUE
+    scene.options.tint = BY_TORQUE
     assert brightness(0) == brightness(5) == sum(BONE)
     assert brightness(0) > brightness(100) > brightness(199) > sum(load_colors(np.array(1.0)))
     assert "80 N·m" in scene.legend
-    scene.options.tint = RESIDUAL  # 0 to 100 N, where 35 N is the limit
+    scene.options.tint = BY_RESIDUAL  # 0 to 100 N, where 35 N is the limit
     assert sum(BONE) > brightness(60) > brightness(199) == sum(load_colors(np.array(1.0)))
     assert "≥ 70 N" in scene.legend
     scene.bodies.draw(199, visible=True, see_through=False, marked={0}, tints=load_colors(np.array([1.0])))

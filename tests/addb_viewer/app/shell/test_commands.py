@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from addb_viewer.app.shell.commands import COMMANDS, KeyNameError, key_name, key_words
-from addb_viewer.app.shell.key_file import KeyFileError, chosen_commands, key_file
-from addb_viewer.app.shell.keys import help_html, page_html
+from addb_viewer.app.shell.keys import KeyFileError, chosen_commands, help_html, key_file, page_html
 
 
 def keys_of(commands):

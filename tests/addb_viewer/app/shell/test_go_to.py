@@ -1,6 +1,6 @@
 import pytest
 
-from addb_viewer.app.shell.go_to import GoTo, OpenRow, Select, entry
+from addb_viewer.app.shell.actions import GoTo, OpenRow, Select, entry
 
 
 @pytest.mark.parametrize(

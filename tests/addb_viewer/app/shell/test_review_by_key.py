@@ -96,7 +96,7 @@ def test_the_whole_trial_gets_its_activity_by_two_keys_and_y_takes_what_is_sugge
         browser = enter(app)
         browser.press("Activity of the whole trial")
         browser.until(lambda: browser.asked("What does the person do in walk?"))
-        browser.until(lambda: browser._button("drop jump, as suggested (Y)"))
+        browser.until(lambda: browser.asked("drop jump, as suggested (Y)"))
         browser.press("Yes, to the question")
         browser.until(
             lambda: [(a.start, a.end, a.label) for a in stored().activities] == [(0, 200, "drop jump")]

@@ -4,8 +4,15 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from addb_viewer.app.subjects.video_header import VideoError
-from addb_viewer.app.subjects.videos import KEPT, TrialVideo, keep_video, kept_video, place_of, videos_in
+from addb_viewer.app.subjects.videos import (
+    KEPT,
+    TrialVideo,
+    VideoError,
+    keep_video,
+    kept_video,
+    place_of,
+    videos_in,
+)
 
 
 def test_what_is_kept_is_read_again_for_each_trial(tmp_path):
@@ -65,3 +72,5 @@ def test_only_files_inside_the_subjects_folder_are_found_and_served(tmp_path):
     for name in ("link.mp4", "../secret.mp4", str(outside), "gone.mp4", "notes.txt"):
         with pytest.raises(VideoError, match="not in the subject's folder"):
             place_of(subject, name)
+    with pytest.raises(VideoError, match=r'browsers play MP4.*ffmpeg -i "b.avi"'):
+        place_of(subject, "cameras/b.avi")

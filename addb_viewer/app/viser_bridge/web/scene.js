@@ -1,4 +1,6 @@
-// Tells how large the scene is in the page, on which depends where labels fit in; and where it begins.
+// Where viser's scene lies in the page: on its size depends where labels fit in, and the video lies at its left edge.
+import { watchPage } from "./elements.js";
+
 let seen = null;
 const told = new ResizeObserver(([{ contentRect }]) => tell(contentRect));
 const tell = ({ width, height }) => {
@@ -8,13 +10,11 @@ const tell = ({ width, height }) => {
   style.setProperty("--addb-scene-left", `${place.left}px`);
   style.setProperty("--addb-scene-width", `${place.width}px`);
 };
-const look = () => {
+watchPage(() => {
   const canvas = document.querySelector("#root canvas");
   if (canvas === seen) return;
   seen = canvas;
   told.disconnect();
   if (canvas) told.observe(canvas);
-};
-new MutationObserver(look).observe(document.documentElement, { childList: true, subtree: true });
+});
 window.addb.on("bar", () => seen && tell(seen.getBoundingClientRect())); // the session is there
-look();

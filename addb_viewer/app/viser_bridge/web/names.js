@@ -1,5 +1,7 @@
 // Names of viser's own controls, for people who hear the page: viser ties a label to an id that its boxes and sliders do
 // not carry, and its buttons with a picture have a name only while the pointer lies over them.
+import { watchPage } from "./elements.js";
+
 const PICTURES = {
   adjustments: "Configuration and diagnostics",
   "arrow-back": "Back to the controls",
@@ -13,7 +15,7 @@ const name = (element, text) => {
   if (!element.getAttribute("aria-label")) element.setAttribute("aria-label", text);
 };
 const nameAll = () => {
-  for (const label of document.querySelectorAll("#root label[for], [role=dialog] label[for]")) {
+  for (const label of document.querySelectorAll("#root label[for]")) {
     const row = label.control ? null : label.closest("p")?.parentElement?.parentElement;
     for (const box of row?.querySelectorAll("input, textarea, [role=slider]") ?? []) name(box, label.textContent);
   }
@@ -24,10 +26,9 @@ const nameAll = () => {
   }
 };
 let waiting = 0;
-new MutationObserver(() => {
+watchPage(() => {
   waiting ||= setTimeout(() => {
     waiting = 0;
     nameAll();
   }, EVERY_MS);
-}).observe(document.body, { childList: true, subtree: true });
-nameAll();
+});

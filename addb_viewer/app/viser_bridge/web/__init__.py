@@ -1,0 +1,1 @@
+"""What our page knows of the inside of viser's."""
