@@ -15,13 +15,120 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from addb_viewer.report.arrows import Arrow, arrows_of
-from addb_viewer.report.floor import plates_of, walked_floor
 from addb_viewer.report.frames_kept import Kept, frames_words
-from addb_viewer.trial_view.palette import BONE, Rgb, reason_color
+from addb_viewer.trial_view.cause_pictures import pictures
+from addb_viewer.trial_view.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.palette import (
+    BONE,
+    CAUSE,
+    INK,
+    RESIDUAL,
+    UNASSIGNED,
+    Rgb,
+    foot_color,
+    reason_color,
+)
 from addb_viewer.trial_view.recording import Recording, TrialRecord
-from addb_viewer.trial_view.replay import BodyReplay, Replay
+from addb_viewer.trial_view.replay import BodyReplay, PlateReplay, Replay
 from solver.skeleton.skeleton import Skeleton
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """One force over the trial; NaN on frames without it."""
+
+    label: str
+    start: Float[np.ndarray, "frames 3"]  # [m]
+    force: Float[np.ndarray, "frames 3"]  # [N]
+    color: Rgb
+    is_required: bool = False  # by the motion, not measured
+    metres_per_newton: float = METRES_PER_NEWTON
+
+
+def arrows_of(replay: Replay, diagnosis: Mapping[str, Any] | None) -> tuple[Arrow, ...]:
+    """Measured forces by foot, forces that the motion demands of a foot without one, causes, the residual.
+
+    Args:
+        replay: the trial.
+        diagnosis: in the shape of `diagnose --json`; None where nobody asked.
+    """
+    found = []
+    for plate in replay.plates:
+        for foot in (-1, *range(len(replay.feet))):
+            belongs = plate.foot < 0 if foot < 0 else plate.foot == foot
+            color = UNASSIGNED if foot < 0 else foot_color(replay.feet[foot], foot)
+            force = np.where(belongs[:, None], plate.force, np.nan)
+            found.append(Arrow(plate.name, *_large(plate.cop, force, SMALLEST_N), color))
+    for required in replay.required:
+        told = f"required of {required.foot}"
+        found.append(Arrow(told, *_large(required.point, required.force, SMALLEST_N), INK, is_required=True))
+    for picture in pictures(diagnosis, replay) if diagnosis else ():
+        if picture.force is not None and picture.place is not None:
+            force = np.where(picture.acts[:, None], picture.force, np.nan)
+            start, force = _large(picture.place, force, 0.0)
+            scale = picture.metres_per_newton
+            found.append(Arrow(picture.label, start, force, CAUSE, metres_per_newton=scale))
+    if replay.residual is not None:
+        counted = np.where(replay.residual.used[:, None], replay.residual.force, np.nan)
+        found.append(Arrow("residual", *_large(replay.residual.com, counted, SMALLEST_RESIDUAL_N), RESIDUAL))
+    return tuple(arrow for arrow in found if np.isfinite(arrow.force).any())
+
+
+def _large(
+    start: Float[np.ndarray, "frames 3"], force: Float[np.ndarray, "frames 3"], smallest_N: float
+) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
+    """Unknown where the force is too small to be drawn, or its place is not known."""
+    with np.errstate(invalid="ignore"):
+        shown = np.isfinite(start).all(axis=1) & (np.linalg.norm(force, axis=1) >= smallest_N)
+    return np.where(shown[:, None], start, np.nan), np.where(shown[:, None], force, np.nan)
+
+
+MOST_POINTS = 120  # of a trace: enough to see where the force went
+AROUND_M = 1.0  # of floor beyond markers and plates
+GRID_M = 0.5
+
+
+@dataclass(frozen=True)
+class PlateDrawing:
+    """A plate: its outline, or the trace of its centre of pressure; either may be empty."""
+
+    name: str
+    outline: Float[np.ndarray, "corners 3"]  # [m]
+    trace: Float[np.ndarray, "points 3"]  # [m] where it was loaded
+
+
+def plates_of(replay: Replay) -> tuple[PlateDrawing, ...]:
+    """All plates of a trial."""
+    return tuple(_drawing(plate) for plate in replay.plates)
+
+
+def grid(low: Float[np.ndarray, "2"], high: Float[np.ndarray, "2"]) -> Float[np.ndarray, "lines 2 3"]:
+    """Lines on the floor half a metre apart, between two corners [m] along x and z."""
+    x0, z0 = (np.floor(value / GRID_M) * GRID_M for value in low)
+    x1, z1 = (np.ceil(value / GRID_M) * GRID_M for value in high)
+    across = [[(x, 0, z0), (x, 0, z1)] for x in np.arange(x0, x1 + 1e-6, GRID_M)]
+    along = [[(x0, 0, z), (x1, 0, z)] for z in np.arange(z0, z1 + 1e-6, GRID_M)]
+    return np.array([*across, *along], dtype=float)
+
+
+def walked_floor(replay: Replay) -> Float[np.ndarray, "lines 2 3"]:
+    """The grid around all that was measured."""
+    seen = replay.markers.measured[np.isfinite(replay.markers.measured).all(axis=2)]
+    if not len(seen):
+        return np.zeros((0, 2, 3))
+    low, high = seen.min(axis=0) - AROUND_M, seen.max(axis=0) + AROUND_M
+    return grid(low[[0, 2]], high[[0, 2]])
+
+
+def _drawing(plate: PlateReplay) -> PlateDrawing:
+    outline = np.zeros((0, 3))
+    if plate.corners is not None and np.isfinite(plate.corners).all():
+        outline = np.concatenate([plate.corners, plate.corners[:1]])
+    with np.errstate(invalid="ignore"):
+        loaded = np.linalg.norm(plate.force, axis=1) >= SMALLEST_N
+    trace = plate.cop[loaded & np.isfinite(plate.cop).all(axis=1)]
+    return PlateDrawing(plate.name, outline, trace[:: max(1, -(-len(trace) // MOST_POINTS))])
+
 
 POSITION_STEP_M, FORCE_STEP_N, QUATERNION_STEP = 5e-4, 0.5, 1 / 32000
 MESH_STEP_M = 2e-4

@@ -1,19 +1,82 @@
 """One frame of a trial as a drawing: bones as a picture, all else as lines that stay sharp on paper."""
 
+import base64
+import io
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 from jaxtyping import Float
+from PIL import Image, ImageDraw
+from scipy.spatial.transform import Rotation
 
-from addb_viewer.report.arrows import Arrow
-from addb_viewer.report.bone_raster import bones_image
-from addb_viewer.report.camera import Camera, camera_on, heading_of
-from addb_viewer.report.floor import PlateDrawing, grid
 from addb_viewer.report.markup import Safe, element, text
+from addb_viewer.report.scene_data import Arrow, PlateDrawing, grid
 from addb_viewer.text.diagnosis_vocabulary import newtons
-from addb_viewer.trial_view.palette import INK, error_colors
-from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.palette import BONE, INK, error_colors
+from addb_viewer.trial_view.replay import BodyReplay, Replay
+
+FROM_AHEAD = np.radians(62.0)  # about the vertical, from where the person faces
+ELEVATION = np.radians(11.0)
+FIELD_OF_VIEW = np.radians(28.0)  # vertical
+AIR = 1.06  # room around what is to be seen
+
+Points = Float[np.ndarray, "*points 3"]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera; pixels from the top left."""
+
+    eye: Float[np.ndarray, "3"]  # [m] ground frame
+    R_camera_ground: Float[np.ndarray, "3 3"]  # rows: right, up, towards the eye
+    width: float  # [pixel]
+    height: float
+
+    def seen(self, points_ground: Points) -> Points:
+        """Pixels right and down, and the depth before the eye [m]."""
+        local = (np.asarray(points_ground, dtype=float) - self.eye) @ self.R_camera_ground.T
+        depth = -local[..., 2]
+        focal = 0.5 * self.height / np.tan(0.5 * FIELD_OF_VIEW)
+        safe = np.maximum(depth, 1e-3)
+        right = 0.5 * self.width + focal * local[..., 0] / safe
+        down = 0.5 * self.height - focal * local[..., 1] / safe
+        return np.stack([right, down, depth], axis=-1)
+
+
+def heading_of(replay: Replay, frame: int) -> float:
+    """Where the person faces about the vertical [rad], from x towards z; 0 where nobody knows."""
+    forward = None if replay.bodies is None else replay.bodies.forward
+    if forward is None or not np.isfinite(forward[frame]).all():
+        return 0.0
+    return float(np.arctan2(forward[frame, 2], forward[frame, 0]))
+
+
+def camera_on(points_ground: Points, heading: float, width: float, height: float) -> Camera:
+    """A camera that has all points in its picture.
+
+    Args:
+        points_ground: what is to be seen [m].
+        heading: of the person [rad].
+        width: of the picture [pixel].
+        height: likewise.
+    """
+    points = np.asarray(points_ground).reshape(-1, 3)
+    turn = heading + FROM_AHEAD
+    backward = np.array(
+        [np.cos(ELEVATION) * np.cos(turn), np.sin(ELEVATION), np.cos(ELEVATION) * np.sin(turn)]
+    )
+    right = np.cross([0.0, 1.0, 0.0], backward)
+    right /= np.linalg.norm(right)
+    R = np.stack([right, np.cross(backward, right), backward])
+    local = points @ R.T
+    middle = 0.5 * (local.min(axis=0) + local.max(axis=0))
+    tangent = np.tan(0.5 * FIELD_OF_VIEW) * np.array([width / height, 1.0])
+    needed = np.abs(local[:, :2] - middle[:2]) / tangent + (local[:, 2] - middle[2])[:, None]
+    distance = AIR * float(needed.max())
+    return Camera((middle + np.array([0.0, 0.0, distance])) @ R, R, width, height)
+
 
 WIDTH, HEIGHT = 320.0, 350.0  # [pixel]
 FLOOR_M = 1.5  # of floor around the person that is drawn
@@ -22,6 +85,11 @@ SHORTEST = 6.0  # [pixel] arrow with a head
 WITH_FIGURE_N = 15.0  # smaller forces go without their size
 FIGURE = (48.0, 13.0)  # [pixel] room of a force's size
 MARKER = 2.3  # [pixel]
+FINER = 4  # pixels of bones drawn for one of the picture's, each way
+KEPT = 2  # of these, after averaging: for paper and dense screens
+LIGHT_CAMERA = np.array([-0.35, 0.55, 0.76])  # comes from the upper left, behind the eye
+DARKEST = 0.36  # of the bones' colour, on sides that see no light
+QUALITY = 82  # of WebP
 BELOW_M = 0.05  # under the floor, for feet that reach below it
 
 Point = Float[np.ndarray, "3"]
@@ -99,6 +167,49 @@ def _path(points: Float[np.ndarray, "points 3"], camera: Camera) -> str:
 def _bones(replay: Replay, frame: int, meshes: Mapping[str, trimesh.Trimesh], camera: Camera) -> Safe:
     address = "" if replay.bodies is None else bones_image(replay.bodies, meshes, frame, camera)
     return Safe(f'<image href="{address}" width="{WIDTH:g}" height="{HEIGHT:g}"/>' if address else "")
+
+
+def bones_image(
+    bodies: BodyReplay,
+    meshes: Mapping[str, trimesh.Trimesh],
+    frame: int,
+    camera: Camera,
+) -> str:
+    """A `data:` address of the picture of one frame's bones; empty where none is known.
+
+    Faces are painted from the farthest to the nearest, each in one shade.
+
+    Args:
+        bodies: where they are.
+        meshes: by body, in the body's frame [m].
+        frame: of the trial.
+        camera: that looks on.
+    """
+    corners, shades = [np.zeros((0, 3, 3))], [np.zeros(0)]
+    for i, name in enumerate(bodies.names):
+        mesh = meshes.get(name)
+        if mesh is None or not np.isfinite([*bodies.position[frame, i], *bodies.wxyz[frame, i]]).all():
+            continue
+        R_ground_body = Rotation.from_quat(bodies.wxyz[frame, i][[1, 2, 3, 0]]).as_matrix()
+        pixels = camera.seen(mesh.vertices @ R_ground_body.T + bodies.position[frame, i])
+        normals = mesh.vertex_normals[mesh.faces].mean(axis=1) @ (camera.R_camera_ground @ R_ground_body).T
+        corners.append(pixels[mesh.faces])
+        shades.append(DARKEST + (1 - DARKEST) * np.clip(normals @ LIGHT_CAMERA, 0.0, 1.0))
+    faces, shade = np.concatenate(corners), np.concatenate(shades)
+    ahead = (faces[:, :, 2] > 0).all(axis=1)
+    if not ahead.any():
+        return ""
+    size = round(camera.width * FINER), round(camera.height * FINER)
+    image = Image.new("RGBA", size)
+    pen = ImageDraw.Draw(image)
+    colors = np.rint(shade[:, None] * np.array(BONE)).astype(int).tolist()
+    pixels = (faces[:, :, :2] * FINER).round(1).tolist()
+    for face in np.argsort(np.where(ahead, -faces[:, :, 2].mean(axis=1), np.inf))[: ahead.sum()]:
+        pen.polygon([*map(tuple, pixels[face])], fill=(*colors[face], 255))
+    small = (round(camera.width * KEPT), round(camera.height * KEPT))
+    stream = io.BytesIO()
+    image.resize(small, Image.Resampling.BOX).save(stream, "WEBP", quality=QUALITY)
+    return f"data:image/webp;base64,{base64.b64encode(stream.getvalue()).decode()}"
 
 
 def _markers(replay: Replay, frame: int, camera: Camera) -> Safe:

@@ -3,10 +3,8 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from addb_viewer.report.arrows import arrows_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_part import diagnosis_part
-from addb_viewer.report.floor import plates_of
 from addb_viewer.report.frames_table import frames_part
 from addb_viewer.report.joints_part import joints_part
 from addb_viewer.report.key_findings import key_findings
@@ -23,7 +21,7 @@ from addb_viewer.report.quality import (
     stored_list,
     worse_than_markers,
 )
-from addb_viewer.report.scene_data import scene_of
+from addb_viewer.report.scene_data import arrows_of, plates_of, scene_of
 from addb_viewer.report.still_picture import still_picture
 from addb_viewer.report.timeline import timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers

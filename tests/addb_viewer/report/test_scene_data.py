@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.report import scene_data
 from addb_viewer.report.frames_kept import kept_frames
-from addb_viewer.report.scene_data import Packed, scene_of, unpacked
+from addb_viewer.report.scene_data import Packed, arrows_of, grid, plates_of, scene_of, unpacked, walked_floor
+from addb_viewer.trial_view.palette import CAUSE, GREEN, RESIDUAL
+from addb_viewer.trial_view.replay import RequiredForce
 
 
 @pytest.fixture
@@ -92,3 +94,78 @@ def test_a_trial_without_skeleton_or_forces_is_plain_json(report):
     recording = replace(report.recording, trials=(replace(record, replay=bare),), diagnosis=None)
     trial = json.loads(json.dumps(scene_of(recording, [kept_frames(bare)]), allow_nan=False))["trials"][0]
     assert (trial["positions"], trial["arrows"], trial["kept"]) == (None, [], [])
+
+
+def test_a_grid_covers_its_corners_in_half_metres():
+    lines = grid(np.array([-0.2, 0.1]), np.array([0.9, 0.7]))
+    assert (lines[..., 1] == 0).all()
+    assert lines[..., 0].min() == -0.5
+    assert lines[..., 0].max() == 1.0
+    assert sorted({float(a[0]) for a, b in lines if a[0] == b[0]}) == [-0.5, 0.0, 0.5, 1.0]
+    assert sorted({float(a[2]) for a, b in lines if a[2] == b[2]}) == [0.0, 0.5, 1.0]
+
+
+def test_the_floor_reaches_beyond_all_that_was_seen(recording):
+    replay = recording.trials[0].replay
+    lines, seen = walked_floor(replay), replay.markers.measured
+    for axis in (0, 2):
+        assert lines[..., axis].min() <= np.nanmin(seen[..., axis]) - 1.0
+        assert lines[..., axis].max() >= np.nanmax(seen[..., axis]) + 1.0
+    unseen = replace(replay, markers=replace(replay.markers, measured=seen * np.nan))
+    assert len(walked_floor(unseen)) == 0
+
+
+def test_plates_have_an_outline_or_at_least_a_trace(recording):
+    replay = recording.trials[0].replay
+    first, _ = plates_of(replay)
+    np.testing.assert_array_equal(first.outline, replay.plates[0].corners[[0, 1, 2, 3, 0]])
+    bare = replace(replay, plates=(replace(replay.plates[0], corners=None),))
+    (only,) = plates_of(bare)
+    assert len(only.outline) == 0
+    loaded = replay.plates[0].force[:, 1] > 100
+    np.testing.assert_array_equal(only.trace, replay.plates[0].cop[loaded])
+
+
+@pytest.fixture
+def replay(recording):
+    return recording.trials[0].replay
+
+
+def test_measured_forces_have_the_colour_of_their_foot(replay):
+    first = next(arrow for arrow in arrows_of(replay, None) if arrow.label == "plate 1")
+    assert first.color == GREEN
+    loaded = np.isfinite(first.force[:, 1])
+    plate = replay.plates[0]
+    np.testing.assert_array_equal(loaded, plate.force[:, 1] > 100)
+    np.testing.assert_array_equal(first.force[loaded], plate.force[loaded])
+    np.testing.assert_array_equal(first.start[loaded], plate.cop[loaded])
+
+
+def test_the_residual_is_drawn_where_it_counts(replay):
+    (residual,) = [a for a in arrows_of(replay, None) if a.color == RESIDUAL]
+    np.testing.assert_array_equal(np.isfinite(residual.force[:, 0]), replay.residual.used)
+    assert np.isfinite(residual.start[0]).all()
+
+
+def test_what_the_motion_demands_is_told_apart_from_what_was_measured(replay):
+    force = np.full((40, 3), np.nan)
+    force[30:36] = [0.0, 300.0, 0.0]
+    required = RequiredForce("calcn_r", force, np.zeros((40, 3)))
+    (arrow,) = [a for a in arrows_of(replace(replay, required=(required,)), None) if a.is_required]
+    np.testing.assert_array_equal(np.isfinite(arrow.force[:, 1]), ~replay.residual.used)
+
+
+def test_a_named_force_is_there_while_it_acts(replay, diagnosis):
+    contact = {
+        "id": "external_contact",
+        "target": "pelvis",
+        "parameters": {
+            f"force_{a}_N": {"value": v, "std": 1.0} for a, v in zip("xyz", (0, 50, 0), strict=True)
+        },
+        "frames": [[5, 9]],
+        "trial": "walk",
+        "time_histories": [],
+    }
+    (arrow,) = [a for a in arrows_of(replay, {**diagnosis, "effects": [contact]}) if a.color == CAUSE]
+    assert np.flatnonzero(np.isfinite(arrow.force[:, 1])).tolist() == [5, 6, 7, 8]
+    np.testing.assert_allclose(arrow.force[5], [0, 50, 0])

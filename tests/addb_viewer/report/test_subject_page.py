@@ -3,11 +3,12 @@
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from importlib.resources import files
 
 import pytest
 
 from addb_viewer.report.content import SubjectReport
-from addb_viewer.report.subject_page import PARTS, subject_page, write_report
+from addb_viewer.report.subject_page import PARTS, player_html, subject_page, write_report
 from addb_viewer.trial_view.recording import recording_of
 from solver.common.notes import Kind, noted
 
@@ -91,3 +92,18 @@ def test_a_long_recording_stays_small():
 
     page = subject_page(SubjectReport(recording_of(synthetic_fit())))
     assert len(page.encode()) < 5e6
+
+
+def test_everything_that_the_script_looks_for_is_there():
+    script = files("addb_viewer.report").joinpath("player.js").read_text(encoding="utf-8")
+    page = player_html(["walk"], 7)
+    wanted = set(re.findall(r'find\("(\w+)"\)', script))
+    assert wanted == set(re.findall(r'data-role="(\w+)"', page))
+    assert 'data-frame="7"' in page
+
+
+def test_trials_can_be_chosen_where_there_are_several():
+    assert "hidden" in player_html(["walk"], 0)
+    page = player_html(["walk", "<run>"], 0)
+    assert "hidden" not in page.replace('aria-hidden="true"', "")
+    assert '<option value="1">&lt;run&gt;</option>' in page
