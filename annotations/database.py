@@ -3,9 +3,10 @@
 import os
 import shutil
 import sqlite3
+import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
@@ -13,8 +14,7 @@ from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from sqlalchemy.pool import NullPool, StaticPool
 
 from annotations.errors import ReviewError
-from annotations.private_copy import PrivateCopy
-from annotations.schema import NewerSchemaError, is_current, migrate
+from annotations.schema import OtherSchemaError, is_there, make
 
 PATIENCE_S = 30.0  # [s] how long to wait while another program writes
 AGAIN_S = 0.01  # [s] between two tries where SQLite itself does not wait
@@ -27,6 +27,14 @@ _BUSY = ("database is locked", "lock timeout")  # as SQLite and PostgreSQL say i
 _FULL = "disk is full"
 _READ_ONLY = ("readonly database", "read-only transaction")
 
+_LOOKS = 50  # at files that another program is writing to meanwhile
+_BETWEEN_S = 0.02  # [s] between two of them
+_MODES = slice(18, 20)  # bytes of a database's header: how it is written and read; 2: write-ahead log
+_WITHOUT_LOG = b"\x01\x01"
+_IN_MEMORY = Path("/dev/shm")  # on Linux a folder that no full disk fills
+
+_State = tuple[tuple[int, int, int] | None, ...]
+
 
 class _DamagedError(ReviewError):
     """Pages of an SQLite file do not fit together."""
@@ -37,7 +45,7 @@ class _UnknownDatabaseError(ValueError):
 
 
 class Database:
-    """Transactions on one database, brought to this version's schema when opened.
+    """Transactions on one database, whose tables are made when it is opened first.
 
     What a transaction has written is on the disk when `writing` ends, and a process killed at any moment
     leaves every earlier transaction whole: SQLite runs with a write-ahead log and full synchronization,
@@ -55,7 +63,7 @@ class Database:
             patience_s: how long to wait while another program writes [s].
 
         Raises:
-            ReviewError: it cannot be opened, or a newer version made it.
+            ReviewError: it cannot be opened, or another version made it.
         """
         url = _url(where)
         self.name = url.render_as_string(hide_password=True) if is_url(where) else str(where)
@@ -65,7 +73,7 @@ class Database:
         with self._in_plain_words():
             self._engine = _engine(url, patience_s)
         try:
-            self._bring_up_to_date()
+            self._make_tables()
         except ReviewError as error:
             self.close()
             self._read_only(error)
@@ -98,20 +106,20 @@ class Database:
         """Give up all connections; SQLite's side files are merged into the database."""
         self._engine.dispose()
 
-    def _bring_up_to_date(self) -> None:
+    def _make_tables(self) -> None:
         with self._of_this_version():
             with self.reading() as connection:
                 _check_whole(connection)
-                current = is_current(connection)
-            if not current:
+                there = is_there(connection)
+            if not there:
                 with self.writing() as connection:
-                    migrate(connection)
+                    make(connection)
 
     @contextmanager
     def _of_this_version(self) -> Iterator[None]:
         try:
             yield
-        except (NewerSchemaError, _DamagedError) as error:
+        except (OtherSchemaError, _DamagedError) as error:
             raise ReviewError(f"{self.name}: {error}") from error
 
     def _read_only(self, refused: ReviewError) -> None:
@@ -121,17 +129,17 @@ class Database:
             raise refused
         file, self.file = self.file, None
         with self._in_plain_words():
-            copy = PrivateCopy(file, self._brought_up_to_date)
+            copy = _PrivateCopy(file, self._check_copy)
         self._engine = create_engine("sqlite://", creator=copy.connection, poolclass=NullPool)
         _begin_transactions(self._engine)
         self._refused = _why_refused(file)
 
-    def _brought_up_to_date(self, connection: sqlite3.Connection) -> None:
+    def _check_copy(self, connection: sqlite3.Connection) -> None:
         engine = create_engine("sqlite://", creator=lambda: connection, poolclass=StaticPool)
         _begin_transactions(engine)
         with engine.begin() as copied, self._of_this_version():
             _check_whole(copied)
-            migrate(copied)
+            make(copied)
 
     @contextmanager
     def _in_plain_words(self) -> Iterator[None]:
@@ -291,3 +299,102 @@ def _make_postgresql_crash_safe(engine: Engine, patience_s: float) -> None:
 
 def _writes(connection: Connection) -> bool:
     return bool(connection.get_execution_options().get("writes", False))
+
+
+class _PrivateCopy:
+    """What an SQLite file holds, for connections in memory that nothing can be written through.
+
+    SQLite needs files beside a database even to read it, because of its write-ahead log; in a read-only
+    folder, or on a full disk, it cannot make them. Database and write-ahead log are copied together, so that
+    what another program has written and not yet merged is read too. The copy is made anew once the files
+    have changed.
+    """
+
+    def __init__(self, path: Path, check: Callable[[sqlite3.Connection], None]) -> None:
+        """Copy it.
+
+        Args:
+            path: the database.
+            check: refuses a copy that is damaged or of another version.
+
+        Raises:
+            ReviewError: it cannot be read.
+        """
+        self._path, self._check = path, check
+        self._state: _State | None = None
+        self._image = b""
+        self.connection().close()
+
+    def connection(self) -> sqlite3.Connection:
+        """A connection to what the file holds now.
+
+        Raises:
+            ReviewError: it cannot be read.
+        """
+        if self._state is None or _state(self._path) != self._state:
+            self._read()
+        return _in_memory(self._image)
+
+    def _read(self) -> None:
+        try:
+            state, content, log = _both(self._path)
+            merged = _merged(content, log) if log else content
+        except (OSError, sqlite3.Error) as error:
+            raise ReviewError(f"{self._path}: the review log cannot be read ({error})") from error
+        with closing(_in_memory(merged)) as connection:
+            self._check(connection)
+            self._image = connection.serialize()
+        self._state = state
+
+
+def _both(path: Path) -> tuple[_State, bytes, bytes]:
+    """The database and its write-ahead log, as they lie there together."""
+    side = _side(path)
+    for _ in range(_LOOKS):
+        before = _state(path)
+        content, log = path.read_bytes(), side.read_bytes() if side.exists() else b""
+        if _state(path) == before:
+            return before, content, log
+        time.sleep(_BETWEEN_S)
+    raise OSError("another program writes to it without pause; try again when it is done")
+
+
+def _merged(content: bytes, log: bytes) -> bytes:
+    """The database with its write-ahead log worked in, by SQLite, wherever there is room for that."""
+    places = [None, str(_IN_MEMORY)] if _IN_MEMORY.is_dir() else [None]
+    for place in places:
+        try:
+            with tempfile.TemporaryDirectory(prefix="addb-viewer-", dir=place) as folder:
+                copy = Path(folder) / "copy.sqlite"
+                copy.write_bytes(content)
+                _side(copy).write_bytes(log)
+                with closing(sqlite3.connect(copy)) as connection:
+                    return connection.serialize()
+        except (OSError, sqlite3.OperationalError):
+            if place == places[-1]:
+                raise
+    raise AssertionError("there is a place")
+
+
+def _in_memory(image: bytes) -> sqlite3.Connection:
+    """A database in memory cannot have a write-ahead log, so its header says that it has none."""
+    connection = sqlite3.connect(":memory:", check_same_thread=False)
+    if image:
+        connection.deserialize(image[: _MODES.start] + _WITHOUT_LOG + image[_MODES.stop :])
+    return connection
+
+
+def _side(path: Path) -> Path:
+    return path.with_name(f"{path.name}-wal")
+
+
+def _state(path: Path) -> _State:
+    return tuple(_state_of(file) for file in (path, _side(path)))
+
+
+def _state_of(file: Path) -> tuple[int, int, int] | None:
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns, found.st_size

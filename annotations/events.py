@@ -5,11 +5,12 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
 
-from annotations.activities import checked_activity
+from annotations.activities import activity_words, checked_activity
 from annotations.errors import ReviewError
 from annotations.reasons import checked_reason
 
 IMPORTED = "imported"  # the reviewer under whose name labels from files are kept
+LONGEST_NAME = 100  # characters of a person's name
 
 
 class Status(StrEnum):
@@ -36,16 +37,39 @@ class FrameRange:
 
 
 @dataclass(frozen=True)
-class FlagRange(FrameRange):
-    """The force of a foot, or of all feet, is missing or wrong on these frames."""
+class MissingForce(FrameRange):
+    """The force of a foot, or of all feet, is missing or wrong on these frames, for a reason of the list."""
 
     reason: str
     foot: str | None = None  # name of the foot's body; None for all
-    note: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         checked_reason(self.reason)
+
+
+@dataclass(frozen=True)
+class NamedActivity(FrameRange):
+    """An activity of the list, on these frames."""
+
+    activity: str
+    subclass: str | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked_activity(self.activity, self.subclass)
+
+    @property
+    def label(self) -> str:
+        """Activity and subclass in one."""
+        return activity_words(self.activity, self.subclass)
+
+
+@dataclass(frozen=True)
+class FlagRange(MissingForce):
+    """A person flags the force as missing or wrong."""
+
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -57,18 +81,12 @@ class ClearRange(FrameRange):
 
 
 @dataclass(frozen=True)
-class Proposal(FrameRange):
+class Proposal(MissingForce):
     """What a detector believes about a range, with the numbers that it rests on."""
 
-    reason: str
-    foot: str | None = None
     confidence: float = 1.0  # 0 to 1
     evidence: Mapping[str, float] = field(default_factory=dict)
     detector: str = ""  # its name and version
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checked_reason(self.reason)
 
 
 @dataclass(frozen=True)
@@ -86,16 +104,10 @@ class RejectProposal:
 
 
 @dataclass(frozen=True)
-class SetActivity(FrameRange):
+class SetActivity(NamedActivity):
     """What the person does on these frames."""
 
-    activity: str
-    subclass: str | None = None
     note: str = ""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checked_activity(self.activity, self.subclass)
 
 
 @dataclass(frozen=True)
@@ -104,15 +116,8 @@ class ClearActivity(FrameRange):
 
 
 @dataclass(frozen=True)
-class RefuseActivity(FrameRange):
+class RefuseActivity(NamedActivity):
     """A person refuses what a program suggested about these frames; it is not suggested again."""
-
-    activity: str
-    subclass: str | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checked_activity(self.activity, self.subclass)
 
 
 @dataclass(frozen=True)
@@ -134,6 +139,10 @@ class ImportLabels:
     frames: int  # of the trial that they are about
     finished: bool  # a person had finished that review
     unreviewed: tuple[tuple[int, int], ...] = ()  # ranges that the review is not about
+
+    def __post_init__(self) -> None:
+        if any(not start < end <= self.frames for start, end in (*self.missing, *self.unreviewed)):
+            raise ReviewError(f"it labels frames that are not among its {self.frames}")
 
 
 @dataclass(frozen=True)

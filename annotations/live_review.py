@@ -3,22 +3,28 @@
 Edits of a log whose file is gone are put into a new file beside it.
 """
 
+import sqlite3
 import threading
+import time
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
+from urllib.parse import quote
 
 from annotations.errors import LostLogError, ReviewError
 from annotations.events import Edit, Event
 from annotations.folding import folded
-from annotations.kept_file import KeptFile
 from annotations.log import ReviewLog, opinion, unreadable_by
 from annotations.reading import Reading
 from annotations.trial_review import TrialReview
 from annotations.unreadable import UnreadableRow, listed
+
+_LOOKS = 4  # another program may be moving edits into the file during the first ones
+_BETWEEN_S = 0.05  # [s] likewise; a move writes without pause, so that it shows in the file's time
 
 _Written = TypeVar("_Written")
 
@@ -47,7 +53,7 @@ class LiveReview:
         self._states: dict[tuple[str, str | None], tuple[tuple[int, int], TrialReview]] = {}
         self._lost = ""
         self._take(log.reading())
-        self._file = None if log.file is None else KeptFile(log.file)
+        self._file = None if log.file is None else _KeptFile(log.file)
 
     @property
     def revision(self) -> int:
@@ -217,3 +223,92 @@ def rescued(
         f"place, or rename {place.name} to {file.name}, remove {file.name}-wal and {file.name}-shm if they "
         "are there, and open the subject again"
     )
+
+
+@dataclass(frozen=True)
+class _Last:
+    """The last edit in the file itself; those of the write-ahead log come later."""
+
+    number: int
+    made_at: Any  # as it lies there
+
+
+class _KeptFile:
+    """Looks at one SQLite file from outside its connections, which stay with the file that they opened.
+
+    A file put in its place is another one by device and inode. One that was written over stays the same by
+    these; but nothing is ever removed from a log, so the last edit that was once in it has to be in it still.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Remember what is there now, while a connection holds it open."""
+        self._path = path
+        self._side = path.with_name(f"{path.name}-wal")
+        self._whose = (_identity(path), _identity(self._side))
+        self._state = _state(path)
+        self._last: _Last | None = None
+        _, self._last = self._held()
+
+    def loss(self) -> str:
+        """What has happened to the file, as a clause; empty where it is as it should be."""
+        if _identity(self._path) is None:
+            return "the file was deleted or moved away while it was open"
+        if (_identity(self._path), _identity(self._side)) != self._whose:
+            return "another file was put in its place while it was open"
+        if _state(self._path) == self._state:
+            return ""
+        is_settled = False
+        for look in range(_LOOKS):
+            if look:
+                time.sleep(_BETWEEN_S)
+            state = _state(self._path)
+            is_whole, last = self._held()
+            is_settled = state == _state(self._path)
+            if is_settled and is_whole:
+                self._state, self._last = state, last
+                return ""
+        return "it was overwritten with an older or another copy while it was open" if is_settled else ""
+
+    def _held(self) -> tuple[bool, _Last | None]:
+        """Whether the edit that was the last one is still in the file; and the one that is now."""
+        try:
+            return self._last is None or self._has(self._last), self._read_last()
+        except sqlite3.DatabaseError:
+            return False, None
+
+    def _has(self, last: _Last) -> bool:
+        found = self._ask("SELECT made_at FROM edits WHERE number = ?", last.number)
+        return found == (last.made_at,)
+
+    def _read_last(self) -> _Last | None:
+        if self._ask("SELECT 1 FROM sqlite_master WHERE name = 'edits'") is None:
+            return None
+        found = self._ask("SELECT number, made_at FROM edits ORDER BY number DESC LIMIT 1")
+        return None if found is None else _Last(*found)
+
+    def _ask(self, question: str, *values: int) -> tuple[Any, ...] | None:
+        """Ask the file alone, without its write-ahead log."""
+        name = f"file:{quote(str(self._path.absolute()))}?mode=ro&immutable=1"
+        connection = sqlite3.connect(name, uri=True)
+        connection.text_factory = bytes  # compared, not read: it may be no text at all
+        try:
+            found: tuple[Any, ...] | None = connection.execute(question, values).fetchone()
+            return found
+        finally:
+            connection.close()
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+def _state(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size

@@ -3,27 +3,27 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from sqlalchemy import Connection, func, insert, select
+from sqlalchemy import Connection, select
 
 from annotations.database import PATIENCE_S, Database
 from annotations.errors import ReviewError
-from annotations.event_codec import encoded, kind_of
+from annotations.event_codec import kind_of
 from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable, Redo, Undo
 from annotations.folding import folded
-from annotations.reading import Reading, check_author, check_words, read, rows_of
+from annotations.reading import Reading, SubjectRows, check_author, check_words
 from annotations.schema import EDITS
 from annotations.trial_review import TrialReview
 from annotations.undoing import next_redo, next_undo, undo_of
 from annotations.unreadable import UnreadableRow, is_text
-from annotations.work_log import WorkLog
+from annotations.work import WorkLog
 
 
-class ReviewLog:
+class ReviewLog(SubjectRows):
     """All edits of one subject.
 
     Several programs and threads may have the same log open: an edit is on the disk when `append` returns, and
@@ -33,14 +33,13 @@ class ReviewLog:
 
     def __init__(self, database: Database, subject: str) -> None:
         """Take part of a database that others may use as well; `close` leaves it open."""
-        self._database = database
-        self._subject = subject
+        super().__init__(database, subject)
         self.work = WorkLog(database, subject)  # who is to review what, and comments
         self._owns_database = False
 
     @classmethod
     def open(cls, where: Path | str, subject: str = "", patience_s: float = PATIENCE_S) -> Self:
-        """Open a log, made where it is missing and brought to this version's schema where it is older.
+        """Open a log, made where it is missing.
 
         Args:
             where: an SQLite file, or a database's URL.
@@ -48,7 +47,7 @@ class ReviewLog:
             patience_s: how long to wait while another program writes [s].
 
         Raises:
-            ReviewError: it cannot be opened, or a newer version made it.
+            ReviewError: it cannot be opened, or another version made it.
         """
         log = cls(Database(where, patience_s), subject)
         log._owns_database = True
@@ -147,11 +146,7 @@ class ReviewLog:
             ReviewError: there are edits of this subject already, which the copies would contradict.
         """
         with self._database.writing() as connection:
-            any_row = select(EDITS.c.number).where(EDITS.c.subject == self._subject).limit(1)
-            if connection.scalar(any_row) is not None:
-                raise ReviewError(
-                    f"{self._database.name}: has edits of '{self._subject}' already; not copied"
-                )
+            self._check_empty(connection, "edits")
             number: dict[int, int] = {}
             for edit in edits:
                 event = edit.event
@@ -180,25 +175,11 @@ class ReviewLog:
         """The rows that are passed over because they cannot be read, in order; of a trial, or of all."""
         return self.reading(trial).unreadable
 
-    def revision(self) -> int:
-        """The number of the subject's last row, whichever program made it; 0 where there is none."""
-        last = select(func.max(EDITS.c.number)).where(EDITS.c.subject == self._subject)
-        with self._database.reading() as connection:
-            return connection.scalar(last) or 0
-
-    def since(self, revision: int) -> tuple[Edit, ...]:
-        """The edits after a revision, of all trials, in order.
-
-        Args:
-            revision: as `revision` gave it, or the number of an edit.
-        """
-        return self.reading(after=revision).edits
-
     def last_import(self, trial: str, kind: type[ImportLabels | ImportTable]) -> Edit | None:
         """The last import of a kind into a trial that can be read, undone or not; None: there is none."""
-        wanted = rows_of(self._subject).where(EDITS.c.trial == trial, EDITS.c.kind == kind_of(kind))
+        wanted = self._wanted().where(EDITS.c.trial == trial, EDITS.c.kind == kind_of(kind))
         with self._database.reading() as connection:
-            found = read(connection, wanted).edits
+            found, _ = self._each(connection, wanted, _edit)
         return found[-1] if found else None
 
     def trials(self) -> tuple[str, ...]:
@@ -221,29 +202,13 @@ class ReviewLog:
         found = self.reading(trial)
         return folded(trial, opinion(found.edits, by), feet, unreadable_by(found.unreadable, by))
 
-    def _insert(
-        self, connection: Connection, trial: str, author: str, event: Event, made_at: datetime | None = None
-    ) -> int:
-        kind, content = encoded(event)
-        row = insert(EDITS).values(
-            subject=self._subject,
-            trial=trial,
-            author=author,
-            made_at=(made_at or datetime.now(UTC)).isoformat(),
-            kind=kind,
-            content=content,
-        )
-        number = connection.execute(row).inserted_primary_key
-        assert number is not None
-        return int(number[0])
-
     def _read(self, connection: Connection, trial: str | None, after: int | None = None) -> Reading:
-        wanted = rows_of(self._subject)
+        wanted = self._wanted()
         if trial is not None:
             wanted = wanted.where(EDITS.c.trial == trial)
         if after is not None:
             wanted = wanted.where(EDITS.c.number > after)
-        return read(connection, wanted)
+        return Reading(*self._each(connection, wanted, _edit))
 
 
 def opinion(edits: Sequence[Edit], by: str | None) -> tuple[Edit, ...]:
@@ -254,6 +219,13 @@ def opinion(edits: Sequence[Edit], by: str | None) -> tuple[Edit, ...]:
 def unreadable_by(rows: Sequence[UnreadableRow], by: str | None) -> tuple[UnreadableRow, ...]:
     """The rows that may belong to that opinion."""
     return tuple(row for row in rows if by is None or row.may_be_of(by, IMPORTED))
+
+
+def _edit(number: int, trial: str, author: str, made_at: datetime, event: Event) -> Edit:
+    if number < 1:
+        raise ReviewError("numbers begin at 1")
+    check_author(event, author)
+    return Edit(number, trial, author, made_at, event)
 
 
 @contextmanager

@@ -7,14 +7,14 @@ from datetime import UTC, datetime
 from textwrap import shorten
 from typing import Any, TypeVar
 
-from sqlalchemy import Connection, Row, Select, Table, Text, cast, select
+from sqlalchemy import Connection, Row, Select, Text, cast, func, insert, select
 
+from annotations.database import Database
 from annotations.errors import ReviewError
-from annotations.event_codec import decoded
-from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable
+from annotations.event_codec import KINDS, decoded, encoded
+from annotations.events import IMPORTED, LONGEST_NAME, Edit, Event, ImportLabels, ImportTable
 from annotations.schema import EDITS
 from annotations.unreadable import UnreadableRow, is_text
-from annotations.work import LONGEST_NAME, WorkEvent
 
 Made = TypeVar("Made")
 
@@ -48,48 +48,74 @@ class Reading:
         )
 
 
-def rows_of(subject: str, log: Table = EDITS) -> Select[Any]:
-    """All rows of a subject, in order.
+class SubjectRows:
+    """The rows of one subject in a table of the log: appended and read, never changed or removed."""
 
-    Args:
-        subject: as the log calls it.
-        log: the edits, or another table of their columns.
-    """
-    columns = (log.c.number, log.c.trial, log.c.author, log.c.made_at, log.c.kind)
-    content = cast(log.c.content, Text).label("content")  # decoded here, row by row
-    return select(*columns, content).where(log.c.subject == subject).order_by(log.c.number)
+    table = EDITS
+    kinds: Mapping[str, type[Any]] = KINDS  # what its rows may say
 
+    def __init__(self, database: Database, subject: str) -> None:
+        """Take part of a database that others use as well."""
+        self._database, self._subject = database, subject
 
-def read(connection: Connection, wanted: Select[Any]) -> Reading:
-    """The edits of rows, and the rows that are none.
+    def revision(self) -> int:
+        """The number of the subject's last row, whichever program made it; 0 where there is none."""
+        last = select(func.max(self.table.c.number)).where(self.table.c.subject == self._subject)
+        with self._database.reading() as connection:
+            return connection.scalar(last) or 0
 
-    Args:
-        connection: to the database.
-        wanted: made of `rows_of`.
-    """
-    return Reading(*each_read(connection, wanted, _edit))
+    def _check_empty(self, connection: Connection, what: str) -> None:
+        any_row = select(self.table.c.number).where(self.table.c.subject == self._subject).limit(1)
+        if connection.scalar(any_row) is not None:
+            raise ReviewError(f"{self._database.name}: has {what} of '{self._subject}' already; not copied")
 
+    def _insert(
+        self, connection: Connection, trial: str, author: str, event: object, made_at: datetime | None = None
+    ) -> int:
+        kind, content = encoded(event, self.kinds)
+        row = insert(self.table).values(
+            subject=self._subject,
+            trial=trial,
+            author=author,
+            made_at=(made_at or datetime.now(UTC)).isoformat(),
+            kind=kind,
+            content=content,
+        )
+        number = connection.execute(row).inserted_primary_key
+        assert number is not None
+        return int(number[0])
 
-def each_read(
-    connection: Connection, wanted: Select[Any], made: Callable[[Row[Any]], Made]
-) -> tuple[tuple[Made, ...], tuple[UnreadableRow, ...]]:
-    """What each row says, and the rows that nobody can read.
+    def _wanted(self) -> Select[Any]:
+        """All rows of the subject, in order."""
+        log = self.table
+        columns = (log.c.number, log.c.trial, log.c.author, log.c.made_at, log.c.kind)
+        content = cast(log.c.content, Text).label("content")  # decoded here, row by row
+        return select(*columns, content).where(log.c.subject == self._subject).order_by(log.c.number)
 
-    Args:
-        connection: to the database.
-        wanted: made of `rows_of`.
-        made: of a row whose words are text; raises `ReviewError` where it says nothing.
-    """
-    found: list[Made] = []
-    unreadable = []
-    for row in connection.execute(wanted):
-        try:
-            _check_text(row)
-            found.append(made(row))
-        except ReviewError as error:
-            trial, author = (value if is_text(value) else "" for value in (row.trial, row.author))
-            unreadable.append(UnreadableRow(row.number, trial, author, shorten(str(error), _WORDS)))
-    return tuple(found), tuple(unreadable)
+    def _each(
+        self,
+        connection: Connection,
+        wanted: Select[Any],
+        made: Callable[..., Made],
+    ) -> tuple[tuple[Made, ...], tuple[UnreadableRow, ...]]:
+        """What each row says, and the rows that nobody can read.
+
+        Args:
+            connection: to the database.
+            wanted: made of `_wanted`.
+            made: of number, trial, author, date and event; raises `ReviewError` where it says nothing.
+        """
+        found: list[Made] = []
+        unreadable = []
+        for row in connection.execute(wanted):
+            try:
+                _check_text(row)
+                event = decoded(row.kind, _json(row.content), self.kinds)
+                found.append(made(row.number, row.trial, row.author, _date(row.made_at), event))
+            except ReviewError as error:
+                trial, author = (value if is_text(value) else "" for value in (row.trial, row.author))
+                unreadable.append(UnreadableRow(row.number, trial, author, shorten(str(error), _WORDS)))
+        return tuple(found), tuple(unreadable)
 
 
 def check_author(event: Event, author: str) -> None:
@@ -104,7 +130,7 @@ def check_author(event: Event, author: str) -> None:
         raise ReviewError(f"'{IMPORTED}' stands for labels from files; a person needs another name")
 
 
-def check_words(trial: str, author: str, event: Event | WorkEvent) -> None:
+def check_words(trial: str, author: str, event: Any) -> None:
     """Refuse, before it is written, what could not be read back or shown as it is.
 
     Raises:
@@ -129,7 +155,7 @@ def _texts(content: object) -> Iterator[str]:
             yield from _texts(part)
 
 
-def date_of(text: str) -> datetime:
+def _date(text: str) -> datetime:
     """The time of an edit; without a time zone it is UTC.
 
     Raises:
@@ -149,14 +175,6 @@ def _check_text(row: Row[Any]) -> None:
     for name in ("trial", "author", "made_at", "kind", "content"):
         if not is_text(getattr(row, name)):
             raise ReviewError(f"its {name} is not UTF-8 text")
-
-
-def _edit(row: Row[Any]) -> Edit:
-    if row.number < 1:
-        raise ReviewError("numbers begin at 1")
-    event = decoded(row.kind, _json(row.content))
-    check_author(event, row.author)
-    return Edit(row.number, row.trial, row.author, date_of(row.made_at), event)
 
 
 def _json(text: str) -> Mapping[str, Any]:

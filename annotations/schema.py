@@ -1,20 +1,19 @@
-"""The tables of the review log, and how a database of an older version becomes one of this.
+"""The tables of the review log: rows are added, never changed or removed, which the database itself sees to.
 
-Only types that SQLite and PostgreSQL share: integers, text, JSON. Times are ISO 8601 text in UTC. What makes
-the tables is in `annotations.migrations`; here they are as statements use them.
+Only types that SQLite and PostgreSQL share: integers, text, JSON. Times are ISO 8601 text in UTC.
 """
 
-import threading
-
-from sqlalchemy import JSON, Column, Connection, Index, Integer, MetaData, String, Table, inspect, select
+import sqlalchemy as sa
+from sqlalchemy import JSON, Column, Connection, Index, Integer, MetaData, String, Table
 
 from annotations.errors import ReviewError
 
-VERSION = "0003"  # the last step of `annotations.migrations`
+VERSION = "0003"  # of these tables; a database keeps it
 VERSION_TABLE = "annotations_version"
 
+_APPEND_ONLY = "the review log is append-only"
 _METADATA = MetaData()
-_ONE_AT_A_TIME = threading.Lock()  # alembic keeps the connection of its steps in a global
+_VERSIONS = Table(VERSION_TABLE, _METADATA, Column("version_num", String, nullable=False))
 
 
 def _log(name: str, *indexes: Index) -> Table:
@@ -29,7 +28,7 @@ def _log(name: str, *indexes: Index) -> Table:
         Column("kind", String, nullable=False),
         Column("content", JSON, nullable=False),
         *indexes,
-        sqlite_autoincrement=True,
+        sqlite_autoincrement=True,  # a number is never given twice
     )
 
 
@@ -37,42 +36,54 @@ EDITS = _log(
     "edits", Index("edits_of_trial", "subject", "trial"), Index("edits_of_subject", "subject", "number")
 )
 WORK = _log("work", Index("work_of_subject", "subject", "number"))
-_VERSIONS = Table(VERSION_TABLE, MetaData(), Column("version_num", String, nullable=False))
 
 
-class NewerSchemaError(ReviewError):
-    """A newer version of the program made the database."""
+class OtherSchemaError(ReviewError):
+    """Another version of the program made the database."""
 
 
-def is_current(connection: Connection) -> bool:
-    """Whether the database is of this version.
+def is_there(connection: Connection) -> bool:
+    """Whether the database has the tables.
 
     Raises:
-        NewerSchemaError: it is of a newer one.
+        OtherSchemaError: it has those of another version.
     """
-    found = _version(connection)
-    if found is not None and found > VERSION:
-        raise NewerSchemaError(
-            f"made by a newer version of addb-viewer (schema {found}; this version knows up to {VERSION}); "
+    if not sa.inspect(connection).has_table(VERSION_TABLE):
+        return False
+    found = connection.scalar(sa.select(_VERSIONS.c.version_num))
+    if found != VERSION:
+        raise OtherSchemaError(
+            f"made by another version of addb-viewer (schema {found}; this version knows {VERSION}); "
             "update addb-viewer"
         )
-    return found == VERSION
+    return True
 
 
-def migrate(connection: Connection) -> None:
-    """Apply what the database lacks, within the connection's transaction: all of it or nothing."""
-    from alembic import command  # noqa: PLC0415 (a third of a second, and only an older database needs it)
-    from alembic.config import Config  # noqa: PLC0415
-
-    if is_current(connection):
+def make(connection: Connection) -> None:
+    """Make the tables where they are not there, within the connection's transaction."""
+    if is_there(connection):
         return
-    config = Config(attributes={"connection": connection})
-    config.set_main_option("script_location", "annotations:migrations")
-    with _ONE_AT_A_TIME:
-        command.upgrade(config, "head")
+    _METADATA.create_all(connection)
+    connection.execute(sa.insert(_VERSIONS).values(version_num=VERSION))
+    if connection.dialect.name == "postgresql":
+        connection.exec_driver_sql(
+            "CREATE FUNCTION edits_append_only() RETURNS trigger LANGUAGE plpgsql AS "
+            f"$$ BEGIN RAISE EXCEPTION '{_APPEND_ONLY}'; END $$"
+        )
+    for table in (EDITS, WORK):
+        for statement in _forbidding(table.name, connection.dialect.name):
+            connection.exec_driver_sql(statement)
 
 
-def _version(connection: Connection) -> str | None:
-    if not inspect(connection).has_table(VERSION_TABLE):
-        return None
-    return connection.scalar(select(_VERSIONS.c.version_num))
+def _forbidding(table: str, dialect: str) -> list[str]:
+    """Triggers that refuse to change or remove a row."""
+    if dialect == "sqlite":
+        return [
+            f"CREATE TRIGGER {table}_no_{verb} BEFORE {verb} ON {table} "
+            f"BEGIN SELECT RAISE(ABORT, '{_APPEND_ONLY}'); END"
+            for verb in ("UPDATE", "DELETE")
+        ]
+    return [
+        f"CREATE TRIGGER {table}_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON {table} "
+        "FOR EACH STATEMENT EXECUTE FUNCTION edits_append_only()"
+    ]

@@ -5,30 +5,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from annotations.activities import activity_words, checked_activity
-from annotations.events import FrameRange, RefuseActivity
+from annotations.events import NamedActivity, RefuseActivity
 from annotations.open_proposals import SAME
 from annotations.runs import true_runs
 from annotations.trial_review import TrialReview
 
 
 @dataclass(frozen=True)
-class SuggestedActivity(FrameRange):
+class SuggestedActivity(NamedActivity):
     """An activity of a range of frames, and how sure that is."""
 
-    activity: str
-    subclass: str | None = None
     confidence: float = 1.0  # 0 to 1
     by: str = ""  # what suggests it
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checked_activity(self.activity, self.subclass)
-
-    @property
-    def label(self) -> str:
-        """Activity and subclass in one."""
-        return activity_words(self.activity, self.subclass)
 
 
 def open_suggestions(

@@ -5,13 +5,18 @@ what undo takes back, and changes no fit.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 
+from sqlalchemy import Connection
+
 from annotations.errors import ReviewError
+from annotations.events import IMPORTED, LONGEST_NAME
+from annotations.reading import SubjectRows, check_words
+from annotations.schema import WORK
+from annotations.unreadable import UnreadableRow
 
 LONGEST_TEXT = 10_000  # characters of a comment
-LONGEST_NAME = 100
 
 
 @dataclass(frozen=True)
@@ -125,3 +130,70 @@ def work_of(items: Sequence[WorkItem]) -> TrialWork:
                 thread = comments[first]
                 comments[first] = CommentThread(thread.first, thread.answers, item.author if settled else "")
     return TrialWork(assigned_to, assigned_by, tuple(comments.values()))
+
+
+class WorkLog(SubjectRows):
+    """Assignments and comments of one subject, in the database of its review.
+
+    A row that cannot be read is passed over and stays as it is.
+    """
+
+    table = WORK
+    kinds = {"assign": Assign, "comment": Comment, "settle": Settle}  # noqa: RUF012 (nobody changes it)
+
+    def append(self, trials: Sequence[str], event: WorkEvent, author: str) -> tuple[int, ...]:
+        """Record it for these trials, for all or none; it is on the disk when this returns.
+
+        Args:
+            trials: their names.
+            event: what is said.
+            author: who says it.
+
+        Returns:
+            The rows' numbers.
+
+        Raises:
+            ReviewError: nobody says it, it has words that cannot be kept, it is about a comment that is not
+                there, or the database fails.
+        """
+        if not author.strip() or author == IMPORTED:
+            raise ReviewError("a person's name is needed; say yours")
+        for trial in trials:
+            check_words(trial, author, event)
+        first = event.answers if isinstance(event, Comment) else getattr(event, "comment", None)
+        with self._database.writing() as connection:
+            for trial in trials if first is not None else ():
+                said = [item for item in self._read(connection)[0] if item.trial == trial]
+                if first not in [thread.number for thread in work_of(said).comments]:
+                    raise ReviewError(f"{trial}: has no comment {first} that could be answered or settled")
+            return tuple(self._insert(connection, trial, author, event) for trial in trials)
+
+    def take_over(self, items: Sequence[WorkItem]) -> None:
+        """Copy the items of another log, with their authors and dates; they get new numbers.
+
+        Args:
+            items: all of the other log's that can be read.
+
+        Raises:
+            ReviewError: there are items of this subject already, which would then stand twice.
+        """
+        number: dict[int, int] = {}
+        with self._database.writing() as connection:
+            if items:
+                self._check_empty(connection, "comments")
+            for item in items:
+                event = item.event
+                if isinstance(event, Settle):
+                    event = replace(event, comment=number.get(event.comment, event.comment))
+                elif isinstance(event, Comment) and event.answers is not None:
+                    event = replace(event, answers=number.get(event.answers, event.answers))
+                new = self._insert(connection, item.trial, item.author, event, item.made_at)
+                number[item.number] = new
+
+    def reading(self) -> tuple[tuple[WorkItem, ...], tuple[UnreadableRow, ...]]:
+        """All items of the subject, and the rows that cannot be read, both in order."""
+        with self._database.reading() as connection:
+            return self._read(connection)
+
+    def _read(self, connection: Connection) -> tuple[tuple[WorkItem, ...], tuple[UnreadableRow, ...]]:
+        return self._each(connection, self._wanted(), WorkItem)

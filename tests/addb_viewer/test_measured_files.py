@@ -59,7 +59,7 @@ FOR_ITSELF = {
     "addb_viewer/recordings/rerun_program.py",
     "addb_viewer/recordings/rrd_recording.py",
     "addb_viewer/recordings/rrd_server.py",
-    "annotations/private_copy.py",
+    "annotations/database.py",
     "annotations/review_json.py",
     "solver/capture/atomic.py",
     "solver/export/conversion/formats.py",

@@ -3,7 +3,6 @@
 import sqlite3
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from sqlalchemy import text
@@ -90,22 +89,6 @@ def test_who_finds_the_database_busy_goes_on_when_it_is_free(place):
         waiting.join(PATIENCE_S)
         assert len(log.history()) == 1
         other.close()
-
-
-def test_logs_that_are_first_opened_at_the_same_instant_each_get_their_own_tables(tmp_path):
-    places = [tmp_path / f"{k}.sqlite" for k in range(8)]
-    together = threading.Barrier(len(places))
-
-    def first_edit(place):
-        together.wait(PATIENCE_S)
-        with ReviewLog.open(place) as log:
-            log.append("walk", FLAG, place.name)
-
-    with ThreadPoolExecutor(len(places)) as threads:
-        list(threads.map(first_edit, places))
-    for place in places:
-        with ReviewLog.open(place) as log:
-            assert [edit.author for edit in log.history()] == [place.name]
 
 
 def test_a_file_that_another_program_holds_alone_is_said_to_be_busy(kept):

@@ -67,40 +67,6 @@ def test_the_form_on_disk_is_fixed():
     )
 
 
-def test_what_the_first_version_wrote_is_still_read():
-    proposal = {
-        "start": 3,
-        "end": 9,
-        "reason": "missingBlip",
-        "foot": None,
-        "confidence": 1.0,
-        "evidence": {},
-    }
-    assert decoded("accept proposal", {"proposal": proposal}) == AcceptProposal(Proposal(3, 9, "missingBlip"))
-    assert decoded("status", {"status": "in work"}) == SetStatus(Status.IN_WORK, left_out=())
-    # People alone decided about a trial that they had finished: it means that for good.
-    assert decoded("status", {"status": "finished"}) == SetStatus(Status.FINISHED, left_out=())
-    labels = {"missing": [[0, 3]], "frames": 9, "finished": True}
-    assert decoded("import", labels) == ImportLabels(((0, 3),), 9, True)
-    activity = {"start": 0, "end": 5, "activity": "walk", "subclass": None}
-    assert decoded("activity", activity) == SetActivity(0, 5, "walk")
-
-
-@pytest.mark.parametrize(
-    ("kind", "content"),
-    [
-        ("merge", {}),
-        ("undo", {"edit": 1, "all": True}),
-        ("undo", {}),
-        ("status", {"status": "forgotten"}),
-        ("import", {"missing": [[1]], "frames": 3, "finished": False}),
-    ],
-)
-def test_what_a_newer_version_wrote_is_refused(kind, content):
-    with pytest.raises(ReviewError, match="update addb-viewer"):
-        decoded(kind, content)
-
-
 @pytest.mark.parametrize("make", [FlagRange, Proposal])
 @pytest.mark.parametrize(("start", "end"), [(5, 5), (6, 5), (-1, 5)])
 def test_a_range_without_frames_is_refused(make, start, end):

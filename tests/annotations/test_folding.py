@@ -63,30 +63,6 @@ def test_a_flag_is_about_its_own_foot(edits):
     assert review.status is Status.IN_WORK
 
 
-def test_a_later_flag_or_clear_wins_where_they_overlap(edits):
-    review = fold(
-        edits(
-            ("anna", FlagRange(10, 20, "manualReview")),
-            ("anna", FlagRange(15, 25, "forceDiscrepancy", RIGHT)),
-            ("anna", ClearRange(12, 14)),
-        )
-    )
-    assert flags(review) == [
-        (10, 12, None, "manualReview"),
-        (14, 15, RIGHT, "manualReview"),
-        (14, 20, LEFT, "manualReview"),
-        (15, 25, RIGHT, "forceDiscrepancy"),
-    ]
-    assert review.conflicts == ()
-
-
-def test_an_undone_edit_leaves_what_was_under_it(edits):
-    review = fold(
-        edits(("anna", FlagRange(0, 9, "manualReview")), ("anna", ClearRange(0, 9)), ("anna", Undo(2)))
-    )
-    assert flags(review) == [(0, 9, None, "manualReview")]
-
-
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 def test_an_import_never_changes_a_persons_label_whichever_came_first(edits, order):
     said = [("imported", ImportLabels(((0, 10),), 40, False)), ("anna", ClearRange(4, 6, RIGHT))]

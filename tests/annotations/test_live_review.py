@@ -96,5 +96,5 @@ def test_threads_share_it(live):
     for thread in threads:
         thread.join()
     live.refresh()
-    assert live.since(0) == live.log.since(0)
+    assert live.since(0) == live.log.history()
     assert len(live.since(0)) == 46

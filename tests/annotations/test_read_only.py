@@ -72,7 +72,7 @@ def test_what_others_record_meanwhile_is_seen(tmp_path, read_only):
         assert log.revision() == 1
         with ReviewLog.open(folder / "annotations.sqlite") as other:
             other.append("walk", SECOND, "ben")
-            assert [edit.event for edit in log.since(1)] == [SECOND]
+            assert [edit.event for edit in log.reading(after=1).edits] == [SECOND]
         assert [edit.event for edit in log.history()] == [FIRST, SECOND]
 
 

@@ -3,32 +3,6 @@ import pytest
 from annotations.errors import ReviewError
 from annotations.reasons import REASON_KEYS, REASONS, checked_reason, reason_named, reason_words
 
-NUMBERS = {
-    0: "notMissingGRF",
-    1: "measuredGrfZeroWhenAccelerationNonZero",
-    2: "unmeasuredExternalForceDetected",
-    3: "torqueDiscrepancy",
-    4: "forceDiscrepancy",
-    5: "notOverForcePlate",
-    6: "missingImpact",
-    7: "missingBlip",
-    8: "shiftGRF",
-    9: "interpolatedClippedGRF",
-    10: "manualReview",
-    11: "footContactDetectedButNoForce",
-    12: "tooHighMarkerRMS",
-    13: "hasInputOutliers",
-    14: "hasNoForcePlateData",
-    15: "velocitiesStillTooHighAfterFiltering",
-    16: "copOutsideConvexFootError",
-    17: "zeroForceFrame",
-    18: "extendedToNearestPeakForce",
-}  # of the B3D format
-
-
-def test_a_reasons_place_is_its_number_in_the_b3d_format():
-    assert dict(enumerate(REASONS)) == NUMBERS
-
 
 def test_keys_one_to_nine_stand_for_reasons_of_the_list():
     assert [key.key for key in REASON_KEYS] == list("123456789")

@@ -157,7 +157,7 @@ def test_an_import_that_can_be_read_is_found_before_one_that_cannot(log, write):
         ({"kind": "flag", "made_at": "yesterday"}, "its date 'yesterday' is none"),
         ({"kind": "flag", "content": [1]}, "not a JSON object"),
         ({"kind": "flag", "content": deep(5000)}, "nested too deeply"),
-        ({"kind": "flag", "content": {**CONTENT, "end": "9"}}, "its 'end' is not a number of a frame"),
+        ({"kind": "flag", "content": {**CONTENT, "end": "9"}}, "its 'end' is not a whole number"),
         ({"kind": "flag", "content": {**CONTENT, "w": 1}}, "says 'w', which this version does not know"),
         ({"kind": "import", "content": {}}, "does not say all of missing, frames, finished"),
         ({"kind": "flag", "author": "imported"}, "a person needs another name"),

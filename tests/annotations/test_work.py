@@ -1,7 +1,5 @@
 """Who is to review a trial, and comments: what is said comes back, stays, and decides nothing."""
 
-import threading
-
 import pytest
 from sqlalchemy import text
 
@@ -85,42 +83,12 @@ def test_subjects_and_their_revisions_are_kept_apart_and_outlive_the_program(pla
         assert [item.number for item in again.work.reading()[0]] == list(numbers)
 
 
-@pytest.mark.parametrize("statement", ["UPDATE work SET author = 'eve'", "DELETE FROM work"])
-def test_nothing_is_changed_or_removed(place, statement):
-    with ReviewLog.open(place) as log:
-        log.work.append(["walk"], Comment("Mine."), "anna")
-        database = Database(place)
-        with pytest.raises(ReviewError, match="append-only"), database.writing() as connection:
-            connection.execute(text(statement))
-        database.close()
-        assert [item.author for item in log.work.reading()[0]] == ["anna"]
-
-
-def test_two_hands_at_once_lose_nothing(place):
-    with ReviewLog.open(place) as one, ReviewLog.open(place) as other:
-
-        def say(log, name):
-            for k in range(10):
-                log.work.append(["walk"], Comment(f"{name} {k}"), name)
-
-        threads = [threading.Thread(target=say, args=pair) for pair in ((one, "anna"), (other, "ben"))]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        said = [item.event.text for item in one.work.reading()[0]]
-    assert sorted(said) == sorted(f"{name} {k}" for name in ("anna", "ben") for k in range(10))
-
-
 BROKEN = {
     "kind": ("praise", '{"text": "x"}', "newer version"),
-    "json": ("comment", "{", "not JSON"),
-    "type": ("comment", '{"text": 5}', "'text' is of a wrong type"),
-    "truth for a number": ("comment", '{"text": "x", "frame": true}', "'frame' is of a wrong type"),
-    "unknown field": ("comment", '{"text": "x", "mood": 1}', "does not know"),
+    "truth for a number": ("comment", '{"text": "x", "frame": true}', "'frame' is not a whole number"),
     "nothing": ("settle", "{}", "does not say all"),
     "empty": ("comment", '{"text": " "}', "needs words"),
-}
+}  # what else can be wrong is read as in edits
 
 
 @pytest.mark.parametrize("case", BROKEN)
