@@ -30,8 +30,7 @@ from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import settings_for
 from solver.gait.activities import load_of
 from solver.gait.activity import LEARNT, Activity
-from solver.gait.activity_features import NAMES, features_of, windows_of
-from solver.gait.activity_model import FILE, Weights
+from solver.gait.activity_model import FILE, NAMES, Weights, features_of, windows_of
 from solver.gait.activity_settings import ACTIVITIES
 from solver.gait.body_motion import body_motion
 from solver.gait.settings import GAIT

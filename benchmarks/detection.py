@@ -28,7 +28,7 @@ from solver.contact.detection import detect
 from solver.contact.mask import frame_mask
 from solver.contact.proposals import Proposal, missing_force
 from solver.contact.wrenches import ContactWrenches
-from solver.dynamics.com_data import com_data
+from solver.dynamics.com_trajectory import com_data
 from solver.dynamics.mass import mass_from_forces
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.pipeline import solve

@@ -33,8 +33,8 @@ from benchmarks.truth.recorded import ACTIVITY
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.contact.wrenches import FrameMask
-from solver.dynamics.com_data import com_data
-from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
+from solver.dynamics.com_trajectory import com_data
+from solver.dynamics.force_prediction.missing_wrench import unmeasured_forces
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.root_wrench import about_point

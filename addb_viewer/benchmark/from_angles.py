@@ -14,7 +14,7 @@ from addb_viewer.benchmark.scoring import scored_frames
 from addb_viewer.benchmark.task import Example, Log, Predicted, Seen, Trials
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.dynamics.force_prediction.divided_wrench import going_with_the_ground, pressed
-from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
+from solver.dynamics.force_prediction.missing_wrench import unmeasured_forces
 from solver.dynamics.root_wrench import root_wrench
 from solver.fitting.settings import Settings
 from solver.kinematics.motion import Motion

@@ -22,9 +22,9 @@ from addb_viewer.benchmark.task import (
     central_differences,
 )
 from solver.common.filters import low_pass
+from solver.contact.contact_phases import touching
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import soles
-from solver.contact.touching import touching
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.kinematics.motion import Motion

@@ -44,7 +44,7 @@ from solver.dynamics.cross_validation.ablation import (
     Repetition,
     ablate,
 )
-from solver.dynamics.cross_validation.hidden_steps import (
+from solver.dynamics.cross_validation.held_out_layouts import (
     Step,
     every_third,
     frames_of,

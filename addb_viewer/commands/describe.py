@@ -28,10 +28,9 @@ from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note
 from solver.fitting.results.store import write_json
 from solver.fitting.settings import Settings, as_toml, read_settings, settings_for
-from solver.kinematics.bare_model import is_bare
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_naming import checked_map, strangers
-from solver.kinematics.own_model_naming import own_names
+from solver.kinematics.own_model_naming import is_bare, own_names
 from solver.markers.atlas import atlas
 from solver.markers.mapping_file import read_map, remark, write_map
 from solver.markers.people import subjects_among

@@ -33,8 +33,7 @@ from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
 from solver.fitting.settings import Settings
 from solver.fitting.torques_stage import filtered
 from solver.kinematics.marker_errors import MarkerErrors
-from solver.kinematics.motion import Motion
-from solver.kinematics.resampled_motion import ResampledMotion, resampled
+from solver.kinematics.motion import Motion, ResampledMotion, resampled
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
 

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from benchmarks.truth.time_history import TimeHistory
-from solver.dynamics.band_gain import band_gains
+from solver.dynamics.motion_change import band_gains
 
 TURNING = (
     *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
@@ -114,7 +114,7 @@ def _alike(later: Float[np.ndarray, " some"], earlier: Float[np.ndarray, " other
 def gains(time_history: TimeHistory, marker_fit: TimeHistory) -> dict[str, list[dict[str, float]]]:
     """Gain and phase of a time history against the marker fit by joint and frequency band, sides together.
 
-    As `solver.dynamics.band_gain` has them. Phase is positive where it leads. `content` is the marker
+    As `solver.dynamics.motion_change` has them. Phase is positive where it leads. `content` is the marker
     fit's own root mean square in the band [°]: where it is tiny, gain is that of noise.
     """
     found: dict[str, list[dict[str, float]]] = {}

@@ -22,7 +22,7 @@ from benchmarks.truth.skin import SkinSettings, skin_movement
 from benchmarks.truth.time_history import TimeHistory, time_history_of, torques_of
 from benchmarks.truth.ways import CUTOFFS_HZ, MARKER_FIT, OURS, at_cutoff
 from solver.common.progress import silent
-from solver.dynamics.force_prediction.demand_gains import required_ground
+from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.trajectory.marker_error_levels import MarkerErrorLevels, marker_error_levels
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.pipeline import fit_to_forces

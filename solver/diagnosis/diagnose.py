@@ -30,7 +30,7 @@ from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Found
 from solver.diagnosis.search.selection import Selection, select
-from solver.dynamics.force_prediction.unmeasured_forces import FEWEST_FRAMES
+from solver.dynamics.force_prediction.missing_wrench import FEWEST_FRAMES
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.fitting.failing_trials import Failed, together, without_failing
 from solver.fitting.fit import Fit

@@ -14,9 +14,12 @@ from solver.contact.mask import mask_of, with_own_file
 from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import MissingRange
 from solver.diagnosis.causes.scene import MarkerScene, PlateScene, Scene
-from solver.dynamics.force_prediction.long_marker_posterior import LongMarkerPosterior, trial_posterior
-from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior
-from solver.dynamics.force_prediction.unmeasured_forces import FEWEST_FRAMES
+from solver.dynamics.force_prediction.marker_posterior import (
+    LongMarkerPosterior,
+    MarkerPosterior,
+    trial_posterior,
+)
+from solver.dynamics.force_prediction.missing_wrench import FEWEST_FRAMES
 from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass_of

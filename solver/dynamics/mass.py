@@ -7,11 +7,15 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from solver.dynamics.com_data import ComData
-from solver.dynamics.com_mass import MassEstimate, told_ratio
 from solver.dynamics.com_settings import ComSettings
-from solver.dynamics.com_system import FEWEST_FRAMES, project
-from solver.dynamics.com_trajectory import fit_com_trajectory
+from solver.dynamics.com_trajectory import (
+    FEWEST_FRAMES,
+    ComData,
+    MassEstimate,
+    fit_com_trajectory,
+    project,
+    told_ratio,
+)
 
 GUESSES = np.linspace(0.05, 0.95, 19)  # quantiles of what short windows tell
 ROUNDS = 10  # of choosing frames by the mass and the mass by the frames; real recordings take two or three

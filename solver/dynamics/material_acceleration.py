@@ -3,8 +3,12 @@
 import numpy as np
 from jaxtyping import Float
 
+from solver.common.frames_at_once import by_frames
+from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
+from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics, Poses, cross
 from solver.skeleton.rotations import skew
+from solver.skeleton.skeleton import Skeleton
 
 
 def material_accelerations(
@@ -61,3 +65,25 @@ def _twist_cross(
     angular = cross(one[:, :3], other[:, :3])
     linear = cross(one[:, :3], other[:, 3:]) + cross(one[:, 3:], other[:, :3])
     return np.concatenate([angular, linear], axis=1)
+
+
+def required_ground(skeleton: Skeleton, motion: Motion) -> Float[np.ndarray, "frames 6"]:
+    """The external wrench that a motion needs: force [N], moment about the ground origin [N·m].
+
+    Args:
+        skeleton: of the motion, with its masses.
+        motion: of one trial.
+    """
+    kinematics = ForwardKinematics(skeleton)
+    inertias = np.stack([pseudo_inertia(body) for body in skeleton.bodies])
+
+    def required(
+        q: Float[np.ndarray, "some dofs"],
+        v: Float[np.ndarray, "some dofs"],
+        a: Float[np.ndarray, "some dofs"],
+    ) -> Float[np.ndarray, "some 6"]:
+        A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
+        return required_wrench(A, T, inertias).sum(axis=1)
+
+    moved = motion.without_derivatives()
+    return by_frames(required, moved.q, moved.velocity, moved.acceleration)

@@ -2,19 +2,23 @@
 
 A change is no error by itself: noise of the markers goes, too. But a residual that is small because the
 motion was bent shows here: movement in the bands where people move is lost, ranges shrink, peaks flatten.
+
+Gain and phase of one motion against another by frequency band, as cross-spectrum over spectrum.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Complex, Float
 from scipy.fft import dct
 
-from solver.dynamics.band_gain import BandGain, spectra_of
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
+
+FINER = 8  # bins an hertz of a second's segment, so that a band holds what lies between its edges
+AT_ONCE = 60  # windows
 
 BANDS_HZ = ((0.0, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 10.0), (10.0, np.inf))
 
@@ -26,6 +30,95 @@ FAST_SHARE, SLOW_SHARE = 0.15, 0.04
 # From where a gain is one of movement: markers' own errors of 1 mm turn a segment of 0.3 m by 0.2°.
 LEAST_CONTENT_RAD, LEAST_CONTENT_M = np.radians(0.2), 0.001
 ENDS_S = 0.1  # left out of ranges and peaks: filters and splines know no motion beyond
+
+
+@dataclass(frozen=True)
+class BandGain:
+    """Of one frequency band."""
+
+    low_Hz: float
+    high_Hz: float
+    gain: float  # 1: as large as in the reference
+    phase_rad: float  # positive: ahead of the reference
+    content: float  # RMS of the reference in the band, in its unit: where it is tiny, gain is that of noise
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Of several columns, by Welch's method."""
+
+    frequency_Hz: Float[np.ndarray, " bins"]
+    own: Float[np.ndarray, "bins columns"]  # power density of the reference
+    cross: Complex[np.ndarray, "bins columns"]  # of the motion with the reference
+
+    def gains(
+        self, bands_Hz: Sequence[tuple[float, float]], columns: slice | Bool[np.ndarray, " columns"]
+    ) -> list[BandGain]:
+        """Gain and phase by band, of some columns together; bands without any content are left out.
+
+        What the two share counts: noise that only the reference has lowers the gain as lost movement does.
+
+        Args:
+            bands_Hz: from and below.
+            columns: which.
+        """
+        found = []
+        of_each = self.own[:, columns]
+        own, cross = of_each.sum(axis=1), self.cross[:, columns].sum(axis=1)
+        for low, high in bands_Hz:
+            band = (self.frequency_Hz >= low - 1e-9) & (self.frequency_Hz < high - 1e-9)
+            if not band.any() or own[band].sum() == 0:
+                continue
+            ratio = cross[band].sum() / own[band].sum()
+            content = np.sqrt(own[band].sum() * self.frequency_Hz[1] / of_each.shape[1])
+            found.append(BandGain(low, high, float(np.abs(ratio)), float(np.angle(ratio)), float(content)))
+        return found
+
+
+def spectra_of(
+    motion: Float[np.ndarray, "frames columns"], reference: Float[np.ndarray, "frames columns"], rate: float
+) -> Spectra:
+    """Spectra of a motion against another: Hann windows of a second or the whole trial, half overlapping.
+
+    Each window is without its trend. SciPy holds the spectra of all windows at once, of a long trial
+    gigabytes: it is given some windows at a time.
+
+    Args:
+        motion: in any unit.
+        reference: on the same frames, in the same unit.
+        rate: [Hz].
+    """
+    from scipy.signal import csd, welch  # noqa: PLC0415 (slow to load; every reader of a fit leads here)
+
+    length = min(len(reference), round(rate))
+    options = {"fs": rate, "nperseg": length, "nfft": FINER * length, "detrend": "linear", "axis": 0}
+    step = length - length // 2
+    windows = (len(reference) - length) // step + 1
+    own, cross = np.zeros(()), np.zeros(())
+    for first in range(0, windows, AT_ONCE):
+        count = min(AT_ONCE, windows - first)
+        some = slice(first * step, (first + count - 1) * step + length)
+        frequency, each = welch(reference[some], **options)
+        own = own + each * count / windows
+        cross = cross + csd(reference[some], motion[some], **options)[1] * count / windows
+    return Spectra(frequency, own, cross)
+
+
+def band_gains(
+    motion: Float[np.ndarray, "frames columns"],
+    reference: Float[np.ndarray, "frames columns"],
+    rate: float,
+    bands_Hz: Sequence[tuple[float, float]],
+) -> list[BandGain]:
+    """Gain and phase by band, all columns together; see `Spectra.gains`.
+
+    Args:
+        motion: in any unit.
+        reference: on the same frames, in the same unit.
+        rate: [Hz].
+        bands_Hz: from and below.
+    """
+    return spectra_of(motion, reference, rate).gains(bands_Hz, slice(None))
 
 
 @dataclass(frozen=True)

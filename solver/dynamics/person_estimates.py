@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from solver.capture.capture import Subject
 from solver.common.notes import Kind, Note, noted
-from solver.dynamics.com_mass import MassEstimate, Standing, disagreement
 from solver.dynamics.com_settings import ComSettings
+from solver.dynamics.com_trajectory import MassEstimate, Standing, disagreement
 from solver.dynamics.mass import pooled
 from solver.kinematics.scale_prior import stature, stature_of_trunk
 from solver.skeleton.skeleton import Skeleton

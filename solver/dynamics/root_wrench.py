@@ -1,10 +1,10 @@
-"""From generalized forces of the root joint to a force and a moment in the ground frame."""
+"""From generalized forces of the root joint to a wrench in the ground frame; the root moved."""
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.common.frames_at_once import by_frames
-from solver.kinematics.root_joint import RootJoint
+from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.skeleton.chain import Chain
 from solver.skeleton.forward import ForwardKinematics, Poses, cross
 from solver.skeleton.skeleton import Skeleton
@@ -66,3 +66,29 @@ def centre_of_mass_of(
     """Likewise, at generalized coordinates in the order of `skeleton.dofs` [rad or m]."""
     kinematics = ForwardKinematics(skeleton)
     return by_frames(lambda some: centre_of_mass(skeleton, kinematics.poses(some)), q)
+
+
+def with_com_at(
+    skeleton: Skeleton, q: Float[np.ndarray, "frames dofs"], com_ground: Float[np.ndarray, "frames 3"]
+) -> Float[np.ndarray, "frames dofs"]:
+    """The same postures with the root moved until the centre of mass is there; no angle changes.
+
+    Args:
+        skeleton: scaled.
+        q: generalized coordinates [rad or m].
+        com_ground: where the centre of mass is to be [m].
+
+    Returns:
+        Generalized coordinates; only the root's three translations differ.
+
+    Raises:
+        ModelError: the skeleton's root is not free to move in all six ways.
+    """
+    root = root_joint(skeleton)
+    shift_ground = com_ground - centre_of_mass_of(skeleton, q)
+    shift_parent = shift_ground @ root.joint.R_parent_frame
+    axes = np.array([a.axis / np.linalg.norm(a.axis) for a in root.translations])
+    metres_per_unit = np.array([np.diff(a.function(np.array([0.0, 1.0]))[0])[0] for a in root.translations])
+    moved = q.copy()
+    moved[:, root.translation_dofs] += np.linalg.solve(axes.T, shift_parent.T).T / metres_per_unit
+    return moved

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from solver.common.runs import runs
-from solver.dynamics.cross_validation.hidden_steps import frames_of
+from solver.dynamics.cross_validation.held_out_layouts import frames_of
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.near_edits import InertiasBefore, spans_near
 from solver.fitting.fit import Groundwork, SettledFit, TrialFit

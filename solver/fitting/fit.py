@@ -10,7 +10,7 @@ from solver.capture.capture import Capture, Subject, UnreadTrial, UnusedFile
 from solver.common.notes import Note
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.com_mass import Standing
+from solver.dynamics.com_trajectory import Standing
 from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms

@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.notes import Kind, Note, noted
-from solver.dynamics.com_data import com_data
-from solver.dynamics.com_mass import MassEstimate
+from solver.dynamics.com_trajectory import MassEstimate, com_data
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit

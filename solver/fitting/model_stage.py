@@ -17,7 +17,7 @@ from solver.common.memory_release import release_memory
 from solver.common.progress import Progress, silent
 from solver.contact.needed_segments import UPRIGHT, hips_over_ankles
 from solver.contact.sole import independent_feet, soles
-from solver.dynamics.com_mass import MassEstimate, Standing
+from solver.dynamics.com_trajectory import MassEstimate, Standing
 from solver.dynamics.mass import LIGHTEST_KG
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.dynamics.trajectory.extension import Extension

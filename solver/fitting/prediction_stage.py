@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import uniform_filter1d
 
 from solver.dynamics.cross_validation.held_out import HeldOut
-from solver.dynamics.cross_validation.hidden_steps import frames_of
+from solver.dynamics.cross_validation.held_out_layouts import frames_of
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
 from solver.dynamics.force_prediction.prediction_fit import Predicted, predicted, predicted_near

@@ -13,7 +13,7 @@ from solver.contact.mask import ERRONEOUS, frame_mask, with_own_file
 from solver.contact.needed_segments import seen_legs
 from solver.contact.proposals import sure_ranges, within
 from solver.contact.wrenches import MissingRange
-from solver.dynamics.com_data import com_data
+from solver.dynamics.com_trajectory import com_data
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.person_estimates import Plates, person_height, person_mass
 from solver.fitting.fit import Fit, TrialFit

@@ -10,8 +10,7 @@ from solver.common.cpu_timer import CpuTimer
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.dynamics import BodyLoad, Dynamics
 from solver.dynamics.force_prediction.divided_wrench import distances_to_soles
-from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
-from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
+from solver.dynamics.force_prediction.missing_wrench import unmeasured_forces, with_joint_torques
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.extension import TrialExtension, with_extra_wrench

@@ -8,11 +8,8 @@ import numpy as np
 from solver.common.memory_release import release_memory
 from solver.common.progress import Progress, silent
 from solver.common.runs import runs
-from solver.dynamics.com_data import ComData
-from solver.dynamics.com_mass import MassPrior
-from solver.dynamics.com_trajectory import fit_com_trajectory
-from solver.dynamics.root_shift import with_com_at
-from solver.dynamics.root_wrench import centre_of_mass_of
+from solver.dynamics.com_trajectory import ComData, MassPrior, fit_com_trajectory
+from solver.dynamics.root_wrench import centre_of_mass_of, with_com_at
 from solver.dynamics.trajectory.extension import Extension, TrialExtension
 from solver.dynamics.trajectory.near_edits import fitted_near
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories

@@ -21,8 +21,15 @@ from solver.gait.activity import (
     Activity,
     ActivitySuggestion,
 )
-from solver.gait.activity_features import features_of, windows_of
-from solver.gait.activity_model import Weights, all_classes, learnt_weights, shares, smoothed
+from solver.gait.activity_model import (
+    Weights,
+    all_classes,
+    features_of,
+    learnt_weights,
+    shares,
+    smoothed,
+    windows_of,
+)
 from solver.gait.activity_rules import kind_of, unlearnt
 from solver.gait.activity_settings import ACTIVITIES, ActivitySettings
 from solver.gait.body_motion import BodyMotion, body_motion

@@ -1,18 +1,99 @@
-"""The learnt part of suggestions: a multinomial model of window features, and the smoothing over time."""
+"""The learnt part of suggestions: a multinomial model of window features, and the smoothing over time.
+
+What a window of two seconds looks like in a few numbers of about one, which the learnt weights weigh.
+"""
 
 import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from solver.common.gravity import GRAVITY
 from solver.gait.activity import LEARNT, Activity
-from solver.gait.activity_features import NAMES
 from solver.gait.activity_settings import ActivitySettings
+from solver.gait.body_motion import BodyMotion
+
+NAMES = (
+    "pace",  # over the surface, of √(g L); 0.7 where people begin to run
+    "step rate",  # contacts of both feet, of 3 a second
+    "flight",  # share of the time with no foot on the ground
+    "double support",  # share with both
+    "pelvis travel up and down",  # of L, a quarter
+    "vertical speed",  # RMS of the pelvis, of 0.3 √(g L)
+    "weightless",  # share of the time in which the pelvis falls with more than 0.7 g
+    "landing",  # largest upward acceleration of the pelvis, of 3 g
+    "both feet up",  # height of the lower sole over where it stands, of L, a fifth
+    "knees bent",  # most that both are at once, of 90°
+    "knees apart",  # mean difference of flexion, of 30°
+    "step",  # most that a heel is before the other, of L
+)
 
 FILE = "activity_weights.json"  # made by `python -m benchmarks.activities --learn`
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of a trial: each stands for the frames about its middle."""
+
+    spans: tuple[tuple[int, int], ...]  # frames that it looks at
+    cells: tuple[tuple[int, int], ...]  # frames that it speaks for; together the trial, without overlap
+
+
+def windows_of(motion: BodyMotion, settings: ActivitySettings) -> Windows:
+    """Windows at equal distances; one that is as long as the trial where that is shorter.
+
+    Args:
+        motion: of the trial.
+        settings: length and distance.
+    """
+    frames = motion.frames
+    hop = max(1, round(settings.hop_s * motion.rate))
+    length = min(frames, max(2, round(settings.window_s * motion.rate)))
+    count = max(1, round(frames / hop))
+    borders = np.linspace(0, frames, count + 1).round().astype(int)
+    cells = tuple((int(a), int(b)) for a, b in pairwise(borders))
+    starts = [min(max(0, (a + b - length) // 2), frames - length) for a, b in cells]
+    return Windows(tuple((start, start + length) for start in starts), cells)
+
+
+def features_of(motion: BodyMotion, span: tuple[int, int]) -> Float[np.ndarray, " features"]:
+    """The numbers of one window, in the order of `NAMES`.
+
+    Args:
+        motion: of the trial.
+        span: the window's frames.
+    """
+    part = slice(*span)
+    seconds = (span[1] - span[0]) / motion.rate
+    leg, swift = motion.leg, np.sqrt(GRAVITY * motion.leg)
+    standing = motion.stands[part].sum(axis=1)
+    begin, end = motion.times[span[0]], motion.times[span[1] - 1]
+    contacts = sum(s.contact_s is not None and begin <= s.contact_s <= end for s in motion.stances)
+    lift = motion.soles[part] - motion.ground
+    knees = motion.knees[part]
+    upward = motion.acceleration[part, 1]
+    numbers = (
+        motion.pace[part].mean() / swift,
+        contacts / seconds / 3,
+        (standing == 0).mean(),
+        (standing == 2).mean(),
+        np.ptp(motion.pelvis[part, 1]) / (0.25 * leg),
+        np.sqrt(np.mean(motion.velocity[part, 1] ** 2)) / (0.3 * swift),
+        (upward < -0.7 * GRAVITY).mean(),
+        upward.max() / (3 * GRAVITY),
+        max(0.0, lift.min(axis=1).max()) / (0.2 * leg),
+        knees.min(axis=1).max() / np.radians(90),
+        np.abs(knees[:, 0] - knees[:, 1]).mean() / np.radians(30),
+        motion.ahead[part].max() / leg,
+    )
+    return np.clip(np.array(numbers), -MOST, MOST)
+
+
+MOST = 2.0  # of any number: beyond, more says no more
 
 
 @dataclass(frozen=True)

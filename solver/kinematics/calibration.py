@@ -14,8 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from solver.common.notes import Kind, Note, noted
 from solver.common.progress import Progress, silent
-from solver.kinematics.frame_solver import PoseProblem, solve_frames
-from solver.kinematics.initial_pose import initial_poses
+from solver.kinematics.frame_solver import PoseProblem, initial_poses, solve_frames
 from solver.kinematics.root_joint import root_joint
 from solver.kinematics.scale_prior import (
     LogScalePrior,

@@ -10,8 +10,7 @@ from solver.common.frames_at_once import FRAMES_AT_ONCE, by_frames, joined, over
 from solver.common.progress import Progress, silent
 from solver.common.runs import runs
 from solver.kinematics.determined import posed_frames
-from solver.kinematics.frame_solver import PoseProblem, solve_frames
-from solver.kinematics.initial_pose import initial_poses
+from solver.kinematics.frame_solver import PoseProblem, initial_poses, solve_frames
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.skeleton import Skeleton

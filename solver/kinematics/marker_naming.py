@@ -9,11 +9,15 @@ import numpy as np
 from solver.capture.capture import Markers
 from solver.common.errors import FitError
 from solver.common.notes import Kind, Note, noted
-from solver.kinematics.bare_model import is_bare
-from solver.kinematics.default_body_naming import NamedMarkers, on_default_body, seen_together
+from solver.kinematics.default_body_naming import (
+    NamedMarkers,
+    landmarks_by_name,
+    on_default_body,
+    pelvis_notes,
+    seen_together,
+)
 from solver.kinematics.marker_matching import LEFT_OUT, match_markers
-from solver.kinematics.own_model_naming import in_own_model
-from solver.kinematics.pelvis_markers import landmarks_by_name, pelvis_notes
+from solver.kinematics.own_model_naming import in_own_model, is_bare
 from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.markers.atlas import atlas
 from solver.markers.understanding import understand

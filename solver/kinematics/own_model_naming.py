@@ -1,23 +1,178 @@
-"""Recorded labels on a model of the subject's own: by its markers' names, by the motion, or by landmarks."""
+"""Recorded labels on a model of the subject's own: by its markers' names, by the motion, or by landmarks.
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+Labels that mean nothing, on a model of the subject's own: found on the default body, carried over.
+
+A model of the subject's own without markers for the recording: landmarks placed on its bodies.
+
+Bodies of the same name are taken for the same segment where their frames agree: in the neutral pose both are
+turned alike, and the joint centres that they carry lie alike. Places go over in proportion to the segment.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
 
 from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
 from solver.common.errors import FitError
 from solver.common.notes import Kind, Note, noted
-from solver.kinematics.bare_model import is_bare, placed_on_model
 from solver.kinematics.default_body_naming import on_default_body
-from solver.kinematics.label_reading import read_labels
+from solver.kinematics.label_reading import ReadLabels, read_labels
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name, similar_names
-from solver.kinematics.nonsense_on_own_model import carried_over
+from solver.kinematics.scale_prior import stature
 from solver.kinematics.unnamed.settings import NamingSettings
-from solver.markers.atlas import atlas
+from solver.markers.atlas import atlas, place_on
 from solver.markers.label_parts import spelling
 from solver.markers.understanding import UnderstoodLabel, understand
 from solver.skeleton.default_body import default_skeleton
-from solver.skeleton.skeleton import Skeleton
+from solver.skeleton.forward import body_poses, carried_joint_centres
+from solver.skeleton.skeleton import Marker, Skeleton
+
+ALIKE_M = 0.03  # how far joint centres and markers of two models' bodies may lie apart in the body's frame
+CARRIED_STD_M = 0.05  # of a place that was measured on one body and carried over to such another
+
+TURNED_ALIKE = np.radians(20.0)
+NEAR_M = 0.05  # a joint centre nearer to the body's origin tells no proportion
+
+
+def carried_over(
+    read: ReadLabels, labels: Iterable[str], default: Skeleton, model: Skeleton
+) -> dict[str, Marker]:
+    """Markers for labels that the model has none for, on its bodies of the same name.
+
+    Only on bodies whose frames agree: joint centres, and markers that the model calls by a landmark's name,
+    lie where those of the default body lie, within ALIKE_M.
+
+    Args:
+        read: what was found on the default body.
+        labels: those wanted.
+        default: the default body.
+        model: the subject's own, unscaled.
+    """
+    ratio = (stature(model) or 0.0) / (stature(default) or 1.0)
+    if not ratio:
+        return {}
+    used = {row.label for row in read.understanding.labels if row.used}
+    apart = _apart(default, model, ratio)
+    carried = {}
+    for label in labels:
+        marker = read.found[label]
+        body = default.bodies[marker.body].name
+        if label in used and apart.get(body, np.inf) < ALIKE_M:
+            carried[label] = replace(
+                marker,
+                body=model.body_index(body),
+                position_body=ratio * marker.position_body,
+                fixed=False,
+                spread_m=max(marker.spread_m or 0.0, CARRIED_STD_M),
+            )
+    return carried
+
+
+def _apart(default: Skeleton, model: Skeleton, ratio: float) -> dict[str, float]:
+    """By body of both: how far what lies on it lies apart, in the mean [m]."""
+    here, there = _points(default, default), _points(model, default)
+    apart = {}
+    for body in set(default.body_names) & set(model.body_names):
+        shared = here[body].keys() & there[body].keys()
+        if shared:
+            far = [np.linalg.norm(there[body][name] - ratio * here[body][name]) for name in shared]
+            apart[body] = float(np.mean(far))
+    return apart
+
+
+def _points(skeleton: Skeleton, default: Skeleton) -> Mapping[str, dict[str, Float[np.ndarray, "3"]]]:
+    """Of each body: centres of the joints that it carries, and places of its landmarks, in its frame [m]."""
+    points = carried_joint_centres(skeleton, skeleton.default_q)
+    if skeleton is default:
+        for mark in atlas().values():
+            points[mark.body][f"at {mark.name}"] = place_on(mark, default)
+        return points
+    rows = understand(skeleton.marker_names).by_label()
+    for marker in skeleton.markers:
+        row = rows[marker.name]
+        if row.used and row.landmark is not None and not atlas()[row.landmark].tracks_only:
+            points[skeleton.bodies[marker.body].name][f"at {row.landmark}"] = marker.position_body
+    return points
+
+
+def is_bare(model: Skeleton) -> bool:
+    """Whether a model came without a marker set."""
+    return len(model.markers) < FEWEST_SHARED
+
+
+def placed_on_model(markers: Sequence[Marker], default: Skeleton, model: Skeleton) -> dict[str, Marker]:
+    """Markers of the default body on another model's bodies, by name; those that find none are left out.
+
+    Args:
+        markers: on the default body.
+        default: the default body, unscaled.
+        model: the subject's own, scaled or not.
+    """
+    ratio = _proportions(default, model)
+    return {
+        marker.name: replace(
+            marker,
+            body=model.body_index(default.body_names[marker.body]),
+            position_body=ratio[default.body_names[marker.body]] * marker.position_body,
+        )
+        for marker in markers
+        if default.body_names[marker.body] in ratio
+    }
+
+
+def _proportions(default: Skeleton, model: Skeleton) -> dict[str, float]:
+    """Size of each segment of the model, with that of the default body as one, where frames agree.
+
+    Joints that lie otherwise are set aside as long as others agree. A segment that shares no joint with the
+    other body's (a hand) has the size of the one that it hangs on. Nothing where the root's frames differ.
+    """
+    carried_here, carried_there = (carried_joint_centres(s, np.zeros(len(s.dofs))) for s in (default, model))
+    R_here, R_there = _neutral(default), _neutral(model)
+    ratio: dict[str, float] = {}
+    for b, name in enumerate(default.body_names):
+        if name not in model.body_names:
+            continue
+        if _angle(R_here[b].T @ R_there[model.body_index(name)]) > TURNED_ALIKE:
+            continue
+        ours, theirs = carried_here[name], carried_there[name]
+        shared = [child for child in ours if child in theirs and np.linalg.norm(ours[child]) > NEAR_M]
+        parent = default.joints[b].parent
+        if not shared:
+            inherited = ratio.get(default.body_names[parent]) if parent >= 0 else None
+            if inherited is not None:
+                ratio[name] = inherited
+            continue
+        one = np.array([ours[child] for child in shared])
+        other = np.array([theirs[child] for child in shared])
+        size = _size(one, other)
+        if size is not None:
+            ratio[name] = size
+    return ratio if default.body_names[0] in ratio else {}
+
+
+def _size(one: Float[np.ndarray, "joints 3"], other: Float[np.ndarray, "joints 3"]) -> float | None:
+    """Ratio of two sets of joint centres, the worst set aside until the rest agree; None where none do."""
+    while len(one):
+        size = float(np.linalg.norm(other) / np.linalg.norm(one))
+        apart = np.linalg.norm(other - size * one, axis=1)
+        if apart.mean() < ALIKE_M:
+            return size
+        keep = np.arange(len(one)) != np.argmax(apart)
+        one, other = one[keep], other[keep]
+    return None
+
+
+def _neutral(skeleton: Skeleton) -> Float[np.ndarray, "bodies 3 3"]:
+    """Orientations of the bodies with all coordinates at zero; ground frame."""
+    return body_poses(skeleton, np.zeros((1, len(skeleton.dofs))))[0][0]
+
+
+def _angle(R: Float[np.ndarray, "3 3"]) -> float:
+    """By which a rotation turns [rad]."""
+    return float(np.arccos(np.clip((np.trace(R) - 1) / 2, -1.0, 1.0)))
 
 
 def own_names(model: Skeleton, recordings: Sequence[Markers]) -> dict[str, str]:

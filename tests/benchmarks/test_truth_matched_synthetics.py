@@ -9,7 +9,7 @@ from benchmarks.truth.pooling import kept_movement, matched_synthetic_bands
 from benchmarks.truth.recorded import solved
 from benchmarks.truth.time_history import time_history_of, torques_of
 from benchmarks.truth.ways import OURS, at_cutoff
-from solver.dynamics.force_prediction.demand_gains import required_ground
+from solver.dynamics.material_acceleration import required_ground
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass

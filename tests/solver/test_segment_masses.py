@@ -9,7 +9,7 @@ from benchmarks.faults.editor import clocks, plates
 from benchmarks.faults.editor.files import write_folder
 from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.subject.subject import open_subject
-from solver.dynamics.com_mass import MassEstimate
+from solver.dynamics.com_trajectory import MassEstimate
 from solver.fitting.mass_stage import agreeing
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings

@@ -10,8 +10,7 @@ from solver.common.white_noise import white_noise
 from solver.diagnosis.causes.effect import Candidate, Eta
 from solver.diagnosis.causes.scene import PlateScene, Scene
 from solver.diagnosis.noise.model_errors import mass_change, model_error, nuisances, soft_tissue
-from solver.dynamics.force_prediction.long_marker_posterior import LongMarkerPosterior
-from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior
+from solver.dynamics.force_prediction.marker_posterior import LongMarkerPosterior, MarkerPosterior
 from solver.dynamics.windows import Windows, windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.skeleton.forward import cross

@@ -17,15 +17,20 @@ from solver.common.errors import ModelError
 from solver.common.progress import Progress, part, silent
 from solver.common.runs import runs
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.com_data import ComData, com_data
-from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_settings import ComSettings
-from solver.dynamics.com_system import FEWEST_FRAMES
-from solver.dynamics.com_trajectory import ComTrajectory, fit_com_trajectory, unchanged
+from solver.dynamics.com_trajectory import (
+    FEWEST_FRAMES,
+    ComData,
+    ComTrajectory,
+    MassPrior,
+    com_data,
+    fit_com_trajectory,
+    unchanged,
+)
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.root_shift import with_com_at
+from solver.dynamics.root_wrench import with_com_at
 from solver.dynamics.settings import DynamicsSettings
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings

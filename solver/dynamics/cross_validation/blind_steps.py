@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from solver.dynamics.trajectory.bordered_system import SharedChoice, TrialSystem
 from solver.dynamics.trajectory.spline_band import CoefficientBand
-from solver.dynamics.trajectory.terms.blind_residual import BlindResidual
+from solver.dynamics.trajectory.terms.root_residual import BlindResidual
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver, refuse
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData

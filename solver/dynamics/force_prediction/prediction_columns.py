@@ -6,20 +6,39 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.dynamics.force_prediction import constants, demand_gains, step_curves
-from solver.dynamics.force_prediction.columns import Columns
-from solver.dynamics.force_prediction.constants import constant_columns
-from solver.dynamics.force_prediction.demand_gains import gain_columns, smooth_demand
-from solver.dynamics.force_prediction.footfalls import footfalls
-from solver.dynamics.force_prediction.heading_frame import HeadingFrame, heading_frame
-from solver.dynamics.force_prediction.inner_blocks import Parameters
+from solver.dynamics.force_prediction.learnt_columns import (
+    CONSTANTS,
+    GAINS,
+    STEPS,
+    Columns,
+    HeadingFrame,
+    StepPhases,
+    constant_columns,
+    footfalls,
+    gain_columns,
+    heading_frame,
+    smooth_demand,
+    step_columns,
+    step_phases,
+)
 from solver.dynamics.force_prediction.settings import PredictionSettings
-from solver.dynamics.force_prediction.step_curves import StepPhases, step_columns, step_phases
 from solver.dynamics.trajectory.frame_spans import Span
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
 from solver.skeleton.skeleton import Skeleton
 
 OTHER = "extension"
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Of all extra columns, the same for all trials."""
+
+    of: tuple[str, ...]  # the kind of each
+    prior: ExtraParameters
+
+    def some(self, kinds: Sequence[str]) -> Bool[np.ndarray, " extra"]:
+        """Which belong to these kinds."""
+        return np.isin(np.array(self.of, dtype=object), list(kinds))
 
 
 @dataclass(frozen=True)
@@ -111,11 +130,11 @@ class PredictionColumns:
     ) -> list[Columns]:
         """Of some frames."""
         columns = []
-        if self.peak_N and step_curves.KIND in kinds:
+        if self.peak_N and STEPS in kinds:
             columns.append(step_columns(phases, frame, self.peak_N, self.settings))
-        if demand_gains.KIND in kinds:
+        if GAINS in kinds:
             columns.append(gain_columns(demand, rate, frame, self.settings))
-        if constants.KIND in kinds:
+        if CONSTANTS in kinds:
             columns.append(constant_columns(frame, self.weight_N, self.settings))
         return columns
 

@@ -1,10 +1,82 @@
-"""Cholesky of a symmetric block-tridiagonal matrix: time's band, in blocks that suit matrix products."""
+"""Cholesky of symmetric block-tridiagonal matrices and block bands: time's band, in blocks that suit BLAS.
+
+BLAS works in place where a matrix is laid out by columns. Blocks here are laid out by rows, so it is given
+transposes: Uᵀ is lower triangular, and Uᵀ Y = R reads Yᵀ U = Rᵀ.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotrf
+
+TOGETHER = 2  # block rows; matrix products want large blocks, the band's edge small ones
+
+
+@dataclass(frozen=True)
+class BandCholesky:
+    """U with UᵀU = the matrix: `panels[a, :, k]` is its block (a, a + k)."""
+
+    panels: Float[np.ndarray, "rows size width size"]
+
+    @classmethod
+    def in_place(cls, panels: Float[np.ndarray, "rows size width size"]) -> "BandCholesky":
+        """Of a matrix with the upper band `panels`, which is gone afterwards.
+
+        Args:
+            panels: as U's are; blocks beyond the matrix zero, of the diagonal blocks the upper triangles.
+
+        Raises:
+            numpy.linalg.LinAlgError: the matrix is not positive definite.
+        """
+        count, size, width, _ = panels.shape
+        for low in range(0, count, TOGETHER):
+            rows = panels[low : low + TOGETHER]
+            some, inner = len(rows), len(rows) * size
+            wide = np.zeros((some, size, some + width - 1, size))
+            for i in range(some):
+                wide[i, :, i : i + width] = rows[i]
+            wide = wide.reshape(inner, -1)
+            own, right = wide[:, :inner].copy(), wide[:, inner:].copy()
+            _, failed = dpotrf(own.T, lower=1, clean=1, overwrite_a=1)
+            if failed:
+                raise np.linalg.LinAlgError(f"block rows {low} to {low + some} are not positive definite")
+            dtrsm(1.0, own.T, right.T, side=1, lower=1, trans_a=1, overwrite_b=1)
+            wide[:, :inner], wide[:, inner:] = own, right
+            factored = wide.reshape(some, size, -1, size)
+            for i in range(some):
+                rows[i] = factored[i, :, i : i + width]
+            product = (right.T @ right).reshape(width - 1, size, width - 1, size)
+            for i, below in enumerate(panels[low + some : low + some + width - 1]):
+                below[:, : width - 1 - i] -= product[i, :, i:]
+        return cls(panels)
+
+    def half_solve_in_place(
+        self, right: Float[np.ndarray, "rows size columns"]
+    ) -> Float[np.ndarray, "rows size columns"]:
+        """U⁻ᵀ right, in its place: columns whose inner products are those of the inverse matrix."""
+        count, size, width, _ = self.panels.shape
+        for a in range(count):
+            dtrsm(
+                1.0, self.panels[a, :, 0].T.copy("F"), right[a].T, side=1, lower=1, trans_a=1, overwrite_b=1
+            )
+            below = right[a + 1 : a + width]
+            blocks = self.panels[a, :, 1 : 1 + len(below)].reshape(size, -1)
+            below -= (blocks.T @ right[a]).reshape(below.shape)
+        return right
+
+    def back_solve(self, y: Float[np.ndarray, "rows size columns"]) -> Float[np.ndarray, "rows size columns"]:
+        """U⁻¹ y."""
+        count, size, width, _ = self.panels.shape
+        x = y.copy()
+        for a in range(count - 1, -1, -1):
+            below = x[a + 1 : a + width]
+            blocks = self.panels[a, :, 1 : 1 + len(below)].reshape(size, -1)
+            x[a] -= blocks @ below.reshape(-1, x.shape[2])
+            dtrsm(1.0, self.panels[a, :, 0].T.copy("F"), x[a].T, side=1, lower=1, overwrite_b=1)
+        return x
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.dynamics.trajectory.band_cholesky import BandCholesky
+from solver.dynamics.trajectory.block_tridiagonal import BandCholesky
 from solver.dynamics.trajectory.spline_band import CoefficientBand
 from solver.dynamics.trajectory.spline_basis import SplineBasis
 

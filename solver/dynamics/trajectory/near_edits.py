@@ -18,10 +18,13 @@ from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.trajectory.frame_spans import Span, united
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit, searched
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver
-from solver.dynamics.trajectory.trial_cost import basis_for, knot_spacing
+from solver.dynamics.trajectory.trajectory_solver import (
+    TrajectorySolver,
+    basis_for,
+    knot_spacing,
+    trial_levels,
+)
 from solver.dynamics.trajectory.trial_data import TrialData
-from solver.dynamics.trajectory.trial_levels import trial_levels
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton

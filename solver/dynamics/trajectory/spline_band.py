@@ -13,8 +13,7 @@ from jaxtyping import Float
 from numpy.lib.stride_tricks import as_strided
 from scipy.sparse import csr_matrix
 
-from solver.dynamics.trajectory.band_cholesky import BandCholesky
-from solver.dynamics.trajectory.block_tridiagonal import BlockTridiagonal
+from solver.dynamics.trajectory.block_tridiagonal import BandCholesky, BlockTridiagonal
 from solver.dynamics.trajectory.spline_basis import ORDER, SplineBasis
 
 REACH = ORDER  # largest distance of coupled coefficients

@@ -6,11 +6,20 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.dynamics.trajectory.marker_error_levels import MarkerErrorLevels
 from solver.dynamics.trajectory.spline_basis import DEGREE
-from solver.dynamics.trajectory.trial_levels import TrialLevels
 from solver.kinematics.motion import Motion
 
 Part = TypeVar("Part", Motion, np.ndarray)
+
+
+@dataclass(frozen=True)
+class TrialLevels:
+    """Of a whole trial."""
+
+    marker_errors: MarkerErrorLevels
+    pull: Float[np.ndarray, " dofs"]  # precision of the pull to the marker fit [1/rad²]
+    jerk: Float[np.ndarray, " dofs"]  # [rad/s³ or m/s³]
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.kinematics.motion import Motion
-from solver.kinematics.resampled_motion import ResampledMotion
+from solver.kinematics.motion import Motion, ResampledMotion
 from solver.skeleton.osim_writer import coordinate_names, joint_order
 from solver.skeleton.skeleton import Skeleton
 

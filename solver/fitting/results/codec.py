@@ -14,7 +14,7 @@ from solver.common.errors import ResultsError
 from solver.common.file_names import lying
 from solver.common.notes import Note, NoteJson
 from solver.contact import proposals, wrenches
-from solver.dynamics import com_mass, dynamics
+from solver.dynamics import com_trajectory, dynamics
 from solver.dynamics.cross_validation import held_out
 from solver.dynamics.force_prediction import learnt_terms
 from solver.dynamics.trajectory import extension
@@ -31,7 +31,7 @@ _MODULES = (
     stored,
     wrenches,
     proposals,
-    com_mass,
+    com_trajectory,
     dynamics,
     held_out,
     learnt_terms,

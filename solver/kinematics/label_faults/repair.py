@@ -7,8 +7,6 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Capture, Markers
-from solver.kinematics.label_faults.crashed import Crashed, crashed_labels
-from solver.kinematics.label_faults.exchanged import Exchanged, exchanged_back, exchanged_pairs
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, Exchange, LabelFault, notes_of
 from solver.kinematics.label_faults.rigid_neighbours import (
     RigidNeighbours,
@@ -17,6 +15,13 @@ from solver.kinematics.label_faults.rigid_neighbours import (
     rigid_neighbours,
 )
 from solver.kinematics.label_faults.settings import LabelRepairSettings
+from solver.kinematics.label_faults.wrong_labels import (
+    Crashed,
+    Exchanged,
+    crashed_labels,
+    exchanged_back,
+    exchanged_pairs,
+)
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.skeleton.skeleton import Skeleton
 

@@ -1,16 +1,26 @@
-"""Which distances between markers stay the same over a recording, and how far off a point is by them."""
+"""Which distances between markers stay the same over a recording, and how far off a point is by them.
+
+Stretches on which labels are wrong, bounded by frames on which they are clearly right.
+
+How far a label moves at once, beyond its neighbours: the one that does has changed trajectories.
+
+Distances alone cannot tell the front pair of a pelvis exchanged from the rear pair: both give its mirror
+image.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, Int8
 
 from solver.kinematics.label_faults.settings import LabelRepairSettings
 from solver.skeleton.skeleton import Skeleton
 
 NORMAL = 1.4826  # standard deviation over median absolute deviation of a normal distribution
+
+UNKNOWN, RIGHT, UNCLEAR, WRONG = 0, 1, 2, 3  # what a frame's distances say of a label
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,3 +150,116 @@ def on_near_segments(skeleton: Skeleton) -> Bool[np.ndarray, "markers markers"]:
         if parent >= 0:
             near[child, parent] = near[parent, child] = True
     return near[np.ix_(body, body)]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Frames start to end − 1 are wrong, `after_right` and `before_right` the right ones around them."""
+
+    start: int
+    end: int
+    after_right: int | None  # None: wrong from the recording's start
+    before_right: int | None  # None: wrong to its end
+
+
+def stretches(
+    state: Int8[np.ndarray, " frames"],
+    off_m: Float[np.ndarray, " frames"],
+    rate: float,
+    settings: LabelRepairSettings,
+) -> list[Stretch]:
+    """Wrong frames between two right ones, where they begin and end at once or in a gap.
+
+    Args:
+        state: of each frame.
+        off_m: how far distances are off as recorded [m], NaN where unknown.
+        rate: [Hz].
+        settings: limits.
+    """
+    wrong, right = np.flatnonzero(state == WRONG), np.flatnonzero(state == RIGHT)
+    most = settings.most_share * (state != UNKNOWN).sum()
+    if len(wrong) < settings.fewest_frames or len(right) == 0 or len(wrong) > most:
+        return []
+    found = []
+    place = np.searchsorted(right, wrong)  # wrong frames between the same two right ones are together
+    for k in np.unique(place):
+        own = wrong[place == k]
+        stretch = Stretch(
+            int(own[0]),
+            int(own[-1]) + 1,
+            int(right[k - 1]) if k > 0 else None,
+            int(right[k]) if k < len(right) else None,
+        )
+        inside = state[stretch.start : stretch.end]
+        clear = len(own) >= settings.clear_share * (inside != UNKNOWN).sum()
+        if len(own) >= settings.fewest_frames and clear and _bounded(stretch, state, off_m, rate, settings):
+            found.append(stretch)
+    return found
+
+
+def _bounded(
+    stretch: Stretch,
+    state: Int8[np.ndarray, " frames"],
+    off_m: Float[np.ndarray, " frames"],
+    rate: float,
+    settings: LabelRepairSettings,
+) -> bool:
+    """Whether both ends are a step, a gap, or the recording's end."""
+    first, last = stretch.after_right, stretch.before_right
+    for right, between, wrong in (
+        (first, state[(-1 if first is None else first) + 1 : stretch.start], stretch.start),
+        (last, state[stretch.end : last], stretch.end - 1),
+    ):
+        if (between == UNCLEAR).sum() > settings.step_frames:
+            return False
+        if right is None:
+            continue
+        if (between == UNKNOWN).sum() > settings.longest_gap_s * rate:
+            return False
+        if off_m[right] > settings.better * off_m[wrong]:
+            return False
+    return True
+
+
+def step_m(
+    rigid: RigidNeighbours, places: tuple[int, int], frames: tuple[int, int], without: Sequence[int] = ()
+) -> float:
+    """From one column's place to another's some frames later, less what the neighbours moved [m].
+
+    Args:
+        rigid: the markers; neighbours are those of the first column.
+        places: columns, before and after.
+        frames: before and after; both columns are seen then.
+        without: neighbours that do not count.
+    """
+    x, (before, after) = rigid.points_ground, frames
+    near = rigid.of(places[0], without)
+    moved = x[after, near] - x[before, near]
+    moved = moved[np.isfinite(moved).all(axis=1)]
+    common = np.median(moved, axis=0) if len(moved) else np.zeros(3)
+    return float(np.linalg.norm(x[after, places[1]] - x[before, places[0]] - common))
+
+
+def edges(
+    rigid: RigidNeighbours, columns: Sequence[int], stretch: Stretch, rate: float
+) -> list[tuple[int, int] | None]:
+    """Frames across each end of a stretch on which all columns are seen, the earlier one first.
+
+    The recording's own ends are none; None where the columns are not seen together soon enough.
+    """
+    seen = np.asarray(rigid.seen[:, list(columns)].all(axis=1))
+    inside = np.flatnonzero(seen[stretch.start : stretch.end]) + stretch.start
+    found: list[tuple[int, int] | None] = []
+    for right, outside, pick in (
+        (stretch.after_right, np.flatnonzero(seen[: stretch.start])[-1:], 0),
+        (stretch.before_right, np.flatnonzero(seen[stretch.end :])[:1] + stretch.end, -1),
+    ):
+        if right is None:
+            continue
+        if not len(inside) or not len(outside):
+            found.append(None)
+            continue
+        first, last = sorted((int(outside[0]), int(inside[pick])))
+        near = last - first <= 1 + rigid.settings.step_frames + rigid.settings.longest_gap_s * rate
+        found.append((first, last) if near else None)
+    return found

@@ -13,9 +13,16 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from solver.kinematics.frame_solver import solve_frames
-from solver.kinematics.unnamed.attachment import Attachment, Seen, Tolerance, attach
 from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture
-from solver.kinematics.unnamed.whole_recording import Followed, log_likelihood, pose_problem
+from solver.kinematics.unnamed.whole_recording import (
+    Attachment,
+    Followed,
+    Seen,
+    Tolerance,
+    attach,
+    log_likelihood,
+    pose_problem,
+)
 
 ROUNDS, STEPS = 2, 4  # of poses and attachment in turn, with the marker on one body; steps of the poses
 # joints between them are a few centimetres from the next one, or allow little

@@ -8,13 +8,11 @@ from jaxtyping import Bool, Float, Int
 from threadpoolctl import threadpool_limits
 
 from solver.capture.capture import Markers
-from solver.kinematics.unnamed.attachment import Seen
-from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture, landmark_mixture
-from solver.kinematics.unnamed.landmark_shapes import BodyShape, by_shape
+from solver.kinematics.unnamed.landmark_mixture import BodyShape, LandmarkMixture, by_shape, landmark_mixture
 from solver.kinematics.unnamed.neighbours import weighed_against_neighbours
 from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.kinematics.unnamed.single_frame import lay_over
-from solver.kinematics.unnamed.whole_recording import Followed, follow, forwards, with_segments_scaled
+from solver.kinematics.unnamed.whole_recording import Followed, Seen, follow, forwards, with_segments_scaled
 from solver.markers.atlas import Landmark
 from solver.markers.understanding import LEAST
 

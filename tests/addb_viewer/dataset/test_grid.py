@@ -15,8 +15,7 @@ from addb_viewer.dataset.ground_forces import (
 from solver.common.filters import low_pass
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.trajectory.spline_basis import spline_at, spline_basis
-from solver.kinematics.motion import Motion
-from solver.kinematics.resampled_motion import resampled
+from solver.kinematics.motion import Motion, resampled
 
 RATES = (60.0, 120.0, 200.0, 250.0)
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.contact.detection_motion import ground_odds, slip_speeds, touching_unloaded
+from solver.contact.detection_search import ground_odds, slip_speeds, touching_unloaded
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.sole import soles
 from solver.contact.wrenches import ContactWrenches

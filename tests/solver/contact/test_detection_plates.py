@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import ForcePlate
-from solver.contact.detection_plates import plate_faults
+from solver.contact.detection import plate_faults
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.wrenches import ContactWrenches
 

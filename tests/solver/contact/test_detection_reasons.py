@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.contact.detection_reasons import proposals_of
+from solver.contact.detection import proposals_of
 from solver.contact.detection_search import Findings
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.detection_shares import Explained

@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.force_prediction.long_marker_posterior import LongMarkerPosterior, trial_posterior
-from solver.dynamics.force_prediction.marker_posterior import marker_posterior
+from solver.dynamics.force_prediction.marker_posterior import (
+    LongMarkerPosterior,
+    marker_posterior,
+    trial_posterior,
+)
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.windows import windows_over

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from solver.dynamics.com_data import ComData
+from solver.dynamics.com_trajectory import ComData
 
 GRAVITY = np.array([0.0, -9.80665, 0.0])
 

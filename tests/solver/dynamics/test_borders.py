@@ -20,7 +20,7 @@ from jaxtyping import Float
 
 from solver.capture.subject.subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.cross_validation.hidden_steps import Step, frames_of, steps_of
+from solver.dynamics.cross_validation.held_out_layouts import Step, frames_of, steps_of
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial

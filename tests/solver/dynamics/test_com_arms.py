@@ -8,9 +8,8 @@ import pytest
 
 from solver.capture.subject.subject import open_subject
 from solver.common.runs import runs
-from solver.dynamics.com_data import com_data
-from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_settings import ComSettings
+from solver.dynamics.com_trajectory import MassPrior, com_data
 from solver.dynamics.cross_validation.ablation import ARMS, oracle, ours, piecewise
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings

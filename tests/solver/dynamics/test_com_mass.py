@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from solver.dynamics.com_mass import MassEstimate, MassPrior, disagreement
 from solver.dynamics.com_settings import ComSettings
-from solver.dynamics.com_trajectory import fit_com_trajectory
+from solver.dynamics.com_trajectory import MassEstimate, MassPrior, disagreement, fit_com_trajectory
 
 SETTINGS = ComSettings()
 

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.com_data import ComData
-from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_settings import ComSettings
-from solver.dynamics.com_trajectory import fit_com_trajectory
+from solver.dynamics.com_trajectory import ComData, MassPrior, fit_com_trajectory
 
 SETTINGS = ComSettings()
 AS_IN_THE_PAPER = replace(SETTINGS, force_error_m_s2=0.0)

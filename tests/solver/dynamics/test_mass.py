@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from solver.capture.subject.subject import open_subject
-from solver.dynamics.com_data import ComData, com_data
-from solver.dynamics.com_mass import MassEstimate
 from solver.dynamics.com_settings import ComSettings
+from solver.dynamics.com_trajectory import ComData, MassEstimate, com_data
 from solver.dynamics.mass import mass_from_forces, pooled
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings

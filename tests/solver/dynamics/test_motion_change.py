@@ -8,8 +8,7 @@ from scipy.signal import butter, csd, freqz
 
 from solver.capture.subject.subject import open_subject
 from solver.common.filters import low_pass
-from solver.dynamics.band_gain import AT_ONCE, spectra_of
-from solver.dynamics.motion_change import BANDS_HZ, band_rms, motion_change
+from solver.dynamics.motion_change import AT_ONCE, BANDS_HZ, band_rms, motion_change, spectra_of
 from solver.fitting.fit import KinematicsOnly
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for

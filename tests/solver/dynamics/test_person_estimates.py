@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Subject
-from solver.dynamics.com_mass import MassEstimate, Standing
 from solver.dynamics.com_settings import ComSettings
+from solver.dynamics.com_trajectory import MassEstimate, Standing
 from solver.dynamics.person_estimates import (
     Plates,
     mass_of_height,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.dynamics.root_shift import with_com_at
+from solver.dynamics.root_wrench import with_com_at
 from solver.skeleton.functions import Linear
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.rotations import body_fixed_xyz

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.subject.subject import open_subject
-from solver.dynamics.cross_validation.hidden_steps import every_third, frames_of, steps_of
+from solver.dynamics.cross_validation.held_out_layouts import every_third, frames_of, steps_of
 from solver.fitting import prediction_stage
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings

@@ -8,14 +8,21 @@ import pytest
 
 from solver.gait.activities import named_activity, suggested
 from solver.gait.activity import LEARNT, Activity, Kind
-from solver.gait.activity_features import NAMES, features_of, windows_of
-from solver.gait.activity_model import all_classes, learnt_weights, shares, smoothed
+from solver.gait.activity_model import (
+    NAMES,
+    all_classes,
+    features_of,
+    learnt_weights,
+    shares,
+    smoothed,
+    windows_of,
+)
 from solver.gait.activity_rules import kind_of, unlearnt
 from solver.gait.activity_settings import ACTIVITIES
 from solver.gait.body_motion import BodyMotion, body_motion
 from solver.gait.events import Source, Stance
+from solver.gait.gait import overground_speed, treadmill_speed
 from solver.gait.settings import GAIT
-from solver.gait.speed import overground_speed, treadmill_speed
 from solver.simulate.person import Person, body_of
 from solver.simulate.treadmill import belt_under, on_treadmill
 from solver.simulate.trial import Scenario, simulate_trial

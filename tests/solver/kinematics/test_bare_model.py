@@ -7,8 +7,8 @@ import pytest
 
 from solver.capture.capture import Markers
 from solver.common.errors import FitError
-from solver.kinematics.bare_model import is_bare, placed_on_model
 from solver.kinematics.marker_naming import name_markers
+from solver.kinematics.own_model_naming import is_bare, placed_on_model
 from solver.markers.atlas import atlas, landmark_marker
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions

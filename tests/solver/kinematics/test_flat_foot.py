@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.kinematics.flat_foot import on_flat_feet, resting_heights
+from solver.kinematics.default_body_naming import on_flat_feet, resting_heights
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.default_body import default_skeleton

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.kinematics.label_reading import ReadLabels
-from solver.kinematics.nonsense_on_own_model import carried_over
+from solver.kinematics.own_model_naming import carried_over
 from solver.markers.understanding import Understanding, UnderstoodLabel
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.skeleton import Marker, Skeleton

@@ -9,8 +9,8 @@ from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.fitting.settings import Settings
 from solver.kinematics.calibration import calibrate, choose_frames
+from solver.kinematics.default_body_naming import landmarks_by_name
 from solver.kinematics.marker_naming import name_markers
-from solver.kinematics.pelvis_markers import landmarks_by_name
 from solver.kinematics.settings import KinematicsSettings
 from solver.markers.understanding import understand
 from solver.skeleton.default_body import default_skeleton

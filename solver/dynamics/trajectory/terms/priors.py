@@ -1,12 +1,154 @@
-"""Priors of what trials share: inertias, and the parameters of extra columns."""
+"""What holds a trajectory beside markers and forces, and the inertias beside the forces.
+
+The pull to the marker fit: dofs that markers barely see, or not at all, would absorb the residual.
+Smoothness: jerk against the level of each dof's own. Held ends: what is beyond a part of a trial
+is not asked again.
+"""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.dynamics.inertia_parameters import InertiaParameters, prior_std
-from solver.dynamics.trajectory.terms.shared_parameters import SharedParameters
+from solver.dynamics.trajectory.bordered_system import TrialGradient, TrialSystem
+from solver.dynamics.trajectory.spline_basis import DEGREE
+from solver.dynamics.trajectory.terms.term import SharedParameters, TrialPoint
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import ExtraParameters
+from solver.kinematics.frame_solver import root_dofs
+from solver.kinematics.motion import Motion
+from solver.kinematics.unseen_bodies import untold_dofs
+from solver.skeleton.skeleton import Skeleton
+
+HELD_STD = 1e-9  # [rad or m] less than anybody measures; its square is far from what doubles resolve
+
+
+def pull_precision(
+    skeleton: Skeleton,
+    observed_ground: Float[np.ndarray, "frames markers 3"],
+    settings: TrajectorySettings,
+) -> Float[np.ndarray, " dofs"]:
+    """Of each frame's pull to the marker fit [1/rad²]; none for the root.
+
+    Args:
+        skeleton: its markers are those observed.
+        observed_ground: NaN where unseen [m].
+        settings: how far dofs may leave the marker fit that markers see, and those that none sees.
+    """
+    untold = untold_dofs(skeleton, observed_ground)
+    std = np.where(untold, settings.untold_std_rad, settings.pose_std_rad)
+    return np.where(root_dofs(skeleton), 0.0, std**-2)
+
+
+class PosePull:
+    """Σ_t Σ_j (q_tj − q⁰_tj)²/σ_j², over all dofs but the root's."""
+
+    def __init__(self, start: Motion, precision: Float[np.ndarray, " dofs"]) -> None:
+        """Of a trial.
+
+        Args:
+            start: the marker fit.
+            precision: `pull_precision`.
+        """
+        self.start_q, self.precision = start.q, precision
+
+    def cost(self, at: TrialPoint) -> float:
+        """The sum."""
+        return at.frame_weight * float((self.precision * (at.q - self.start_q) ** 2).sum())
+
+    def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
+        """By the coefficients."""
+        gradient.add_frames(at.basis, at.frame_weight * self.precision * (at.q - self.start_q))
+
+    def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
+        """Quadratic, so the band's share is the same everywhere."""
+        system.band.add_values(at.frame_weight * self.precision)
+        self.add_gradient(at, system.gradient)
+        system.cost += self.cost(at)
+
+
+class Smoothness:
+    """κ Σ_j ∫ (d³q_j/dt³)² dt / ȷ_j², with ȷ_j the dof's jerk level in the marker fit."""
+
+    def __init__(self, jerk: Float[np.ndarray, " dofs"], settings: TrajectorySettings) -> None:
+        """Of a trial.
+
+        Args:
+            jerk: `jerk_level` of the marker fit [rad/s³ or m/s³].
+            settings: κ.
+        """
+        self.weight = settings.smoothness / jerk**2
+
+    def cost(self, at: TrialPoint) -> float:
+        """The sum."""
+        c = at.coefficients[:, : len(self.weight)]
+        return float(self.weight @ (at.basis.jerk(c) ** 2).sum(axis=(0, 2)))
+
+    def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
+        """By the coefficients."""
+        columns = slice(len(self.weight))
+        c = at.coefficients[:, columns]
+        gradient.coefficients[:, columns] += self.weight * at.basis.jerk_product(c)
+
+    def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
+        """Quadratic, so the band's share is the same everywhere."""
+        system.band.add_jerk(self.weight)
+        self.add_gradient(at, system.gradient)
+        system.cost += self.cost(at)
+
+
+def jerk_level(motion: Motion, settings: TrajectorySettings) -> Float[np.ndarray, " dofs"]:
+    """RMS third derivative of each dof in the marker fit below its noise [rad/s³ or m/s³].
+
+    Running jerks ten times as much as walking; a smoothness that fits one would bend the other.
+    """
+    jerk = motion.low_passed(settings.jerk_cutoff_Hz).derivative(3)
+    inner = jerk[len(jerk) // 10 : len(jerk) - len(jerk) // 10]
+    own = np.sqrt((inner**2).mean(axis=0))
+    return np.maximum(own, settings.least_jerk_share * np.sqrt((own**2).mean()))
+
+
+class HeldEnds:
+    """Σ (c − c⁰)²/σ² over the coefficients that act beyond the ends of a part, at a σ of next to nothing.
+
+    All other coefficients act on the part's frames alone. So with these held, its cost is that of the whole
+    trial by the others, but for a constant.
+    """
+
+    def __init__(
+        self, coefficients: Float[np.ndarray, "coefficients dofs"], *, before: bool, after: bool
+    ) -> None:
+        """Of a part.
+
+        Args:
+            coefficients: where they stay.
+            before: whether the trial has frames before the part.
+            after: whether it has frames after it; then the part's last frame is on a knot.
+        """
+        self.coefficients = coefficients
+        held = np.zeros(len(coefficients), dtype=bool)
+        held[:DEGREE] = before
+        if after:
+            held[-DEGREE:] = True
+        self.held: Bool[np.ndarray, " coefficients"] = held
+
+    def _away(self, at: TrialPoint) -> Float[np.ndarray, "held dofs"]:
+        return at.coefficients[self.held, : self.coefficients.shape[1]] - self.coefficients[self.held]
+
+    def cost(self, at: TrialPoint) -> float:
+        """The sum."""
+        return float((self._away(at) ** 2).sum()) / HELD_STD**2
+
+    def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
+        """By the coefficients."""
+        gradient.coefficients[self.held, : self.coefficients.shape[1]] += self._away(at) / HELD_STD**2
+
+    def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
+        """Quadratic, so the band's share is the same everywhere."""
+        dofs = np.arange(self.coefficients.shape[1])
+        rows = np.flatnonzero(self.held)
+        system.band.panels[rows[:, None], dofs, 0, dofs] += 1 / HELD_STD**2
+        self.add_gradient(at, system.gradient)
+        system.cost += self.cost(at)
 
 
 class InertiaPrior:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from solver.dynamics.cross_validation.blind_steps import Blind, BlindSteps
-from solver.dynamics.force_prediction.demand_gains import required_ground
+from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.root_wrench import about_point, root_centre
-from solver.dynamics.trajectory.fit_steps import stepped
+from solver.dynamics.trajectory.trajectory_search import stepped
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
 from solver.kinematics.motion import Motion

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.dynamics.cross_validation.hidden_steps import every_third, frames_of, random_shares, steps_of
+from solver.dynamics.cross_validation.held_out_layouts import every_third, frames_of, random_shares, steps_of
 
 STEPS = [(10 * k, 10 * k + 6) for k in range(7)]
 

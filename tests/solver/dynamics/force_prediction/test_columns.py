@@ -6,21 +6,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver.dynamics.force_prediction.constants import constant_columns
-from solver.dynamics.force_prediction.demand_gains import (
+from solver.dynamics.force_prediction.learnt_columns import (
+    Footfalls,
+    constant_columns,
+    footfalls,
     gain_columns,
     gain_notes,
-    required_ground,
-    smooth_demand,
-)
-from solver.dynamics.force_prediction.footfalls import Footfalls, footfalls
-from solver.dynamics.force_prediction.heading_frame import heading_frame
-from solver.dynamics.force_prediction.settings import PredictionSettings
-from solver.dynamics.force_prediction.step_curves import (
+    heading_frame,
     periodic_splines,
+    smooth_demand,
     step_columns,
     step_phases,
 )
+from solver.dynamics.force_prediction.settings import PredictionSettings
+from solver.dynamics.material_acceleration import required_ground
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import ForwardKinematics
 from tests.solver.dynamics.force_prediction.conftest import FEET, HEADING_DEG, RATE

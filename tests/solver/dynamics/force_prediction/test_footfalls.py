@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from solver.dynamics.force_prediction.footfalls import footfalls
-from solver.dynamics.force_prediction.heading_frame import heading_frame
+from solver.dynamics.force_prediction.learnt_columns import footfalls, heading_frame
 from solver.dynamics.force_prediction.settings import PredictionSettings
 from tests.solver.dynamics.force_prediction.conftest import FEET
 

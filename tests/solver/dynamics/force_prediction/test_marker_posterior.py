@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 from solver.dynamics.force_prediction.marker_noise import MarkerNoise
 from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior, marker_posterior
 from solver.dynamics.momentum_terms import momentum_terms
-from solver.dynamics.trajectory.terms.smoothness import jerk_level
+from solver.dynamics.trajectory.terms.priors import jerk_level
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.windows import windows_over
 from solver.kinematics.frame_solver import root_dofs

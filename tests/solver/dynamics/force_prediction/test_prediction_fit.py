@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.force_prediction.demand_gains import required_ground
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
 from solver.dynamics.force_prediction.prediction_fit import predicted
 from solver.dynamics.force_prediction.settings import PredictionSettings
+from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from tests.solver.dynamics.force_prediction.conftest import FEET

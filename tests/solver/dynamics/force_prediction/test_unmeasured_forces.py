@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.common.filters import low_pass
-from solver.dynamics.force_prediction.unmeasured_forces import unmeasured_forces
+from solver.dynamics.force_prediction.missing_wrench import unmeasured_forces
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.simulate.person import Person, body_of
 from solver.simulate.trial import Scenario, simulate_trial

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.dynamics.trajectory.band_cholesky import BandCholesky
+from solver.dynamics.trajectory.block_tridiagonal import BandCholesky
 
 
 def synthetic(rows, seed=0, size=3, width=4):

@@ -7,7 +7,7 @@ import pytest
 
 from solver.common.progress import silent
 from solver.common.runs import runs
-from solver.dynamics.force_prediction.demand_gains import required_ground
+from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.trajectory.near_edits import InertiasBefore, fitted_near, spans_near
 from solver.dynamics.trajectory.spline_basis import DEGREE
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories

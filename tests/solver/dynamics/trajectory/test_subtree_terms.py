@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.dynamics.trajectory.subtree_terms import SubtreeTerms
+from solver.dynamics.trajectory.terms.markers import SubtreeTerms
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
 
 

@@ -7,7 +7,7 @@ import pytest
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.trajectory.spline_band import CoefficientBand, from_blocks, in_blocks
 from solver.dynamics.trajectory.spline_basis import spline_basis
-from solver.dynamics.trajectory.terms import trial_point
+from solver.dynamics.trajectory.terms import term
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import State, TrajectorySolver
@@ -206,7 +206,7 @@ def test_cost_and_system_are_the_same_whatever_the_chunks(light_capped, trial, m
     solver = TrajectorySolver(light_capped, [trial], SETTINGS)
     state = state_at(solver, solver.begun(None).coefficients[0], np.zeros(solver.inertias.count))
     ((whole,), cost) = solver.linearized(state), solver.cost(state)
-    monkeypatch.setattr(trial_point, "CHUNK", 7)
+    monkeypatch.setattr(term, "CHUNK", 7)
     ((chunked,), again) = solver.linearized(state), solver.cost(state)
     assert again == pytest.approx(cost, rel=1e-12)
     assert chunked.cost + solver.prior_cost(state) == pytest.approx(cost, rel=1e-12)

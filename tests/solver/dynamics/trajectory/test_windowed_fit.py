@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.force_prediction.demand_gains import required_ground
+from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.trajectory.frame_spans import teaching_spans
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.kinematics.label_faults.crashed import crashed_labels
 from solver.kinematics.label_faults.rigid_neighbours import rigid_neighbours
 from solver.kinematics.label_faults.settings import LabelRepairSettings
+from solver.kinematics.label_faults.wrong_labels import crashed_labels
 
 SETTINGS = LabelRepairSettings()
 MARKER, OTHER = 1, 12  # on the pelvis, on the foot

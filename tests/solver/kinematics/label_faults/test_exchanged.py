@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.kinematics.label_faults.exchanged import exchanged_back, exchanged_pairs
 from solver.kinematics.label_faults.rigid_neighbours import rigid_neighbours
 from solver.kinematics.label_faults.settings import LabelRepairSettings
+from solver.kinematics.label_faults.wrong_labels import exchanged_back, exchanged_pairs
 
 SETTINGS = LabelRepairSettings()
 PELVIS, OTHERS, FEMUR = (0, 2), (1, 3), (4, 5)  # the last alike to their only neighbour but for 14 mm

@@ -7,10 +7,10 @@ import pytest
 
 from solver.capture.capture import Capture, Markers
 from solver.common.notes import Kind, noted
-from solver.kinematics.label_faults.exchanged import exchanged_back
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, Exchange
 from solver.kinematics.label_faults.repair import with_labels_repaired
 from solver.kinematics.label_faults.settings import LabelRepairSettings
+from solver.kinematics.label_faults.wrong_labels import exchanged_back
 from solver.kinematics.marker_matching import match_markers
 
 SETTINGS = LabelRepairSettings()

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from solver.kinematics.label_faults.rigid_neighbours import rigid_neighbours
+from solver.kinematics.label_faults.rigid_neighbours import Stretch, edges, rigid_neighbours, step_m
 from solver.kinematics.label_faults.settings import LabelRepairSettings
-from solver.kinematics.label_faults.steps import edges, step_m
-from solver.kinematics.label_faults.stretches import Stretch
 
 STEP = np.array([0.03, -0.04, 0.12])  # 13 cm
 

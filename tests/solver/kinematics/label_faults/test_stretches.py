@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from solver.kinematics.label_faults.rigid_neighbours import RIGHT, UNCLEAR, UNKNOWN, WRONG, stretches
 from solver.kinematics.label_faults.settings import LabelRepairSettings
-from solver.kinematics.label_faults.stretches import RIGHT, UNCLEAR, UNKNOWN, WRONG, stretches
 
 STATE = {"r": RIGHT, "W": WRONG, "?": UNCLEAR, ".": UNKNOWN}
 OFF_M = {"r": 0.002, "W": 0.08, "?": 0.02, ".": np.nan}

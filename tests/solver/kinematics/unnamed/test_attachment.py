@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from solver.kinematics.unnamed.attachment import Seen, Tolerance, attach
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
+from solver.kinematics.unnamed.whole_recording import Seen, Tolerance, attach
 
 
 @pytest.fixture(scope="module")

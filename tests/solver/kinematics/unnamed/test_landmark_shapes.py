@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
-from solver.kinematics.unnamed.landmark_shapes import by_shape
+from solver.kinematics.unnamed.landmark_mixture import by_shape, landmark_mixture
 from solver.markers.atlas import atlas
 
 MIXTURE = landmark_mixture()

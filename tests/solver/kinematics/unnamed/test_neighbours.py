@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from solver.kinematics.unnamed.attachment import Seen, Tolerance, attach
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
 from solver.kinematics.unnamed.neighbours import weighed_against_neighbours
-from solver.kinematics.unnamed.whole_recording import Followed
+from solver.kinematics.unnamed.whole_recording import Followed, Seen, Tolerance, attach
 
 MIXTURE = landmark_mixture()
 NAMES = [mark.name for mark in MIXTURE.landmarks]

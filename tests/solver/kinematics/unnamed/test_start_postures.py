@@ -1,7 +1,7 @@
 import numpy as np
 
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
-from solver.kinematics.unnamed.start_postures import ABOVE_SOLE_M, first_guesses, postures
+from solver.kinematics.unnamed.single_frame import ABOVE_SOLE_M, first_guesses, postures
 
 
 def test_guesses_stand_on_the_ground_below_the_cloud_in_every_heading():

@@ -3,9 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.kinematics.unnamed.attachment import Attachment
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
-from solver.kinematics.unnamed.whole_recording import Followed, forwards
+from solver.kinematics.unnamed.whole_recording import Attachment, Followed, forwards
 
 
 @pytest.fixture

@@ -9,9 +9,8 @@ from solver.dynamics.inertia_parameters import InertiaParameters, inertia_parame
 from solver.dynamics.trajectory.bordered_system import TrialGradient, TrialSystem
 from solver.dynamics.trajectory.spline_band import from_blocks, in_blocks, nearest_spline
 from solver.dynamics.trajectory.spline_basis import spline_basis
-from solver.dynamics.trajectory.terms import trial_point
-from solver.dynamics.trajectory.terms.shared_parameters import SharedParameters
-from solver.dynamics.trajectory.terms.trial_point import TrialPoint
+from solver.dynamics.trajectory.terms import term
+from solver.dynamics.trajectory.terms.term import SharedParameters, TrialPoint
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.kinematics.motion import Motion
@@ -97,7 +96,7 @@ def dense(system):
 
 @pytest.fixture(autouse=True)
 def _several_chunks(monkeypatch):
-    monkeypatch.setattr(trial_point, "CHUNK", 8)
+    monkeypatch.setattr(term, "CHUNK", 8)
 
 
 @pytest.fixture(scope="session")

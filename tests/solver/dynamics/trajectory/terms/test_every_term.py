@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from solver.dynamics.trajectory.bordered_system import TrialGradient, TrialSystem
-from solver.dynamics.trajectory.terms.held_ends import HeldEnds
 from solver.dynamics.trajectory.terms.markers import Markers
-from solver.dynamics.trajectory.terms.pose_pull import PosePull
+from solver.dynamics.trajectory.terms.priors import HeldEnds, PosePull, Smoothness
 from solver.dynamics.trajectory.terms.root_residual import RootResidual
-from solver.dynamics.trajectory.terms.smoothness import Smoothness
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.dynamics.trajectory.trial_levels import trial_levels
+from solver.dynamics.trajectory.trajectory_solver import trial_levels
 from solver.skeleton.forward import ForwardKinematics
 
 # Scales within which every robust loss is well off its parabola.

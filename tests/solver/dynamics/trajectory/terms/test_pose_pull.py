@@ -1,6 +1,6 @@
 import numpy as np
 
-from solver.dynamics.trajectory.terms.pose_pull import PosePull, pull_precision
+from solver.dynamics.trajectory.terms.priors import PosePull, pull_precision
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 
 SETTINGS = TrajectorySettings()

@@ -7,7 +7,7 @@ import pytest
 
 from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
 from solver.dynamics.trajectory.terms.priors import ExtraPrior, InertiaPrior
-from solver.dynamics.trajectory.terms.shared_parameters import SharedParameters
+from solver.dynamics.trajectory.terms.term import SharedParameters
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import ExtraParameters
 

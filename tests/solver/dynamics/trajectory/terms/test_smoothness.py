@@ -4,7 +4,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from solver.dynamics.trajectory.spline_basis import DEGREE
-from solver.dynamics.trajectory.terms.smoothness import Smoothness, jerk_level
+from solver.dynamics.trajectory.terms.priors import Smoothness, jerk_level
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 
 SETTINGS = TrajectorySettings()
