@@ -12,8 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile, optional_subject_folder
-from addb_viewer.jobs.errors import errors_as_lines
-from addb_viewer.jobs.subject_checks import check_folder
+from addb_viewer.jobs.errors import check_folder, errors_as_lines
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Markers, Subject
 from solver.capture.formats.b3d.places import subject_folder_of

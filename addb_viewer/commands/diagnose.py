@@ -32,8 +32,7 @@ from addb_viewer.commands.options import (
     Trials,
 )
 from addb_viewer.commands.reviewing import Author, author_named
-from addb_viewer.jobs.accepted_exchanges import exchange_in_words
-from addb_viewer.jobs.accepting import Accepted, accepted, rejected
+from addb_viewer.jobs.accepting import Accepted, accepted, exchange_in_words, rejected
 from addb_viewer.jobs.diagnosing import diagnosed, kept_of
 from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.kept_diagnosis import kept

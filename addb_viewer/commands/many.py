@@ -20,10 +20,9 @@ from rich.table import Table
 from rich.text import Text
 
 from addb_viewer.commands.options import written
-from addb_viewer.jobs.errors import FAILED, STOPPED
+from addb_viewer.jobs.errors import FAILED, STOPPED, check_folder
 from addb_viewer.jobs.processes import THREADS, Processes, Start
 from addb_viewer.jobs.root_folder import RootFolder, open_root, reading_of
-from addb_viewer.jobs.subject_checks import check_folder
 from solver.capture.atomic import write_whole
 from solver.capture.formats.b3d.places import is_b3d, recording_of, subject_folder_of
 from solver.capture.formats.recording_files import is_recording

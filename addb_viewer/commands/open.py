@@ -9,9 +9,8 @@ from addb_viewer.commands.diagnose import print_diagnosis
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port
 from addb_viewer.jobs.demo import make_demo
 from addb_viewer.jobs.diagnosing import diagnosed
-from addb_viewer.jobs.errors import errors_as_lines, warn
+from addb_viewer.jobs.errors import check_folder, errors_as_lines, warn
 from addb_viewer.jobs.solving import job_for, kept_fit
-from addb_viewer.jobs.subject_checks import check_folder
 from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.text.summary_table import print_summary
 from solver.capture.formats.b3d.places import subject_folder_of

@@ -19,10 +19,9 @@ from addb_viewer.commands.options import (
     Trials,
     replaceable,
 )
-from addb_viewer.jobs.errors import FAILED, errors_as_lines, warn
+from addb_viewer.jobs.errors import FAILED, check_folder, errors_as_lines, warn
 from addb_viewer.jobs.root_folder import RootFolder, open_root
 from addb_viewer.jobs.solving import job_for
-from addb_viewer.jobs.subject_checks import check_folder
 from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept

@@ -197,35 +197,20 @@ MEASURES = (
 )
 
 
-def _coordinates(prefix: str, per: str, description: str) -> tuple[Column, ...]:
-    """A column a coordinate; null where the model lacks it."""
+def _coordinates(
+    prefix: str, description: str, units: tuple[str, str], source: str = "fit"
+) -> tuple[Column, ...]:
+    """A column a coordinate; units are those of angles and of translations."""
     return tuple(
         Column(
             f"{prefix}_{name}",
             "f32",
             f"{description}; null where the model lacks the coordinate",
-            f"{'m' if name in TRANSLATIONS else 'rad'}{per}",
+            units[name in TRANSLATIONS],
             shape=f"{len(COORDINATE_NAMES)} (coordinates)",
-            source="fit",
+            source=source,
             nullable=True,
             family=f"{prefix}_COORDINATE",
-        )
-        for name in COORDINATE_NAMES
-    )
-
-
-def _torques() -> tuple[Column, ...]:
-    return tuple(
-        Column(
-            f"tau_{name}",
-            "f32",
-            "generalized force M q̈ + C + g − Jᵀ f; those of pelvis_… are the residual about its own axes, no "
-            "joint torque; null where the model lacks the coordinate",
-            "N" if name in TRANSLATIONS else "N*m",
-            shape=f"{len(COORDINATE_NAMES)} (coordinates)",
-            source="inverse dynamics",
-            nullable=True,
-            family="tau_COORDINATE",
         )
         for name in COORDINATE_NAMES
     )
@@ -305,10 +290,16 @@ _COUNTS = (
 )
 
 _MOTION = (
-    *_coordinates("q", "", "value"),
-    *_coordinates("qd", "/s", "velocity"),
-    *_coordinates("qdd", "/s^2", "acceleration"),
-    *_torques(),
+    *_coordinates("q", "value", ("rad", "m")),
+    *_coordinates("qd", "velocity", ("rad/s", "m/s")),
+    *_coordinates("qdd", "acceleration", ("rad/s^2", "m/s^2")),
+    *_coordinates(
+        "tau",
+        "generalized force M q̈ + C + g − Jᵀ f; those of pelvis_… are the residual about its own axes, no "
+        "joint torque",
+        ("N*m", "N"),
+        "inverse dynamics",
+    ),
     _others("q", "values of the model's further coordinates", "rad or m"),
     _others("qd", "their velocities", "rad/s or m/s"),
     _others("qdd", "their accelerations", "rad/s^2 or m/s^2"),
@@ -382,6 +373,6 @@ FRAME_COLUMNS = (
 
 KINEMATICS_COLUMNS = (
     *FRAME_KEYS,
-    *_coordinates("q", "", "value as the markers alone have it"),
+    *_coordinates("q", "value as the markers alone have it", ("rad", "m")),
     _others("q", "values of the model's further coordinates", "rad or m"),
 )

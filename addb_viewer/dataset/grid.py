@@ -78,35 +78,33 @@ class Grid:
         """Values of the cubic splines through runs of native frames without NaN; NaN beyond these."""
         if self.is_native:
             return native
-        result = np.full((self.frames, *native.shape[1:]), np.nan)
-        for start, end in runs(np.isfinite(native.reshape(self.native_frames, -1)).all(axis=1)):
-            inside = (self.places >= start) & (self.places <= end - 1)
-            if end - start > 1:
-                result[inside] = CubicSpline(np.arange(start, end), native[start:end])(self.places[inside])
-            else:
-                result[inside] = native[start]
-        return result
+        together = self._splined(native.reshape(self.native_frames, 1, -1))
+        return together.reshape(self.frames, *native.shape[1:])
 
     def interpolated_where_seen(
         self, native: Float[np.ndarray, "native *n 3"]
     ) -> Float[np.ndarray, "frames *n 3"]:
-        """Cubic splines through runs of frames without NaN; NaN unless both neighbouring frames are seen."""
+        """Likewise of each vector by itself: NaN unless both neighbouring frames are seen."""
         if self.is_native:
             return native
-        flat = native.reshape(self.native_frames, -1, 3)
-        result = np.full((self.frames, flat.shape[1], 3), np.nan)
-        seen = np.isfinite(flat).all(axis=2)
-        for column in range(flat.shape[1]):
-            for start, end in runs(seen[:, column]):
-                first, last = np.searchsorted(self.places, (start, end - 1), side="left")
-                last += last < self.frames and self.places[last] == end - 1
-                inside = slice(first, last)
+        apart = self._splined(native.reshape(self.native_frames, -1, 3))
+        return apart.reshape(self.frames, *native.shape[1:])
+
+    def _splined(self, native: Float[np.ndarray, "native parts n"]) -> Float[np.ndarray, "frames parts n"]:
+        """Each part by the splines through its own runs."""
+        result = np.full((self.frames, *native.shape[1:]), np.nan)
+        seen = np.isfinite(native).all(axis=2)
+        for part in range(native.shape[1]):
+            for start, end in runs(seen[:, part]):
+                inside = slice(
+                    *np.searchsorted(self.places, (start, np.nextafter(end - 1, end)), side="left")
+                )
                 if end - start == 1:
-                    result[inside, column] = flat[start, column]
-                elif first < last:
-                    curve = CubicSpline(np.arange(start, end), flat[start:end, column])
-                    result[inside, column] = curve(self.places[inside])
-        return result.reshape(self.frames, *native.shape[1:])
+                    result[inside, part] = native[start, part]
+                else:
+                    curve = CubicSpline(np.arange(start, end), native[start:end, part])
+                    result[inside, part] = curve(self.places[inside])
+        return result
 
     def frames_nearest_to(self, start: int, end: int) -> tuple[int, int]:
         """The range of frames whose nearest native frames are start to end − 1.

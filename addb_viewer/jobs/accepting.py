@@ -1,6 +1,6 @@
 """Make causes that a diagnosis named part of the model, or decide against them."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
@@ -9,25 +9,66 @@ from typing import Any
 
 import numpy as np
 
-from addb_viewer.jobs.accepted_exchanges import exchanges_of
 from addb_viewer.jobs.accepted_extension import keep_gain
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import Job
-from addb_viewer.text.diagnosis_vocabulary import names_of, ranges_of
+from addb_viewer.text.diagnosis_vocabulary import about, names_of, ranges_of
 from solver.common.errors import ResultsError
 from solver.common.progress import Progress, part, silent
 from solver.diagnosis.accepting import extension_for
+from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import MARKER_IDS, cannot_be_accepted
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.extended_fit import extended_fit
 from solver.diagnosis.report import extended_gain_json
 from solver.dynamics.trajectory.extension import Cause, Extension
+from solver.fitting.fit import Fit
 from solver.fitting.provenance import other_recordings, provenance_of, without_reviews
 from solver.fitting.results import extension_log
 from solver.fitting.results.extension_log import ACCEPT, REJECT, Decision
 from solver.fitting.results.store import check_place
 from solver.fitting.settings import as_dict
-from solver.kinematics.label_faults.fault import Exchange
+from solver.kinematics.label_faults.fault import EXCHANGED, Exchange
+
+
+def exchanges_of(figures: Mapping[str, Any]) -> tuple[Exchange, ...]:
+    """The exchanged labels of a diagnosis, one for each stretch of frames.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+    """
+    found = []
+    for effect in figures.get("effects", ()):
+        if about(effect).corrected_by is CorrectedBy.LABELS:
+            one, _, other = effect["target"].partition("+")
+            found += [
+                Exchange(name, (one, other), start, end) for name, start, end in ranges_of(figures, effect)
+            ]
+    return tuple(found)
+
+
+def exchange_in_words(exchange: Exchange, fit: Fit | None) -> str:
+    """What every fit does from now on.
+
+    Args:
+        exchange: that somebody accepted.
+        fit: the last one, which may have done so by itself; None where there is none.
+    """
+    frames = f"{exchange.start}-{exchange.end - 1} of {exchange.trial}"
+    said = f"labels {' and '.join(exchange.labels)} are swapped back in frames {frames}, in every fit"
+    if fit is not None and any(
+        fault.done == EXCHANGED
+        and not fault.accepted
+        and set(fault.labels) == set(exchange.labels)
+        and fault.start < exchange.end
+        and exchange.start < fault.end
+        for trial in fit.trials
+        if trial.capture.name == exchange.trial
+        for fault in trial.label_faults
+    ):
+        said += "; the last fit did that by itself"
+    return said
+
 
 FOUND = 0.5  # share of the work that is done once the causes are found again
 

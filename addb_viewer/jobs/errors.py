@@ -2,15 +2,18 @@
 
 import traceback
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path
 
 import typer
 
 from annotations.errors import ReviewError
+from solver.capture.capture import Subject
+from solver.capture.formats.b3d.places import DECISIONS, recording_of
 from solver.common.disk_errors import ONLY_WRITING, writing_failed
-from solver.common.errors import Cancelled, SolverError
+from solver.common.errors import Cancelled, CaptureError, SolverError
 from solver.common.file_names import readable
 
 FAILED = 1  # the data or the solve
@@ -61,3 +64,23 @@ def _fail(message: str, status: int, debug: bool) -> None:
         traceback.print_exc()
     warn(message)
     raise typer.Exit(status)
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a subject folder that isn't there."""
+    if not folder.is_dir() and recording_of(folder) is None:
+        given = str(folder).removesuffix(DECISIONS)
+        if folder.is_file():
+            raise CaptureError(f"{given}: this is a file; give the folder that holds it, or a .b3d file")
+        raise CaptureError(
+            f"{given}: no such folder; give the folder that holds the recordings, or a .b3d file"
+        )
+
+
+def check_trials(subject: Subject, wanted: Sequence[str]) -> None:
+    """Refuse a trial that the subject doesn't have."""
+    known = [trial.name for trial in subject.trials]
+    for name in wanted:
+        if name not in known:
+            near = get_close_matches(name, known) or known
+            raise CaptureError(f"{subject.folder}: no trial '{name}'; nearest: {', '.join(near)}")

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from addb_viewer.jobs.errors import check_folder, check_trials
 from addb_viewer.jobs.review_store import has_log, open_log, record
-from addb_viewer.jobs.subject_checks import check_folder, check_trials
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange
 from annotations.trial_review import FlaggedRange, TrialReview

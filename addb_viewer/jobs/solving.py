@@ -8,9 +8,9 @@ from functools import partial
 from pathlib import Path
 
 from addb_viewer.jobs.accepted_extension import extension_for_solve
+from addb_viewer.jobs.errors import check_folder, check_trials
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.reviewing import login_name
-from addb_viewer.jobs.subject_checks import check_folder, check_trials
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject.subject import open_subject
 from solver.common.errors import FitError, ResultsError

@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy import text
 from typer.testing import CliRunner
 
-from addb_viewer.app.queue.read_rows import subject_rows
+from addb_viewer.app.queue.rows import subject_rows
 from addb_viewer.app.review.html import ranges_html, status_html
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.subject_review import SubjectReview

@@ -4,9 +4,9 @@ import os
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
+from queue import Empty, SimpleQueue
 
 from addb_viewer.app.jobs.job_queue import Outcome, WorkerProcess
 from solver.fitting.results.store import has_fit
@@ -28,8 +28,8 @@ class Fitting:
     fraction: float | None = None  # of this subject; None where it does not say
     waiting: tuple[str, ...] = ()
     fitted: int = 0
-    failures: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))  # why, by subject
-    warnings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))  # likewise of what came
+    failures: Mapping[str, str] = field(default_factory=dict)  # why, by subject
+    warnings: Mapping[str, str] = field(default_factory=dict)  # likewise of what came
     held_up: bool = False  # by what people have asked for
     seconds: float = 0.0  # since it began
 
@@ -76,31 +76,14 @@ class FitAll:
         self._lock = threading.Lock()
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
-        self._waiting: list[str] = []
-        self._failures: dict[str, str] = {}
-        self._warnings: dict[str, str] = {}
-        self._subject, self._by, self._fitted, self._began, self._ended_after = "", "", 0, 0.0, 0.0
-        self._said: tuple[str, float | None] = ("", None)
-        self._held_up = False
+        self._state, self._began = Fitting(), 0.0
 
     @property
     def state(self) -> Fitting:
         """How far it is now."""
         with self._lock:
-            running = self._thread is not None
-            return Fitting(
-                running=running,
-                by=self._by,
-                subject=self._subject,
-                stage=self._said[0],
-                fraction=self._said[1],
-                waiting=tuple(self._waiting),
-                fitted=self._fitted,
-                failures=MappingProxyType(dict(self._failures)),
-                warnings=MappingProxyType(dict(self._warnings)),
-                held_up=self._held_up,
-                seconds=time.monotonic() - self._began if running else self._ended_after,
-            )
+            state = self._state
+            return replace(state, seconds=time.monotonic() - self._began) if state.running else state
 
     def start(self, names: Sequence[str], by: str) -> int:
         """Fit these too, after those that wait; what failed is tried again.
@@ -116,25 +99,26 @@ class FitAll:
         if thread is not None and self._stop.is_set():  # cancelled just now: it ends soon
             thread.join()
         with self._lock:
-            new = [name for name in names if name not in self._waiting and name != self._subject]
-            self._waiting += new
-            for name in new:
-                self._failures.pop(name, None)
-                self._warnings.pop(name, None)
-            if new and self._thread is None:
-                self._failures.clear()
-                self._warnings.clear()
-                self._by, self._fitted, self._began = by, 0, time.monotonic()
+            state = self._state
+            new = [name for name in names if name not in (*state.waiting, state.subject)]
+            if new and not state.running:
+                state, self._began = Fitting(running=True, by=by), time.monotonic()
                 self._stop.clear()
                 self._thread = threading.Thread(target=self._work, name="fits of all", daemon=True)
                 self._thread.start()
+            self._state = replace(
+                state,
+                waiting=(*state.waiting, *new),
+                failures={name: why for name, why in state.failures.items() if name not in new},
+                warnings={name: why for name, why in state.warnings.items() if name not in new},
+            )
         self._changed("")
         return len(new)
 
     def cancel(self) -> None:
         """End the present fit, which leaves nothing behind, and forget the waiting; fits that came stay."""
         with self._lock:
-            self._waiting.clear()
+            self._state = replace(self._state, waiting=())
         self._stop.set()
 
     def close(self) -> None:
@@ -150,13 +134,14 @@ class FitAll:
             fitted = self._command is None and has_fit(results)
             outcome = None if fitted else self._fit(name, folder, results)
             with self._lock:
-                self._subject, self._said = "", ("", None)
+                state = replace(self._state, subject="", stage="", fraction=None)
                 why = "" if outcome is None else outcome.error.replace(f"{folder.absolute()}{os.sep}", "")
                 if outcome is None or outcome.succeeded:
-                    self._fitted += 1
-                    self._warnings |= {name: why} if why else {}
+                    warned = {name: why} if why else {}
+                    state = replace(state, fitted=state.fitted + 1, warnings={**state.warnings, **warned})
                 elif not outcome.cancelled:
-                    self._failures[name] = why
+                    state = replace(state, failures={**state.failures, name: why})
+                self._state = state
             self._changed(name)
         self._changed("")
 
@@ -165,38 +150,36 @@ class FitAll:
         while True:
             held_up = self._wanted()
             with self._lock:
-                turned, self._held_up = held_up != self._held_up, held_up and bool(self._waiting)
-                if not self._waiting or self._stop.is_set():
-                    self._waiting.clear()
-                    self._ended_after = time.monotonic() - self._began
-                    self._thread, self._held_up = None, False
+                state = self._state
+                if not state.waiting or self._stop.is_set():
+                    took = time.monotonic() - self._began
+                    self._state = replace(state, running=False, waiting=(), held_up=False, seconds=took)
                     return None
                 if not held_up:
-                    self._subject = self._waiting.pop(0)
-                    return self._subject
+                    name, *others = state.waiting
+                    self._state = replace(state, subject=name, waiting=tuple(others), held_up=False)
+                    return name
+                turned, self._state = not state.held_up, replace(state, held_up=True)
             if turned:
                 self._changed("")
             self._stop.wait(LOOK_EVERY)
 
     def _fit(self, name: str, folder: Path, results: Path) -> Outcome:
-        ended, outcomes = threading.Event(), list[Outcome]()
-
-        def end(outcome: Outcome) -> None:
-            outcomes.append(outcome)
-            ended.set()
-
-        work = WorkerProcess(self._on_progress, end)
+        outcomes = SimpleQueue[Outcome]()
+        work = WorkerProcess(self._on_progress, outcomes.put)
         work.start(self._command_of(folder.absolute(), results.absolute()), takes_turn=self._takes_turn)
         shown = None
-        while not ended.wait(LOOK_EVERY):
-            if self._stop.is_set() or self._taken(name):
-                work.cancel()
-                ended.wait()
-                break
-            if self._said != shown:
-                shown = self._said
+        while True:
+            try:
+                return outcomes.get(timeout=LOOK_EVERY)
+            except Empty:
+                if self._stop.is_set() or self._taken(name):
+                    work.cancel()
+                    return outcomes.get()
+            now = self.state
+            if (now.stage, now.fraction) != shown:
+                shown = now.stage, now.fraction
                 self._changed("")
-        return outcomes[0]
 
     def _command_of(self, folder: Path, results: Path) -> Command:
         if self._command is None:
@@ -204,4 +187,6 @@ class FitAll:
         return self._command(folder, results)
 
     def _on_progress(self, stage: str, fraction: float) -> None:
-        self._said = stage, round(STEPS * fraction) / STEPS if fraction >= 0 else None
+        share = round(STEPS * fraction) / STEPS if fraction >= 0 else None
+        with self._lock:
+            self._state = replace(self._state, stage=stage, fraction=share)

@@ -4,17 +4,17 @@ import asyncio
 import contextlib
 import json
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from addb_viewer.app.jobs.fit_all import Fitting
 from addb_viewer.app.page.notices import log_error
-from addb_viewer.app.queue import page_words
 from addb_viewer.app.queue.batches import DIAGNOSE, EXPORT, FIT, Batches, formats
-from addb_viewer.app.queue.pace import hours_left, pairs, seen_by_two, shares
-from addb_viewer.app.queue.page_words import Asked
+from addb_viewer.app.queue.pace import Pair, Share, hours_left, pairs, seen_by_two, shares
 from addb_viewer.app.queue.rows import Row
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
@@ -24,6 +24,163 @@ from addb_viewer.text.amounts import counted
 from annotations.errors import ReviewError
 from annotations.work import Comment, CommentThread, Settle, WorkItem, work_of
 from solver.common.errors import SolverError
+
+MOST_TRIALS = 100_000
+LONGEST = 10_000  # characters of a text
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What somebody at the page wants; what it does not need is empty."""
+
+    what: str  # one of WANTS
+    places: tuple[TrialPlace, ...] = ()
+    text: str = ""  # a name, a comment, a format, a browser
+    frame: int | None = None
+    number: int | None = None  # of a comment
+
+
+WANTS = (
+    "hello",
+    "order",
+    "fit",
+    "diagnose",
+    "export",
+    "assign",
+    "comment",
+    "settle",
+    "comments",
+    "people",
+    "cancel",
+    "anew",
+)
+
+
+def asked(message: str | bytes) -> Asked:
+    """A message of the page.
+
+    Raises:
+        ReviewError: it is none.
+    """
+    try:
+        said = json.loads(message)
+        what, places = said["what"], [tuple(place) for place in said.get("places", ())]
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise ReviewError("that is no message of the queue's page") from error
+    text, numbers = said.get("text", ""), [said.get("frame"), said.get("number")]
+    right = (
+        what in WANTS
+        and len(places) <= MOST_TRIALS
+        and all(len(place) == 2 and all(isinstance(part, str) for part in place) for place in places)
+        and isinstance(text, str)
+        and len(text) <= LONGEST
+        and all(n is None or (type(n) is int and 0 <= n < 2**53) for n in numbers)
+    )
+    if not right:
+        raise ReviewError("that is no message of the queue's page")
+    return Asked(what, tuple(places), text, *numbers)
+
+
+def row_words(row: Row) -> dict[str, Any]:
+    """A row as the page keeps it; numbers without a meaning are None."""
+    last = max(row.marks, key=lambda mark: mark.at, default=None)
+    return {
+        "subject": row.subject,
+        "trial": row.trial,
+        "error": row.error,
+        "status": str(row.status),
+        "by": row.by or "",
+        "fitted": row.figures is not None,
+        "score": None if row.error else round(row.badness, 3),
+        "residual": _rounded(row.residual),
+        "leftOut": _rounded(row.left_out),
+        "byMachine": row.undecided and row.figures is not None,
+        "open": row.proposed,
+        "frames": row.frames,
+        "used": [list(run) for run in (row.figures or {}).get("frames_used_ranges", ())],
+        "proposals": [[p.start, p.end, round(p.confidence, 2), p.state] for p in row.proposals],
+        "reviewed": [list(run) for run in row.reviewed],
+        "conflicts": [list(run) for run in row.conflicts],
+        "activity": ", ".join(row.activities),
+        "causes": list(row.causes),
+        "sources": list(row.sources),
+        "assigned": row.assigned_to,
+        "comments": row.comments,
+        "openComments": row.open_comments,
+        "waiting": list(row.waiting),
+        "last": None if last is None else [last.author, round(last.at)],
+        "people": sorted({mark.author for mark in row.marks}),
+    }
+
+
+def live_words(
+    people: Mapping[TrialPlace, Sequence[str]],
+    present: Collection[str],
+    at_work: Mapping[str, str],
+    states: Mapping[str, Fitting],
+) -> dict[str, Any]:
+    """Who is where, and what is at work."""
+    return {
+        "kind": "live",
+        "present": sorted(present),
+        "here": [[*place, list(names)] for place, names in sorted(people.items())],
+        "work": dict(at_work),
+        "batches": {
+            kind: {
+                "running": state.running,
+                "by": state.by,
+                "done": state.fitted,
+                "total": state.total,
+                "subject": state.subject,
+                "stage": state.stage,
+                "fraction": state.fraction,
+                "heldUp": state.held_up,
+                "left": state.seconds_left,
+                "failures": dict(state.failures),
+                "warnings": dict(state.warnings),
+                "waiting": list(state.waiting),
+            }
+            for kind, state in states.items()
+            if state.total
+        },
+    }
+
+
+def people_words(shares: Sequence[Share], pairs: Sequence[Pair], hours_left: float | None) -> dict[str, Any]:
+    """Who has done how much, and how far they agree."""
+    return {
+        "kind": "people",
+        "hoursLeft": hours_left,
+        "people": [{**asdict(share), "anHour": share.an_hour} for share in shares],
+        "pairs": [asdict(pair) for pair in pairs],
+    }
+
+
+def comments_words(place: TrialPlace, comments: Sequence[CommentThread]) -> dict[str, Any]:
+    """The comments on a trial."""
+    return {
+        "kind": "comments",
+        "place": list(place),
+        "comments": [
+            {
+                "number": thread.number,
+                "frame": thread.frame,
+                "settledBy": thread.settled_by,
+                "said": [_said(item) for item in (thread.first, *thread.answers)],
+            }
+            for thread in comments
+        ],
+    }
+
+
+def _said(item: WorkItem) -> list[Any]:
+    text = item.event.text if isinstance(item.event, Comment) else ""
+    return [item.author, round(item.made_at.timestamp()), text]
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 4)
+
 
 PAGE, FILES, CONNECTION = "/queue", "/queue-files", "/addb/queue"
 TOGETHER_S = 0.1  # changes within so long go to the page at once
@@ -64,7 +221,7 @@ class QueuePage:
             async for message in connection:
                 if len(message) > MOST_BYTES:
                     raise ReviewError("that is no message of the queue's page")
-                for answer in await asyncio.to_thread(visitor.answer, page_words.asked(message)):
+                for answer in await asyncio.to_thread(visitor.answer, asked(message)):
                     await connection.send(json.dumps(answer))
         except ConnectionClosed:
             pass
@@ -103,7 +260,7 @@ class Visitor:
             for row in self._trials.rows():
                 place = (row.subject, row.trial)
                 known = before.get(place)
-                rows[place] = known if known and known[0] is row else (row, page_words.row_words(row))
+                rows[place] = known if known and known[0] is row else (row, row_words(row))
             live, self._live = self._live, self._live_words()
             messages = [self._live] if live != self._live else []
             if not before:
@@ -198,11 +355,11 @@ class Visitor:
         )
         if answered is not None:
             self._trials.people.tell_of_answer(answered, trial, self._name, asked.text)
-        return [page_words.comments_words((subject, trial), comments)]
+        return [comments_words((subject, trial), comments)]
 
     def _comments(self, asked: Asked) -> Message:
         subject, trial = self._place(asked)
-        return page_words.comments_words((subject, trial), self._comments_of(subject, trial))
+        return comments_words((subject, trial), self._comments_of(subject, trial))
 
     def _comments_of(self, subject: str, trial: str) -> tuple[CommentThread, ...]:
         row = next(row for row in self._trials.rows() if (row.subject, row.trial) == (subject, trial))
@@ -221,10 +378,10 @@ class Visitor:
     def _people(self) -> Message:
         rows = self._trials.rows()
         subjects = {name: self._trials.subjects.read(name) for name in seen_by_two(rows)}
-        return page_words.people_words(shares(rows), pairs(rows, subjects), hours_left(rows))
+        return people_words(shares(rows), pairs(rows, subjects), hours_left(rows))
 
     def _live_words(self) -> Message:
         trials = self._trials
-        return page_words.live_words(
+        return live_words(
             trials.people.everywhere(), trials.people.names, trials.tasks(), self._page.batches.states
         )

@@ -291,16 +291,14 @@ Pair = tuple[Recording, Recording]
 MARKER_COLUMNS = ["trial_id", "marker", "frame", *(f"measured_{axis}_m" for axis in "xyz")]
 
 
-def recording_in(
-    trial_id: str, kinematics: pa.Table, markers: pa.Table, file: Path | None = None
-) -> Recording | None:
+def recording_in(trial_id: str, kinematics: pa.Table, markers: pa.Table, file: Path) -> Recording | None:
     """A trial of a release as it is compared; None without frames or markers.
 
     Args:
         trial_id: of the trial.
         kinematics: its rows of that table.
         markers: likewise.
-        file: that holds the markers' rows, to read them again; None: they are kept.
+        file: that holds the markers' rows, to read them again.
     """
     if not kinematics.num_rows or not markers.num_rows:
         return None
@@ -311,8 +309,6 @@ def recording_in(
         return Places(times - times[0], _placed(frame, labels, rows))
 
     def again() -> Places:
-        if file is None:
-            return places(markers)
         return places(pq.read_table(file, columns=MARKER_COLUMNS, filters=[("trial_id", "=", trial_id)]))
 
     return recording_of(trial_id, labels, places(markers), again)

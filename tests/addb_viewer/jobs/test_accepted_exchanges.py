@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from addb_viewer.jobs.accepted_exchanges import exchange_in_words, exchanges_of
+from addb_viewer.jobs.accepting import exchange_in_words, exchanges_of
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.kinematics.label_faults.fault import EXCHANGED, Exchange, LabelFault
 

@@ -10,8 +10,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.queue.page_channel import CONNECTION, FILES, PAGE
-from addb_viewer.app.queue.page_words import asked
+from addb_viewer.app.queue.page_channel import CONNECTION, FILES, PAGE, asked
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.access import Access
 from addb_viewer.app.security.server import open_server

@@ -4,8 +4,7 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.queue.controller import rows_html
-from addb_viewer.app.queue.read_rows import subject_rows
-from addb_viewer.app.queue.rows import Filter, Row, order, shown
+from addb_viewer.app.queue.rows import Filter, Row, order, shown, subject_rows
 from addb_viewer.jobs.review_store import as_proposal, open_log
 from annotations.events import IMPORTED, RejectProposal, SetStatus, Status
 from solver.capture.capture import Subject, TrialFiles

@@ -2,8 +2,7 @@
 
 import pytest
 
-from addb_viewer.app.queue.trial_queue import TrialQueue
-from addb_viewer.app.queue.watch import signature
+from addb_viewer.app.queue.trial_queue import TrialQueue, signature
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.jobs import review_store
 from addb_viewer.jobs.environment import ROOT, STORE
