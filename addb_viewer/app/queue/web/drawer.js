@@ -1,13 +1,7 @@
 // What opens at the right: who has done how much, or the comments on a trial.
 
+import { button, make } from "./elements.js";
 import { address, ago, hours } from "./rows.js";
-
-const make = (tag, kind = "", text = "") => {
-  const element = document.createElement(tag);
-  if (kind) element.className = kind;
-  if (text) element.textContent = text;
-  return element;
-};
 
 function table(heads, lines) {
   const element = make("table"), head = make("tr");
@@ -18,13 +12,6 @@ function table(heads, lines) {
     line.forEach((text, k) => row.append(make("td", heads[k][1] ? "figure" : "", text)));
     element.append(row);
   }
-  return element;
-}
-
-function button(label, act) {
-  const element = make("button", "", label);
-  element.type = "button";
-  element.addEventListener("click", act);
   return element;
 }
 

@@ -1,13 +1,11 @@
 // The page put together: what the server says goes into the table, what people ask goes to the server.
 
-import { Channel } from "./channel.js";
+import { Channel, memory } from "./channel.js";
 import { peopleView, commentsView } from "./drawer.js";
-import { memory } from "./memory.js";
+import { at, button } from "./elements.js";
 import { CHIPS, CHOICES, hours, inOrder, key, letThrough, NOBODY, ORDERS, stateOf } from "./rows.js";
-import { readColors } from "./strip.js";
-import { Table } from "./table.js";
+import { readColors, Table } from "./table.js";
 
-const at = (id) => document.getElementById(id);
 const nowS = () => Date.now() / 1000;
 const TOLD_MS = 6000, ORDER_MS = 300;
 const ANY = { source: "any source", cause: "any cause", activity: "any activity", assigned: "assigned: any" };
@@ -229,16 +227,13 @@ function wireName() {
 
 function wire() {
   for (const [name, [label]] of Object.entries(CHIPS)) {
-    const chip = document.createElement("button");
-    chip.type = "button";
-    chip.textContent = label;
-    chip.dataset.chip = name;
-    chip.setAttribute("aria-pressed", String(filter.chips.has(name)));
-    chip.addEventListener("click", () => {
+    const chip = button(label, () => {
       filter.chips.has(name) ? filter.chips.delete(name) : filter.chips.add(name);
       chip.setAttribute("aria-pressed", String(filter.chips.has(name)));
       draw();
     });
+    chip.dataset.chip = name;
+    chip.setAttribute("aria-pressed", String(filter.chips.has(name)));
     at("chips").append(chip);
   }
   at("words").addEventListener("input", () => {

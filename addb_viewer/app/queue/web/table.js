@@ -1,7 +1,7 @@
 // The table: only the rows in sight are elements; they are used again while one scrolls.
 
+import { button, make, put } from "./elements.js";
 import { address, ago, key } from "./rows.js";
-import { draw, words } from "./strip.js";
 
 const HEIGHT = 40, SPARE = 6; // [pixel] of a row; rows beyond the sight
 const COLUMNS = [
@@ -17,15 +17,6 @@ const TOLD = {
   comments: "Comments that are not settled",
 };
 
-const make = (tag, kind = "", text = "") => {
-  const element = document.createElement(tag);
-  if (kind) element.className = kind;
-  if (text) element.textContent = text;
-  return element;
-};
-const put = (element, text) => {
-  if (element.textContent !== text) element.textContent = text;
-};
 
 export class Table {
   // `on`: select(row, event), all(), sort(column), comments(row); `look`: state(row), selected(row), me(), now()
@@ -48,7 +39,7 @@ export class Table {
   }
 
   head() {
-    const head = document.getElementById("head"), box = make("input");
+    const line = document.getElementById("head"), box = make("input");
     box.type = "checkbox";
     box.setAttribute("aria-label", "Select all that are shown");
     box.addEventListener("change", () => this.on.all(box.checked));
@@ -56,23 +47,21 @@ export class Table {
     const first = make("div");
     first.setAttribute("role", "columnheader");
     first.append(box);
-    head.append(first);
+    line.append(first);
     this.heads = new Map();
     for (const [column, label, figure] of COLUMNS) {
       const cell = make("div", figure ? "cell figure" : "cell");
       cell.setAttribute("role", "columnheader");
-      head.append(cell);
+      line.append(cell);
       if (!column) {
         cell.append(this.legend());
         continue;
       }
       cell.dataset.column = column;
-      const button = make("button", "", label);
-      button.type = "button";
-      button.title = TOLD[column] ?? "";
-      button.addEventListener("click", () => this.on.sort(column));
-      this.heads.set(column, [button, label]);
-      cell.append(button);
+      const head = button(label, () => this.on.sort(column));
+      head.title = TOLD[column] ?? "";
+      this.heads.set(column, [head, label]);
+      cell.append(head);
     }
   }
 
@@ -150,15 +139,14 @@ export class Table {
     for (const name of ["leftOut", "open", "score"]) cell(name, "cell figure");
     for (const name of ["activity", "causes", "assigned"]) cell(name);
     cell("last", "cell two").append((cells.who = make("span")), (cells.when = make("span", "quiet")));
-    cells.comments = make("button", "comments");
-    cells.comments.type = "button";
+    cells.comments = button("", () => this.on.comments(line.row));
+    cells.comments.className = "comments";
     cell("commentsCell", "figure").append(cells.comments);
     const line = { element, cells, row: null, place: 0, drawn: -1 };
     cells.box.addEventListener("click", (event) => {
       event.stopPropagation();
       this.on.select(line.row, event);
     });
-    cells.comments.addEventListener("click", () => this.on.comments(line.row));
     element.addEventListener("click", (event) => {
       if (event.target.closest("a, button, input")) return;
       this.current = line.place;
@@ -189,8 +177,8 @@ export class Table {
     else c.link.href = address(row);
     c.link.title = row.error || `${row.subject} ${row.trial}`;
     put(c.subject, row.error || (this.look.several() ? row.subject : ""));
-    c.canvas.title = words(row);
-    draw(c.canvas, row);
+    c.canvas.title = stripWords(row);
+    drawStrip(c.canvas, row);
     c.track.hidden = row.residual === null;
     c.fill.style.width = `${Math.min(100, 50 * (row.residual ?? 0))}%`;
     c.fill.className = row.residual > 1 ? "over" : "";
@@ -226,4 +214,45 @@ export class Table {
     else return;
     event.preventDefault();
   }
+}
+
+// A trial's lanes in one strip: above, the frames whose force counts; below, proposals and what people decided.
+let colors = {};
+
+export function readColors() {
+  const style = getComputedStyle(document.documentElement);
+  const names = ["counts", "left", "open", "accepted", "decided", "conflict"];
+  colors = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+}
+
+function drawStrip(canvas, row) {
+  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+  if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+  const pen = canvas.getContext("2d");
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  if (!row.frames) return;
+  const bar = (start, end, top, tall, color) => {
+    pen.fillStyle = color;
+    const left = (width * start) / row.frames, right = (width * end) / row.frames;
+    pen.fillRect(left, top, Math.max(right - left, 1.5), tall);
+  };
+  bar(0, row.frames, 1, 12, colors.left);
+  for (const [start, end] of row.used) bar(start, end, 1, 12, colors.counts);
+  bar(0, row.frames, 21.5, 0.5, colors.left);
+  for (const [start, end, certainty, state] of row.proposals) {
+    const tall = 2 + 6 * certainty;
+    bar(start, end, 22 - tall, tall, state === "open" ? colors.open : colors.accepted);
+  }
+  for (const [start, end] of row.reviewed) bar(start, end, 23.5, 4, colors.decided);
+  for (const [start, end] of row.conflicts) bar(start, end, 23.5, 4, colors.conflict);
+}
+
+function stripWords(row) {
+  if (!row.fitted) return "";
+  const said = [`${row.frames} frames; the force counts on ${Math.round(100 * (1 - (row.leftOut ?? 1)))} %`];
+  if (row.proposals.length) said.push(`proposals: ${row.open} open of ${row.proposals.length}`);
+  if (row.conflicts.length) said.push(`people disagree on ${row.conflicts.length} range${row.conflicts.length > 1 ? "s" : ""}`);
+  return said.join(". ");
 }
