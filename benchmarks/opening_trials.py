@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from addb_viewer.app.queue.finishing import READ_S
+from addb_viewer.app.queue.controller import READ_S
 from benchmarks.processes import running
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 

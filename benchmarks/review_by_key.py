@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from addb_viewer.app.app import ReviewApp, start
-from addb_viewer.app.queue.finishing import READ_S
+from addb_viewer.app.queue.controller import READ_S
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.trial_view.forces_in_use import mask_now, stale

@@ -26,7 +26,7 @@ import numpy as np
 from playwright.sync_api import CDPSession, Page, sync_playwright
 
 from addb_viewer.app.app import start
-from addb_viewer.app.queue.finishing import READ_S
+from addb_viewer.app.queue.controller import READ_S
 from addb_viewer.app.shell.commands import COMMANDS
 from benchmarks.processes import resident_megabytes, running, until_told_to_end
 from tests.addb_viewer.app.paper_browser import PaperBrowser

@@ -66,7 +66,7 @@ class Subject(OpenedRecordings):
             done = solved(job, force=again, progress=told)
             fit = done.fit
             if held_out:
-                from addb_viewer.jobs.holding_out import HoldingOut  # noqa: PLC0415 (rarely needed)
+                from addb_viewer.jobs.solving import HoldingOut  # noqa: PLC0415 (rarely needed)
 
                 judging = HoldingOut(fit, job.results, done.solve)
                 if judging.is_due:

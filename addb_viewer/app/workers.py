@@ -22,11 +22,19 @@ import typer
 
 from addb_viewer.jobs.environment import ENDS_WITH_STDIN, end_with_parent
 from addb_viewer.jobs.errors import errors_as_lines
-from addb_viewer.jobs.holding_out import FitReplacedError, HoldingOut
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.processes import LOWEST, end_in_order, give_way, print_progress
 from addb_viewer.jobs.review_store import whole_log
-from addb_viewer.jobs.solving import Job, computed, job_for, kept_fit, last_fit, resolved
+from addb_viewer.jobs.solving import (
+    FitReplacedError,
+    HoldingOut,
+    Job,
+    computed,
+    job_for,
+    kept_fit,
+    last_fit,
+    resolved,
+)
 from addb_viewer.jobs.stored_solves import add
 from annotations.errors import ReviewError
 from solver.capture.atomic import made_folder

@@ -30,8 +30,7 @@ from addb_viewer.commands.options import (
     WithoutExtension,
 )
 from addb_viewer.jobs.errors import FAILED, STOPPED, errors_as_lines
-from addb_viewer.jobs.holding_out import FitReplacedError, HoldingOut
-from addb_viewer.jobs.solving import Job, KeptFit, job_for, solved
+from addb_viewer.jobs.solving import FitReplacedError, HoldingOut, Job, KeptFit, job_for, solved
 from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.text.held_out_words import rest_words
 from addb_viewer.text.note_words import by_kind

@@ -15,8 +15,7 @@ from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.page.reviewer import BrowserMemory, Reviewer
-from addb_viewer.app.queue.controller import QueueController
-from addb_viewer.app.queue.finishing import Finishing
+from addb_viewer.app.queue.controller import Finishing, QueueController
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.record.controller import RecordController
 from addb_viewer.app.review.controller import ReviewController

@@ -1,12 +1,19 @@
-"""Means, intervals and tests against their definitions."""
+"""Means, intervals and tests against their definitions; what is chosen by others; the sweep."""
 
 from itertools import product
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from addb_viewer.benchmark.averages import average, by_person, compared, holm, interval, macro_f1, sign_flip
+from addb_viewer.benchmark.release_trials import open_for_benchmark
+from addb_viewer.benchmark.results import Result, Terms
 from addb_viewer.benchmark.scoring import Score
+from addb_viewer.benchmark.sweep import draw, sweep, write_csv
+from addb_viewer.benchmark.tables import chosen_by_others
+from solver.skeleton.pinocchio_model import RigidBodyModel
+from tests.addb_viewer.benchmark.simulated_release import GRAVITY, SECONDS
 
 
 def score(person, trial, mean, frames, metric="grf", *, activity="walk"):
@@ -79,3 +86,75 @@ def test_macro_f1_as_scikit_learn_defines_it():
     # F1: phase 0: 2·3/(5+3), 1: 2·2/(3+4), 3: 2·1/(2+2)
     assert macro_f1(scores) == pytest.approx((6 / 8 + 4 / 7 + 2 / 4) / 3)
     assert macro_f1([]) is None
+
+
+TERMS = Terms("r", "1", "s", ("test",), "unfitted", "scored")
+
+
+def result(name, **errors):
+    """Errors by person and activity, as a_walk=1.0; `cop` is 100 times as much."""
+    scores = []
+    for key, error in errors.items():
+        person, activity = key.split("_")
+        for metric, factor in (("grf", 1), ("cop", 100)):
+            scores.append(Score(person, person, f"{person}/{activity}", activity, metric, factor * error, 10))
+    return Result(name, TERMS, tuple(scores), 1.0)
+
+
+def test_nobodys_own_error_has_a_say():
+    low = result("low", a_walk=9.0, b_walk=1.0, c_walk=1.0, a_run=5.0, b_run=5.0)
+    high = result("high", a_walk=2.0, b_walk=3.0, c_walk=3.0, a_run=4.0, b_run=9.0)
+    both = chosen_by_others([low, high], "best", "grf")
+    # walk: for a others say low (1 against 3); for b and c high (low: 5, high: 2.5)
+    assert by_person(both.scores, "grf", "walk") == {"a": 9.0, "b": 3.0, "c": 3.0}
+    # run: for a, b says low (5 against 9); for b, a says high (5 against 4)
+    assert by_person(both.scores, "grf", "run") == {"a": 5.0, "b": 9.0}
+    assert by_person(both.scores, "cop", "walk") == {"a": 900.0, "b": 300.0, "c": 300.0}
+    assert (both.name, both.seconds) == ("best", 2.0)
+
+
+def test_where_nobody_else_does_it_all_activities_choose():
+    low = result("low", a_walk=1.0, b_walk=1.0, b_jump=8.0)
+    high = result("high", a_walk=2.0, b_walk=2.0, b_jump=7.0)
+    both = chosen_by_others([low, high], "best", "grf")
+    assert by_person(both.scores, "grf", "jump") == {"b": 8.0}
+
+
+@pytest.fixture(scope="module")
+def trials(release):
+    return open_for_benchmark(release).trials(frozenset({"lab/p4", "lab/p5"}))
+
+
+def test_against_filters_by_hand(trials):
+    points = {(p.activity, p.cutoff_Hz): p for p in sweep(trials, (6.0, None))}
+    errors = {6.0: [], None: []}
+    for example in trials:
+        q, rate = example.seen.q, example.seen.rate
+        velocity = np.gradient(q, 1 / rate, axis=0)
+        acceleration = np.empty_like(q)
+        acceleration[1:-1] = np.diff(q, 2, axis=0) * rate**2
+        acceleration[[0, -1]], velocity[[0, -1]] = acceleration[[1, -2]], velocity[[1, -2]]
+        com = RigidBodyModel(example.seen.skeleton).centre_of_mass_acceleration(q, velocity, acceleration)
+        off = com - GRAVITY - example.measured.force.sum(axis=1) / example.measured.mass_kg
+        errors[None].append(np.sqrt(np.mean(off**2)))
+        # The filter is linear: the difference of filtered series is the filtered difference.
+        smooth = sosfiltfilt(butter(3, 6.0, fs=rate, output="sos"), off, axis=0, padlen=15)
+        errors[6.0].append(np.sqrt(np.mean(smooth**2)))
+    for cutoff, values in errors.items():
+        assert points["all", cutoff].rmse == pytest.approx(np.mean(values), rel=1e-6)
+        assert (points["all", cutoff].trials, points["all", cutoff].persons) == (3, 2)
+    assert points["run", None].trials == 1
+    assert points["walk", None].trials == 2
+
+
+def test_it_falls_with_the_cutoff_and_is_drawn(trials, tmp_path):
+    points = sweep(trials)
+    # Where the filter's own time is a small part of the stretch; below, its ends weigh more than its middle.
+    curve = [p.rmse for p in points if p.activity == "all" and (p.cutoff_Hz or np.inf) * SECONDS > 15]
+    assert curve == sorted(curve)
+    assert curve[-1] > 1.5 * curve[0]
+    write_csv(points, tmp_path / "sweep.csv")
+    assert len((tmp_path / "sweep.csv").read_text().splitlines()) == 1 + 3 * 11
+    svg, png = draw(points, tmp_path / "sweep")
+    assert svg.stat().st_size > 10_000
+    assert png.stat().st_size > 10_000

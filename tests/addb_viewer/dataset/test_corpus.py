@@ -101,14 +101,6 @@ def test_a_folder_that_is_not_empty_is_left_alone(root, tmp_path):
     assert not (tmp_path / "other").exists()
 
 
-def test_a_movement_may_be_done_several_times_with_other_steps(tmp_path):
-    options = CorpusOptions(1, traps=False, actors=1, activities=("walk",), longest_s=0.5, takes=3)
-    synthesize(tmp_path / "corpus", options)
-    subject = open_subject(tmp_path / "corpus" / "Aare 2019" / "S001")
-    assert [trial.name for trial in subject.trials] == ["walk_1", "walk_2", "walk_3"]
-    assert len({trial.markers.read_bytes() for trial in subject.trials}) == 3
-
-
 def test_a_second_session_is_of_the_same_person_with_markers_put_on_anew(tmp_path):
     place = tmp_path / "corpus"
     options = CorpusOptions(6, traps=False, actors=1, activities=("walk",), longest_s=0.5)

@@ -1,4 +1,4 @@
-"""Metrics against cases made by hand, and against loops that say the formulas once more."""
+"""Errors frame by frame, of answers that are made whole, and standard deviations that hold for others."""
 
 import math
 from dataclasses import replace
@@ -6,16 +6,81 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from addb_viewer.benchmark.averages import average
+from addb_viewer.benchmark.bands import EDGES_N_PER_KG, error_bands
 from addb_viewer.benchmark.scoring import (
     WholeAnswer,
     centre_of_pressure,
+    completed,
     frame_errors,
     phases_of,
     scored_frames,
     scores_of,
 )
-from addb_viewer.benchmark.task import Measured, Predicted
-from tests.addb_viewer.benchmark.simulated_release import example
+from addb_viewer.benchmark.task import BenchmarkError, Measured, Predicted
+from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.inverse_dynamics import inverse_dynamics
+from solver.dynamics.settings import DynamicsSettings
+from solver.kinematics.motion import Motion
+from tests.addb_viewer.benchmark.simulated_release import GRAVITY, NAMES, RATE, example, truth
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return example()
+
+
+def test_the_centre_of_mass_obeys_the_forces(walk):
+    rng = np.random.default_rng(0)
+    force = walk.measured.force + 40 * rng.standard_normal(walk.measured.force.shape)
+    whole = completed(walk.seen, Predicted(force, walk.measured.moment))
+    wanted = force.sum(axis=1) / walk.seen.mass_kg + GRAVITY
+    np.testing.assert_allclose(whole.com_acceleration, wanted, atol=1e-9)
+    # Where F = m a holds, nothing is left for the translations of the root.
+    np.testing.assert_allclose(whole.torque[:, list(whole.root_dofs[:3])], 0.0, atol=1e-6)
+    assert np.abs(whole.torque[:, list(whole.root_dofs[3:])]).max() > 1.0
+    assert not whole.remainder.any()
+
+
+def test_torques_are_those_of_the_solvers_inverse_dynamics(walk):
+    skeleton, (q, _, _), force, moment, _, feet, _ = truth("walk")
+    motion = Motion(skeleton.dofs, q, RATE)
+    said = Predicted(force, moment, acceleration=motion.acceleration, velocity=motion.velocity)
+    whole = completed(walk.seen, said)
+    wrench = np.concatenate([force, moment + np.cross(feet, force)], axis=2)
+    contacts = ContactWrenches(
+        NAMES,
+        wrench,
+        cop_ground=np.full((len(q), 2, 3), np.nan),
+        observed=np.ones(len(q), dtype=bool),
+        in_contact=force[..., 1] > 20,
+        plate=np.zeros((len(q), 0), dtype=int),
+        wrench_raw_ground=wrench,
+    )
+    everything = FrameMask(np.ones((len(q), 2), bool))
+    solved = inverse_dynamics(skeleton, motion, contacts, everything, DynamicsSettings())
+    np.testing.assert_allclose(whole.torque, solved.joint_torques, atol=1e-6)
+    root = list(whole.root_dofs[:3])
+    assert np.linalg.norm(whole.torque[:, root], axis=1).max() == pytest.approx(
+        np.linalg.norm(solved.residual_root[:, :3], axis=1).max(), rel=1e-6
+    )
+
+
+def test_what_an_answer_leaves_of_the_equation_is_told(walk):
+    _, (_, v, a), force, moment, _, _, torque = truth("walk")
+    said = Predicted(force, moment, acceleration=a, velocity=v, torque=torque + 2.0)
+    np.testing.assert_allclose(completed(walk.seen, said).remainder, 2.0, atol=1e-6)
+
+
+def test_answers_of_the_wrong_shape_or_without_numbers_are_refused(walk):
+    fine = Predicted(walk.measured.force, walk.measured.moment)
+    with pytest.raises(BenchmarkError, match="force has shape"):
+        completed(walk.seen, replace(fine, force=fine.force[:-1]))
+    moment = fine.moment.copy()
+    moment[7, 1, 0] = np.nan
+    with pytest.raises(BenchmarkError, match="frame 7"):
+        completed(walk.seen, replace(fine, moment=moment))
+
 
 DOFS = 8  # six of the root, two below
 
@@ -171,3 +236,58 @@ def test_means_are_over_the_activitys_scored_frames():
     assert by["walk", "grf"].mean == pytest.approx(norms[45:100].mean())
     assert by["stand", "grf"].mean == pytest.approx(norms[100:].mean())
     one.measured.activity[:] = "walk"
+
+
+LEVEL, VERTICAL = 0.4, 1.1  # [N/kg] where a foot carries; a tenth of it where it does not
+
+
+class Noisy:
+    """The truth with Gaussian errors of known size."""
+
+    def __init__(self, seed):
+        self.rng = np.random.default_rng(seed)
+
+    def answer(self, seen):
+        force = example().measured.force
+        loaded = force[..., 1:2] > 1.0 * seen.mass_kg
+        size = np.where(loaded, 1.0, 0.1) * (LEVEL, VERTICAL, LEVEL) * seen.mass_kg
+        return Predicted(force + size * self.rng.standard_normal(force.shape), np.zeros_like(force))
+
+
+@pytest.fixture(scope="module")
+def persons():
+    return [replace(example(), person_id=f"lab/p{k}") for k in range(30)]
+
+
+def test_they_are_the_root_mean_square_errors_of_each_bin(persons):
+    first, again, squares = Noisy(1), Noisy(1), {}
+    bands = error_bands(lambda one: first.answer(one.seen), persons[:3])
+    for one in persons[:3]:
+        told = again.answer(one.seen).force
+        for t in range(45, one.seen.frames):
+            for foot in (0, 1):
+                at = sum(told[t, foot, 1] / one.seen.mass_kg > edge for edge in EDGES_N_PER_KG)
+                off = (told[t, foot] - one.measured.force[t, foot]) / one.measured.mass_kg
+                squares.setdefault((at, one.person_id), []).append(off**2)
+    for at in range(len(EDGES_N_PER_KG) + 1):
+        own = [np.mean(rows, axis=0) for (k, _), rows in squares.items() if k == at]
+        frames = sum(len(rows) for (k, _), rows in squares.items() if k == at)
+        if frames >= 20:
+            x, y, z = np.mean(own, axis=0)
+            np.testing.assert_allclose(bands.sd[at], [np.sqrt((x + z) / 2), np.sqrt(y)])
+
+
+def test_gaussian_errors_of_other_persons_lie_within_them_as_often_as_is_said(persons):
+    first, other, scores = Noisy(2), Noisy(3), []
+    bands = error_bands(lambda one: first.answer(one.seen), persons)
+    for one in persons:
+        told = other.answer(one.seen)
+        scores += scores_of(one, replace(told, force_sd=bands.of(told.force, one.seen.mass_kg)))
+    assert average(scores, "coverage_50").mean == pytest.approx(0.50, abs=0.06)
+    assert average(scores, "coverage_95").mean == pytest.approx(0.95, abs=0.02)
+
+
+def test_without_measured_forces_there_are_none(persons):
+    one = persons[0]
+    hidden = replace(one.measured, counts=np.zeros(one.seen.frames, dtype=bool))
+    assert error_bands(lambda shown: Noisy(4).answer(shown.seen), [replace(one, measured=hidden)]) is None
