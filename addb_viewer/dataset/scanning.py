@@ -363,7 +363,7 @@ def concerns_of(trial: str, notes: Iterable[Note], causes: Sequence[Mapping[str,
 
     Args:
         trial: its name.
-        notes: of the fit; a trial's begin with its name.
+        notes: of the fit.
         causes: as `diagnose --json` has them.
     """
     named = [
@@ -371,7 +371,6 @@ def concerns_of(trial: str, notes: Iterable[Note], causes: Sequence[Mapping[str,
         for cause in causes
         if cause.get("trial") in (None, trial)
     ]
-    own = [
-        note.reworded(lambda text: text.removeprefix(f"{trial}: ")) for note in notes if note.trial == trial
-    ]
-    return (*named, *(found.key_findings for found in by_kind(own) if found.needs_decision))
+    own = by_kind([note for note in notes if note.trial == trial])
+    said = [found.key_findings.removeprefix(f"{trial}: ") for found in own if found.needs_decision]
+    return (*named, *said)
