@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -78,25 +78,6 @@ def read_outside(path: Path, name: str | None = None) -> OutsideAnswers:
     if strange:
         raise BenchmarkError(f"{path}: foot is '{strange.pop()}'; it must be r or l")
     return OutsideAnswers(name or path.stem, rows)
-
-
-def answer_rows(example: Example, predicted: Predicted) -> pa.Table:
-    """An answer as rows of such a file.
-
-    Args:
-        example: that was shown.
-        predicted: what was said.
-    """
-    frames, feet = example.seen.frames, len(FEET)
-    values = np.concatenate([predicted.force, predicted.moment], axis=2).reshape(frames * feet, 6)
-    columns: Mapping[str, object] = {
-        "subject_id": [example.subject_id] * (frames * feet),
-        "trial_id": [example.trial_id] * (frames * feet),
-        "frame": pa.array(np.repeat(example.frame, feet), pa.int32()),
-        "foot": list(FEET) * frames,
-        **{name: values[:, k] for k, name in enumerate((*FORCE, *MOMENT))},
-    }
-    return pa.table(columns)
 
 
 _TYPES = {str: pa.string(), float: pa.float64(), int: pa.int64()}

@@ -15,9 +15,9 @@ from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.evaluating import TimeHistory, evaluate, evaluate_outside, train
 from addb_viewer.benchmark.predictors import filtered, predictor
 from addb_viewer.benchmark.release_trials import open_for_benchmark, shown_skeleton
-from addb_viewer.benchmark.results import answer_rows, read_outside, read_results, write_result
+from addb_viewer.benchmark.results import FORCE, MOMENT, read_outside, read_results, write_result
 from addb_viewer.benchmark.scoring import completed
-from addb_viewer.benchmark.task import BenchmarkError, Predicted
+from addb_viewer.benchmark.task import FEET, BenchmarkError, Predicted
 from addb_viewer.commands.cli import app
 from tests.addb_viewer.benchmark.simulated_release import GRAVITY, NOISE_RAD, truth
 
@@ -188,6 +188,21 @@ class Peeking(Mean):
 def test_who_peeks_is_caught(source, tmp_path):
     with pytest.raises(BenchmarkError, match="has seen the forces"):
         evaluate(source, lambda: Peeking(source), TimeHistory(), tmp_path)
+
+
+def answer_rows(example, predicted):
+    """An answer as rows of a file of answers made elsewhere."""
+    count, feet = example.seen.frames, len(FEET)
+    values = np.concatenate([predicted.force, predicted.moment], axis=2).reshape(count * feet, 6)
+    return pa.table(
+        {
+            "subject_id": [example.subject_id] * (count * feet),
+            "trial_id": [example.trial_id] * (count * feet),
+            "frame": pa.array(np.repeat(example.frame, feet), pa.int32()),
+            "foot": list(FEET) * count,
+            **{name: values[:, k] for k, name in enumerate((*FORCE, *MOMENT))},
+        }
+    )
 
 
 def test_outside_answers_score_as_inside(source, tmp_path):
