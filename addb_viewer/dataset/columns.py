@@ -275,7 +275,7 @@ _COUNTS = (
         source="review",
     ),
     Column("used", "bool", "counts and is 10 native frames or more from the trial's ends: what figures use"),
-    Column("torque_predicted", "bool", "the torques rest on a foot's wrench that the motion demands"),
+    Column("torque_predicted", "bool", "the torques rest on a foot's wrench that the motion requires"),
     Column("missing_reason", "text", "why it does not count; null where it does", nullable=True),
     Column("missing_number", "u8", "likewise, number of the B3D format; 0 where it counts"),
     Column(
@@ -324,7 +324,7 @@ _RESIDUALS = (
     *vector(
         "residual_force_{}_N",
         "N",
-        "external force that the motion demands beyond the measured; null unless the frame counts",
+        "external force that the motion requires beyond the measured; null unless the frame counts",
         source="inverse dynamics",
         nullable=True,
     ),

@@ -13,11 +13,11 @@ from solver.capture.atomic import write_whole
 
 REASONS = {
     "subject": {
-        "withdrawn": "the person was left out by --without, now or in an earlier build; nothing else is told",
+        "withdrawn": "the person was left out by --without, now or in an earlier build; no other is given",
         "no_licence": "no licence, neither in subject.toml nor by --licence; or no SPDX identifier",
         "no_consent": "consent is not public",
         "unreadable": "the folder or file cannot be read",
-        "not_two_contact_bodies": "forces act on other than two feet, or no name tells the right one",
+        "not_two_contact_bodies": "forces act on other than two feet, or no name shows the right one",
         "duplicate_subject": "the same recordings as another subject's",
         "no_trials": "none of its trials is kept",
         "fit_failed": "the fit ended in an error",

@@ -38,7 +38,7 @@ BAD = {
     ),
     "JSON that is no object": (("flag", "[1, 2]", DATE), "is not a JSON object"),
     "an unknown kind": (("merge", CONTENT, DATE), "written by a newer version; update addb-viewer"),
-    "a wrong type": (("flag", CONTENT.replace("60", '"60"'), DATE), "its 'start' is not a number of a frame"),
+    "a wrong type": (("flag", CONTENT.replace("60", '"60"'), DATE), "its 'start' is not a whole number"),
 }
 INSERT = (
     "INSERT INTO edits (subject, trial, author, made_at, kind, content) "
