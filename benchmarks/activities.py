@@ -31,7 +31,6 @@ from solver.fitting.settings import settings_for
 from solver.gait.activities import load_of
 from solver.gait.activity import LEARNT, Activity
 from solver.gait.activity_model import FILE, NAMES, Weights, features_of, windows_of
-from solver.gait.activity_settings import ACTIVITIES
 from solver.gait.body_motion import body_motion
 from solver.gait.settings import GAIT
 from solver.kinematics.motion import Motion
@@ -151,7 +150,7 @@ def example(
     """
     moved = body_motion(skeleton, feet, motion, GAIT, load_BW)
     first, last = during or (0, moved.frames)
-    windows = windows_of(moved, ACTIVITIES)
+    windows = windows_of(moved)
     spans = [s for s, (a, b) in zip(windows.spans, windows.cells, strict=True) if first <= (a + b) / 2 < last]
     return Example(source, activity, np.array([features_of(moved, span) for span in spans]))
 

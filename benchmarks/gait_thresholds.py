@@ -31,7 +31,7 @@ class Feet:
 
     def events(self, settings: GaitSettings) -> tuple[GaitEvent, ...]:
         """Those that thresholds make of it."""
-        return events_of(stances_from_feet(self.motion, settings))
+        return events_of(stances_from_feet(self.motion))
 
 
 def feet_of(folder: Path, trial: str) -> Feet:

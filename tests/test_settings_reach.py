@@ -22,7 +22,6 @@ PRODUCT = sorted(
 MADE_HERE = {
     ("solver/fitting/settings.py", "Settings"): "the defaults that a settings.toml changes",
     ("solver/fitting/settings.py", "ReadingSettings"): "put together from the subject's tables",
-    ("solver/fitting/settings.py", "NamingSettings"): "likewise",
     ("addb_viewer/commands/describe.py", "Settings"): "prints the defaults",
     ("addb_viewer/report/made_from.py", "Settings"): "what the fit's settings are compared with",
     ("addb_viewer/app/solve/controller.py", "Settings"): "likewise",
@@ -64,7 +63,6 @@ OPENS_FOLDERS = (  # which files belong together is found out before any setting
 CHANGEABLE = {type(table).__name__ for _, table in tables(Settings())} | {
     "Settings",
     "ReadingSettings",
-    "NamingSettings",
 }
 
 

@@ -34,6 +34,7 @@ from solver.common.errors import FitError
 from solver.common.file_names import readable
 from solver.common.progress import Progress, part
 from solver.common.runs import runs
+from solver.contact.detection_settings import BORDER_S
 from solver.dynamics.cross_validation.ablation import (
     FITTED,
     MARKERS,
@@ -109,7 +110,7 @@ def experiment_on(job: Job, progress: Progress) -> Experiment:
         trial=_with_all_forces(fit, trial, foot),
         settings=_settings(job.settings, trial),
         steps=steps,
-        border=round(job.settings.detection.border_s * trial.motion.rate),
+        border=round(BORDER_S * trial.motion.rate),
     )
 
 

@@ -192,7 +192,7 @@ def _understood(
 ) -> Understanding:
     """By name; without a marker set of the subject's own, also by the motion where names say nothing."""
     if on_model is None:
-        return read_labels(default_skeleton(), recordings, settings=settings.naming).understanding
+        return read_labels(default_skeleton(), recordings, settings=settings.kinematics).understanding
     return understand([name for m in recordings for name in m.names], recordings)
 
 

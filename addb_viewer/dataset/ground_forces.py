@@ -150,7 +150,7 @@ def given_to_no_foot(
             continue
         carried = condition(plate, capture.markers.times, settings.conditioning)
         force = np.linalg.norm(np.nan_to_num(carried.force_ground), axis=1)
-        if not lies_there(carried, settings.contact):
+        if not lies_there(carried):
             strange |= nobody & (force > UNGIVEN_N)
     return strange
 

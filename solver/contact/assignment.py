@@ -22,6 +22,13 @@ from solver.contact.sole import Sole, independent_feet, soles
 from solver.contact.wrenches import NO_FOOT, TWO_FEET, ContactWrenches
 from solver.skeleton.skeleton import Skeleton
 
+BETWEEN_FEET_M = 0.02  # [m] so far outside both soles, but between them, a centre of pressure shows two feet
+SMALLER_SHARE = 0.1  # and so far on the way from one to the other: real steps on one plate stay below it
+SHARE_IF_CARRIED = 0.25  # likewise while another plate carries one of the two: a roll-off reaches 0.18
+TAKEOVER_M_S = 0.004  # [m·s] another foot takes a loaded plate over by being 5 cm nearer for 80 ms
+FULL_WEIGHT_LOAD = 0.2  # of the plate's peak force: from there the centre of pressure is trusted in full
+LYING_STD_N = 5.0  # [N] what lies on a plate all along, or its offset, changes less; a person sways more
+
 
 def assign(
     plates: Sequence[ConditionedPlate],
@@ -61,37 +68,34 @@ def assign(
     rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 1.0
     corners = [sole.corners_ground(R_ground_body, p_ground_body) for sole in outlines]
     distances = [_distances(outlines, R_ground_body, p_ground_body, p.cop_ground) for p in plates]
-    standing = np.stack([_standing(p.loaded, d, settings) for p, d in zip(plates, distances, strict=True)])
+    standing = np.stack([_standing(p.loaded, d) for p, d in zip(plates, distances, strict=True)])
     touches = touching(corners, np.any(standing, axis=0), rate, settings)
     owners = np.full((len(times), len(plates)), NO_FOOT)
     unassigned = np.zeros(len(times), dtype=bool)
     for k, plate in enumerate(plates):
         elsewhere = np.any(np.delete(standing, k, axis=0), axis=0)
-        between = _between_two(
-            plate.cop_ground, distances[k], corners, touches=touches, elsewhere=elsewhere, settings=settings
-        )
+        between = _between_two(plate.cop_ground, distances[k], corners, touches=touches, elsewhere=elsewhere)
         both = (touches & ~elsewhere).sum(axis=1) > 1
-        cost = _cost(distances[k], between, settings) * _trust(plate, settings)[:, None]
+        cost = _cost(distances[k], between, settings) * _trust(plate)[:, None]
         states = np.array([*range(len(feet)), TWO_FEET, NO_FOOT])
         for start, end in runs(plate.loaded):
-            path = _cheapest_path(cost[start:end], settings.takeover_m_s * rate, unlikely=len(feet))
+            path = _cheapest_path(cost[start:end], TAKEOVER_M_S * rate, unlikely=len(feet))
             owners[start:end, k] = _widened(states[path], both[start:end])
         notes += _notes(plate.name, owners[:, k], plate.loaded, distances[k], times)
-        if not lies_there(plate, settings):
+        if not lies_there(plate):
             unassigned |= plate.loaded & (owners[:, k] == NO_FOOT)
         owners[:, k] = _with_tails(owners[:, k], plate.loaded)
     return replace(_gathered(plates, owners, feet, notes), unassigned=unassigned)
 
 
-def lies_there(plate: ConditionedPlate, settings: ContactSettings) -> bool:
+def lies_there(plate: ConditionedPlate) -> bool:
     """Whether the plate's load is a thing on it, or an offset: there all along and always the same.
 
     Args:
         plate: at the frames.
-        settings: how little such a load changes.
     """
     load = plate.force_ground[plate.observed, 1]
-    return bool(plate.loaded[plate.observed].all() and np.std(load) < settings.lying_std_N)
+    return bool(plate.loaded[plate.observed].all() and np.std(load) < LYING_STD_N)
 
 
 def _distances(
@@ -107,11 +111,10 @@ def _distances(
 def _standing(
     loaded: Bool[np.ndarray, " frames"],
     distances: Float[np.ndarray, "frames feet"],
-    settings: ContactSettings,
 ) -> Bool[np.ndarray, "frames feet"]:
     """Frames on which the plate's centre of pressure lies under a foot."""
     nearest = distances == distances.min(axis=1, keepdims=True)
-    return loaded[:, None] & nearest & (distances < settings.between_feet_m)
+    return loaded[:, None] & nearest & (distances < BETWEEN_FEET_M)
 
 
 def _between_two(
@@ -121,18 +124,17 @@ def _between_two(
     *,
     touches: Bool[np.ndarray, "frames feet"],
     elsewhere: Bool[np.ndarray, "frames feet"],
-    settings: ContactSettings,
 ) -> Bool[np.ndarray, " frames"]:
     """Whether the centre of pressure lies outside all soles, but between two that touch the ground.
 
     It must lie farther from both where another plate carries one of them already (`elsewhere`).
     """
-    outside = (distances > settings.between_feet_m).all(axis=1)
+    outside = (distances > BETWEEN_FEET_M).all(axis=1)
     between = np.zeros(len(cop_ground), dtype=bool)
     for i, j in combinations(range(len(corners_ground)), 2):
         pair = distances[:, [i, j]]
         carried = elsewhere[:, i] | elsewhere[:, j]
-        share = np.where(carried, settings.share_if_carried, settings.smaller_share)
+        share = np.where(carried, SHARE_IF_CARRIED, SMALLER_SHARE)
         amid = pair.min(axis=1) > share * pair.sum(axis=1)
         frames = np.flatnonzero(outside & amid & touches[:, i] & touches[:, j])
         around = np.concatenate([corners_ground[i][frames], corners_ground[j][frames]], axis=1)
@@ -162,10 +164,10 @@ def _cost(
     return np.column_stack([capped, together, nowhere])
 
 
-def _trust(plate: ConditionedPlate, settings: ContactSettings) -> Float[np.ndarray, " frames"]:
+def _trust(plate: ConditionedPlate) -> Float[np.ndarray, " frames"]:
     """Weight of a centre of pressure: its variance grows with the inverse square of the load."""
     load = np.where(plate.loaded, np.linalg.norm(plate.force_ground, axis=1), 0.0)
-    full = settings.full_weight_load * load.max(initial=0.0)
+    full = FULL_WEIGHT_LOAD * load.max(initial=0.0)
     return np.minimum(1.0, (load / full) ** 2) if full > 0 else load
 
 

@@ -10,10 +10,15 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.common.runs import runs
-from solver.contact.settings import ContactSettings
+from solver.contact.settings import SHORTEST_CONTACT_S, ContactSettings
 from solver.contact.sole import soles
 from solver.contact.wrenches import ContactWrenches
 from solver.skeleton.skeleton import Skeleton
+
+SHORTEST_STANDING_S = 0.1  # [s] of loaded frames from which a foot's height above the ground is learnt
+# [s] shorter touches are markers' noise; a sprinter's contact lasts 0.09 s
+SHORTEST_PHASE_S = SHORTEST_CONTACT_S
+SHORTEST_GAP_S = 0.03  # [s] shorter lifts inside a contact phase are noise; a running flight lasts 0.08 s
 
 MEASURED = 0.5  # share of a contact's frames that plates must carry for it to count as measured
 
@@ -41,7 +46,7 @@ def touching(
         return standing.copy()
     lowest = np.column_stack([corners[..., 1].min(axis=1) for corners in corners_ground])
     velocities = [np.gradient(corners, 1.0 / rate, axis=0)[..., [0, 2]] for corners in corners_ground]
-    enough = settings.shortest_standing_s * rate
+    enough = SHORTEST_STANDING_S * rate
     reach = [
         _level(lowest, standing, f, enough) + settings.touch_height_m for f in range(len(corners_ground))
     ]
@@ -122,9 +127,9 @@ def contact_phases(
     on_ground = contacts.in_contact | touching(corners, contacts.in_contact, rate, settings)
     phases = []
     for foot in range(len(contacts.foot_bodies)):
-        closed = _without_short_gaps(on_ground[:, foot], round(settings.shortest_gap_s * rate))
+        closed = _without_short_gaps(on_ground[:, foot], round(SHORTEST_GAP_S * rate))
         for start, end in runs(closed):
-            if end - start >= settings.shortest_phase_s * rate:
+            if end - start >= SHORTEST_PHASE_S * rate:
                 loaded = float(contacts.in_contact[start:end, foot].mean())
                 phases.append(ContactPhase(foot, start, end, loaded))
     return tuple(sorted(phases, key=lambda phase: (phase.start, phase.foot)))

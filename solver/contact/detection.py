@@ -18,10 +18,12 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import median_filter
 
 from solver.capture.capture import ForcePlate
+from solver.common.plate_figures import CONTACT_N
 from solver.common.runs import runs
+from solver.contact.assignment import FULL_WEIGHT_LOAD
 from solver.contact.detection_balance import UP
 from solver.contact.detection_search import Findings, search
-from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_settings import DROPOUT, PART_COST, STEADY_S, DetectionSettings
 from solver.contact.proposals import (
     CLIPPED,
     CONTACT_BUT_NO_FORCE,
@@ -41,6 +43,26 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
+ROLLING_S = 0.01  # [s] so long before and after a foot may carry some 50 N: too little for the balance
+ROLLING_ODDS = -0.5  # as long as its sole is not clearly swinging
+# of body weight: a missing force that changes by more in that time is no rolling foot's, and the balance's
+# smoother shows it early
+STEEP = 0.25
+SURE_ODDS = 8.0  # log odds by which the doubt about a proposal has shrunk to a third
+NOBODY_N = CONTACT_N  # [N] all plates together below it: nobody stands on them
+FAULT_LOADED_N = CONTACT_N  # [N] gait laboratories' usual contact threshold; faults are looked for above it
+FAULT_CONFIDENCE = 0.8  # of such a proposal: the samples are plain, their effect on the fit is not
+COP_LOAD = FULL_WEIGHT_LOAD  # of the peak force; below it a centre of pressure is noise
+COP_OUTSIDE_S = 0.05  # [s] for so long; landing and push-off may touch the limit
+CLIPPED_N = 200.0  # amplifiers saturate at large forces
+CLIPPED_S = 0.008  # [s] at its largest value without a change: no peak is so flat
+CLIPPED_SAMPLES = 4  # [samples] and for so many, where samples are rare
+CLIPPED_DROP = 0.02  # of it, lost within as long again on both sides: a round peak loses less
+HELD_S = 0.1  # [s] a loaded plate that repeats one value so long is stuck
+SPIKE_S = 0.002  # [s] no step rises and falls within it, not even a sprinter's
+SPIKE = 0.5  # of body weight: smaller spikes vanish in the 30 Hz filter
+DROPOUT_S = 0.08  # [s] no foot leaves the plate at full load and is back so soon
+
 SAME = 1e-9  # of the force: equal but for rounding in a unit's conversion
 
 FEWEST_FRAMES = 8  # below it a trial has no accelerations
@@ -51,7 +73,6 @@ def plate_faults(
     contacts: ContactWrenches,
     times: Float[np.ndarray, " frames"],
     weight: float,
-    settings: DetectionSettings,
 ) -> Iterator[Proposal]:
     """Stretches on which a plate's amplifier or transmission failed.
 
@@ -60,15 +81,14 @@ def plate_faults(
         contacts: forces given to feet, by plate in the same order.
         times: of the frames, on the plates' clock [s].
         weight: of the body [N].
-        settings: thresholds.
     """
     for k, plate in enumerate(plates):
         force = np.nan_to_num(plate.force_ground)
         faults = (
-            (CLIPPED, _clipped(force, plate.rate, settings)),
-            (CLIPPED, _held(force, plate.rate, settings)),
-            (OUTLIERS, _spikes(force, plate.rate, weight, settings)),
-            (MISSING_BLIP, _dropouts(force[:, UP], plate.rate, weight, settings)),
+            (CLIPPED, _clipped(force, plate.rate)),
+            (CLIPPED, _held(force, plate.rate)),
+            (OUTLIERS, _spikes(force, plate.rate, weight)),
+            (MISSING_BLIP, _dropouts(force[:, UP], plate.rate, weight)),
         )
         for reason, wrong in faults:
             for start, end in runs(_at_frames(wrong, plate, times)):
@@ -79,64 +99,60 @@ def plate_faults(
                     (start, end),
                     foot,
                     reason,
-                    settings.fault_confidence,
+                    FAULT_CONFIDENCE,
                     {"plate": float(k + 1), "peak_N": peak},
                 )
 
 
-def _clipped(
-    force: Float[np.ndarray, "samples 3"], rate: float, settings: DetectionSettings
-) -> Bool[np.ndarray, " samples"]:
+def _clipped(force: Float[np.ndarray, "samples 3"], rate: float) -> Bool[np.ndarray, " samples"]:
     """A channel that stays at its own extreme, and leaves it at once on both sides."""
     clipped = np.zeros(len(force), dtype=bool)
-    shortest = max(settings.clipped_samples, settings.clipped_s * rate)
+    shortest = max(CLIPPED_SAMPLES, CLIPPED_S * rate)
     for channel in np.abs(force).T:
         top = channel.max(initial=0.0)
-        if top < settings.clipped_N:
+        if top < CLIPPED_N:
             continue
         for start, end in runs(channel >= top * (1.0 - SAME)):
             length = end - start
             if length < shortest or start < length or end + length > len(channel):
                 continue
             drop = top - max(channel[start - length], channel[end + length - 1])
-            clipped[start:end] |= drop > settings.clipped_drop * top
+            clipped[start:end] |= drop > CLIPPED_DROP * top
     return clipped
 
 
-def _held(
-    force: Float[np.ndarray, "samples 3"], rate: float, settings: DetectionSettings
-) -> Bool[np.ndarray, " samples"]:
+def _held(force: Float[np.ndarray, "samples 3"], rate: float) -> Bool[np.ndarray, " samples"]:
     """A loaded plate all of whose channels repeat one value."""
     still = np.zeros(len(force), dtype=bool)
     still[1:] = (np.diff(force, axis=0) == 0).all(axis=1)
     held = np.zeros(len(force), dtype=bool)
-    for start, end in runs(still & (force[:, UP] > settings.fault_loaded_N)):
-        held[start:end] = end - start >= settings.held_s * rate
+    for start, end in runs(still & (force[:, UP] > FAULT_LOADED_N)):
+        held[start:end] = end - start >= HELD_S * rate
     return held
 
 
 def _spikes(
-    force: Float[np.ndarray, "samples 3"], rate: float, weight: float, settings: DetectionSettings
+    force: Float[np.ndarray, "samples 3"], rate: float, weight: float
 ) -> Bool[np.ndarray, " samples"]:
     """Samples far from the median of their neighbourhood; needs samples enough to tell them from a step."""
-    width = int(settings.spike_s * rate)
+    width = int(SPIKE_S * rate)
     if width < 1:
         return np.zeros(len(force), dtype=bool)
     usual = median_filter(force, size=(2 * width + 1, 1), mode="nearest")
-    return (np.abs(force - usual) > settings.spike * weight).any(axis=1)
+    return (np.abs(force - usual) > SPIKE * weight).any(axis=1)
 
 
 def _dropouts(
-    vertical: Float[np.ndarray, " samples"], rate: float, weight: float, settings: DetectionSettings
+    vertical: Float[np.ndarray, " samples"], rate: float, weight: float
 ) -> Bool[np.ndarray, " samples"]:
     """Short gaps, longer than a spike, in a contact whose force is high right before and after."""
     lost = np.zeros(len(vertical), dtype=bool)
-    near = max(1, round(2.0 * settings.spike_s * rate))
-    for start, end in runs(vertical < settings.fault_loaded_N):
+    near = max(1, round(2.0 * SPIKE_S * rate))
+    for start, end in runs(vertical < FAULT_LOADED_N):
         inside = start > 0 and end < len(vertical)
-        if inside and settings.spike_s < (end - start) / rate <= settings.dropout_s:
+        if inside and SPIKE_S < (end - start) / rate <= DROPOUT_S:
             before, after = vertical[max(0, start - near) : start].max(), vertical[end : end + near].max()
-            lost[start:end] = min(before, after) > settings.dropout * weight
+            lost[start:end] = min(before, after) > DROPOUT * weight
     return lost
 
 
@@ -181,7 +197,7 @@ def proposals_of(
     """
     corners = [plate.corners_ground for plate in plates if plate.corners_ground is not None]
     judge = _Judge(findings, contacts, corners if len(corners) == len(plates) else [], settings)
-    for k in np.flatnonzero(findings.explained.evidence > settings.suspect * settings.part_cost).tolist():
+    for k in np.flatnonzero(findings.explained.evidence > settings.suspect * PART_COST).tolist():
         yield judge.partly_measured(k)
     for foot in range(len(contacts.foot_bodies)):
         for start, end in judge.lost_stretches(foot):
@@ -200,7 +216,7 @@ class _Judge:
     def partly_measured(self, index: int) -> Proposal:
         contact, explained = self.findings.recorded[index], self.findings.explained
         part = slice(contact.start, contact.end)
-        share, cost = float(explained.missing[index]), self.settings.part_cost
+        share, cost = float(explained.missing[index]), PART_COST
         evidence = float(explained.evidence[index])
         off = self._share_off_plates(contact.foot, part)
         return Proposal(
@@ -218,18 +234,14 @@ class _Judge:
     def lost_stretches(self, foot: int) -> list[tuple[int, int]]:
         """Each as long as the foot may still carry some: it lands and leaves gradually."""
         frame_evidence, lost = self.findings.frame_evidence, self.findings.contact_states.lost[:, foot]
-        reach, missing = round(self.settings.rolling_s * frame_evidence.rate), self.findings.missing
-        steep_N = self.settings.steep * self.findings.weight
+        reach, missing = round(ROLLING_S * frame_evidence.rate), self.findings.missing
+        steep_N = STEEP * self.findings.weight
         near = np.zeros_like(lost)
         for start, end in runs(lost):
             before, after = max(0, start - reach), min(len(lost) - 1, end - 1 + reach)
             near[before:start] = missing[start] - missing[before] < steep_N
             near[end : after + 1] = missing[end - 1] - missing[after] < steep_N
-        rolling = (
-            near
-            & ~frame_evidence.loaded[:, foot]
-            & (frame_evidence.ground[:, foot] > self.settings.rolling_odds)
-        )
+        rolling = near & ~frame_evidence.loaded[:, foot] & (frame_evidence.ground[:, foot] > ROLLING_ODDS)
         return runs(lost | rolling)
 
     def lost(self, foot: int, start: int, end: int) -> Proposal:
@@ -264,14 +276,14 @@ class _Judge:
         if np.median(self.findings.frame_evidence.ground[part, foot]) > 0:
             return CONTACT_BUT_NO_FORCE
         total = np.nan_to_num(self.contacts.wrench_raw_ground[part, :, UP]).sum(axis=1)
-        return ZERO_WHILE_ACCELERATING if total.mean() < self.settings.nobody_N else FORCE_DISCREPANCY
+        return ZERO_WHILE_ACCELERATING if total.mean() < NOBODY_N else FORCE_DISCREPANCY
 
     def _confidence(self, log_odds: float) -> float:
         """0.5 for what the contact states barely need, 1 for what nothing else explains."""
-        return 1.0 - 0.5 * exp(-max(0.0, log_odds) / self.settings.sure_odds)
+        return 1.0 - 0.5 * exp(-max(0.0, log_odds) / SURE_ODDS)
 
     def _sum(self, odds: Float[np.ndarray, " some"]) -> float:
-        return float(odds.sum()) / (self.settings.steady_s * self.findings.frame_evidence.rate)
+        return float(odds.sum()) / (STEADY_S * self.findings.frame_evidence.rate)
 
     def _balance(self, part: slice) -> dict[str, float]:
         missing, error = self.findings.missing[part], self.findings.error[part]
@@ -346,7 +358,7 @@ def _within_recording(
     yield from proposals_of(findings, contacts, plates, settings)
     for proposal in (
         *wrong_pressure(skeleton, poses, contacts, motion.rate, settings),
-        *plate_faults(plates, contacts, motion.times, weight, settings),
+        *plate_faults(plates, contacts, motion.times, weight),
     ):
         yield proposal.widened(findings.border, motion.frames)
 
@@ -372,11 +384,11 @@ def wrong_pressure(
     """
     for foot, sole in enumerate(soles(skeleton, contacts.foot_bodies)):
         load = contacts.wrench_ground[:, foot, UP]
-        well = contacts.in_contact[:, foot] & (load > settings.cop_load * load.max(initial=0.0))
+        well = contacts.in_contact[:, foot] & (load > COP_LOAD * load.max(initial=0.0))
         distance = np.where(well, sole.distance(*poses, contacts.cop_ground[:, foot]), 0.0)
         distance = np.nan_to_num(distance)
         for start, end in runs(distance > settings.cop_outside_m):
-            if end - start >= settings.cop_outside_s * rate:
+            if end - start >= COP_OUTSIDE_S * rate:
                 worst = float(distance[start:end].max())
                 yield Proposal(
                     (start, end),

@@ -9,8 +9,17 @@ from scipy.ndimage import uniform_filter1d
 
 from solver.common.runs import runs
 from solver.common.white_noise import white_noise_together
-from solver.contact.detection_settings import DetectionSettings
 from solver.skeleton.forward import cross
+
+BALANCE_NOISE = 0.03  # of body weight: what vertical balance leaves unexplained in quiet movement
+BOUNCE_NOISE = 0.08  # of m·a: what soft tissue and a stiff trunk leave unexplained besides
+BOUNCE_WINDOW_S = 0.2  # [s] the level of m·a is that of the last step or so
+MOMENT_NOISE_M = 0.02  # [m] of weight and m·a: what the balance of moments leaves unexplained
+# [m/s²] by which the body's acceleration changes from one frame to the next: landing 3 g, markers that
+# vanish or come back 20 g and more
+JUMP_M_S2 = 100.0
+# [m] of such a jump, and standard deviation of what stays of it: other markers, another pelvis
+JUMP_OFFSET_M = 0.005
 
 UP = 1  # y, among the three components of a force
 FEWEST_FRAMES = 4  # that a third difference needs
@@ -35,21 +44,18 @@ class BodyMotion:
         return self.mass * self.gravity
 
 
-def jumps(
-    com_ground: Float[np.ndarray, "frames 3"], rate: float, settings: DetectionSettings
-) -> Bool[np.ndarray, " frames"]:
+def jumps(com_ground: Float[np.ndarray, "frames 3"], rate: float) -> Bool[np.ndarray, " frames"]:
     """Frames on which the centre of mass moves as no body can: markers that vanish or change places move it.
 
     Args:
         com_ground: not filtered [m].
         rate: [Hz].
-        settings: how far the third difference may go, which is twice the size of a step.
     """
     found = np.zeros(len(com_ground), dtype=bool)
     if len(com_ground) < FEWEST_FRAMES:
         return found
     change = np.linalg.norm(np.diff(com_ground, 3, axis=0), axis=1)
-    most = max(settings.jump_m_s2 / rate**2, 2.0 * settings.jump_offset_m)
+    most = max(JUMP_M_S2 / rate**2, 2.0 * JUMP_OFFSET_M)
     for first in range(FEWEST_FRAMES):
         found[first : first + len(change)] |= change > most
     return found
@@ -70,24 +76,22 @@ class WholeBody:
         jumping: frames that are bridged, because markers that vanished or came back moved the body.
     """
 
-    def __init__(self, motion: BodyMotion, cutoff_Hz: float, settings: DetectionSettings) -> None:
+    def __init__(self, motion: BodyMotion, cutoff_Hz: float) -> None:
         self.motion = motion
-        self.jumping: Bool[np.ndarray, " frames"] = motion.tracked & jumps(
-            motion.com_ground, motion.rate, settings
-        )
+        self.jumping: Bool[np.ndarray, " frames"] = motion.tracked & jumps(motion.com_ground, motion.rate)
         self._smoother = _Smoother(motion.tracked & ~self.jumping, motion.rate, cutoff_Hz)
         acceleration = self._smoother.derivative(motion.com_ground, 2)
         turning = self._smoother.derivative(motion.angular_momentum, 1)
         self.required: Float[np.ndarray, "frames 6"] = np.hstack([motion.mass * acceleration, turning])
         self.required[:, UP] += motion.weight
-        bounce = motion.mass * _level(acceleration[:, UP], motion.rate, settings.bounce_window_s)
-        self.noise = np.hypot(settings.balance_noise * motion.weight, settings.bounce_noise * bounce)
-        self.moment_noise = settings.moment_noise_m * (motion.weight + bounce)
+        bounce = motion.mass * _level(acceleration[:, UP], motion.rate, BOUNCE_WINDOW_S)
+        self.noise = np.hypot(BALANCE_NOISE * motion.weight, BOUNCE_NOISE * bounce)
+        self.moment_noise = MOMENT_NOISE_M * (motion.weight + bounce)
         jitter = motion.mass * white_noise_together(motion.com_ground[:, [UP]])
         self.noise = np.hypot(self.noise, jitter * self._smoother.noise_gain(2))
         turning_jitter = white_noise_together(motion.angular_momentum[:, [0, 2]])
         self.moment_noise = np.hypot(self.moment_noise, turning_jitter * self._smoother.noise_gain(1))
-        offset = motion.mass * settings.jump_offset_m
+        offset = motion.mass * JUMP_OFFSET_M
         self.noise = np.hypot(self.noise, offset * self._smoother.offset_gain(self.jumping))
 
     def passed(self, wrench_ground: Float[np.ndarray, "frames 6"]) -> Float[np.ndarray, "frames 6"]:

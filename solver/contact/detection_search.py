@@ -12,7 +12,7 @@ from scipy.ndimage import binary_dilation, maximum_filter1d
 
 from solver.common.runs import runs
 from solver.contact.detection_balance import UP, BodyMotion, WholeBody
-from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_settings import BORDER_S, DROPOUT, LEAST_LOST, MOST_LOST, DetectionSettings
 from solver.contact.detection_shares import Explained, WrenchBalance
 from solver.contact.detection_states import (
     ContactStates,
@@ -21,12 +21,26 @@ from solver.contact.detection_states import (
     missing_odds,
     place_costs,
 )
+from solver.contact.settings import SHORTEST_CONTACT_S
 from solver.contact.sole import Sole, soles
 from solver.contact.wrenches import TWO_FEET, ContactWrenches
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
+
+SHORTEST_GAP_S = 0.04  # [s] shorter gaps don't end a contact: a flight lasts 0.08 s
+SLIP_CUTOFF_HZ = 12.0  # [Hz] of the sole's speed; a foot lands within 30 ms
+SLIP_M_S = 0.5  # [m/s] a sole's slowest corner on the ground; a swinging one passes at 2 m/s
+SLIP_SHARE = 0.2  # of the speed of the trial's swinging feet: runners' soles slip more
+LOWEST_PART_M = 0.05  # [m] corners of a sole so near to its lowest one may be those that touch
+BELT_WINDOW_S = 1.5  # [s] a treadmill's belt changes its speed more slowly
+STRONGEST_MOTION = 2.5  # log odds that a sole's motion can give: a foot may be held still in the air
+# [s] a still foot may be without a load for so long, as in a slow double support; a standing foot carries
+# something
+TOUCHING_S = 0.25
+MOST_MISSING = 2.0  # body weights: missing forces are assumed to be anything from none to this
+STRONGEST_EVIDENCE = 4.0  # log odds that one moment's balance can give: models fail more often
 
 ROUNDS = 3  # of finding the contact states and learning from them; the third rarely changes anything
 
@@ -35,7 +49,6 @@ def slip_speeds(
     corners_ground: Sequence[Float[np.ndarray, "frames corners 3"]],
     loaded: Bool[np.ndarray, "frames feet"],
     rate: float,
-    settings: DetectionSettings,
 ) -> Float[np.ndarray, "frames feet"]:
     """Speed at which each foot's slowest low corner moves against the surface it would stand on [m/s].
 
@@ -46,15 +59,14 @@ def slip_speeds(
         corners_ground: of each foot's sole [m], filtered.
         loaded: frames on which a plate carries the foot.
         rate: [Hz].
-        settings: thresholds.
     """
     velocities = [np.gradient(corners, 1.0 / rate, axis=0) for corners in corners_ground]
     slowest = [_touching_velocity(c, v) for c, v in zip(corners_ground, velocities, strict=True)]
-    surface = _surface_velocity(np.stack(slowest, axis=1), loaded, rate, settings.belt_window_s)
+    surface = _surface_velocity(np.stack(slowest, axis=1), loaded, rate, BELT_WINDOW_S)
     columns = []
     for f, (corners, velocity) in enumerate(zip(corners_ground, velocities, strict=True)):
         height = corners[..., 1]
-        low = height <= height.min(axis=1, keepdims=True) + settings.lowest_part_m
+        low = height <= height.min(axis=1, keepdims=True) + LOWEST_PART_M
         against = velocity.copy()
         against[..., [0, 2]] -= surface[:, f, None]
         speed = np.linalg.norm(against, axis=2)
@@ -109,19 +121,16 @@ def _near(frames: np.ndarray, t: int, reach: int) -> np.ndarray:
     return frames[np.searchsorted(frames, t - reach) : np.searchsorted(frames, t + reach + 1)]
 
 
-def ground_odds(
-    slip: Float[np.ndarray, "frames feet"], settings: DetectionSettings
-) -> Float[np.ndarray, "frames feet"]:
+def ground_odds(slip: Float[np.ndarray, "frames feet"]) -> Float[np.ndarray, "frames feet"]:
     """Natural log odds that each foot stands: its slip against the trial's own pace.
 
     Args:
         slip: from `slip_speeds` [m/s].
-        settings: thresholds.
     """
     pace = np.percentile(slip, 95)
-    limit = max(settings.slip_m_s, settings.slip_share * pace)
+    limit = max(SLIP_M_S, SLIP_SHARE * pace)
     odds = 2.0 * np.log(limit / np.maximum(slip, 1e-3))
-    return np.clip(odds, -settings.strongest_motion, settings.strongest_motion)
+    return np.clip(odds, -STRONGEST_MOTION, STRONGEST_MOTION)
 
 
 def touching_unloaded(
@@ -129,7 +138,6 @@ def touching_unloaded(
     ground: Float[np.ndarray, "frames feet"],
     weight_N: float,
     rate: float,
-    settings: DetectionSettings,
 ) -> Bool[np.ndarray, "frames feet"]:
     """Frames on which a foot rests on its plate without a load, as the one behind in a slow double support.
 
@@ -142,16 +150,15 @@ def touching_unloaded(
         ground: from `ground_odds`.
         weight_N: of the body.
         rate: [Hz].
-        settings: thresholds.
     """
     touching = np.zeros_like(contacts.in_contact)
     load = contacts.wrench_raw_ground[..., UP]
     for f in range(contacts.in_contact.shape[1]):
         for start, end in runs(~contacts.in_contact[:, f]):
-            if start == 0 or end == contacts.frames or end - start > settings.touching_s * rate:
+            if start == 0 or end == contacts.frames or end - start > TOUCHING_S * rate:
                 continue
             same_plate = (contacts.plate[start - 1 : end + 1] == f).all(axis=0).any()
-            fades = max(load[start - 1, f], load[end, f]) < settings.dropout * weight_N
+            fades = max(load[start - 1, f], load[end, f]) < DROPOUT * weight_N
             touching[start:end, f] = same_plate and fades and (ground[start:end, f] > 0).all()
     return touching
 
@@ -201,13 +208,13 @@ def search(
     shared = (contacts.plate == TWO_FEET).any(axis=1)  # its force is in nobody's account
     known = tracked & contacts.observed & ~_around(shared, rate / settings.balance_cutoff_Hz)
     outlines = soles(skeleton, contacts.foot_bodies)
-    poses = body_poses(skeleton, motion.low_passed(settings.slip_cutoff_Hz).q)
+    poses = body_poses(skeleton, motion.low_passed(SLIP_CUTOFF_HZ).q)
     corners = tuple(sole.corners_ground(*poses) for sole in outlines)
-    slip = slip_speeds(corners, contacts.in_contact, rate, settings)
-    ground = ground_odds(slip, settings)
-    recorded = recorded_contacts(contacts.in_contact, rate, settings)
+    slip = slip_speeds(corners, contacts.in_contact, rate)
+    ground = ground_odds(slip)
+    recorded = recorded_contacts(contacts.in_contact, rate)
     fast, slow = _wrench_balances(_body_motion(skeleton, motion, tracked), contacts, recorded, settings)
-    unloaded = touching_unloaded(contacts, ground, fast.body.motion.weight, rate, settings)
+    unloaded = touching_unloaded(contacts, ground, fast.body.motion.weight, rate)
     ground = np.where(unloaded, np.minimum(ground, 0.0), ground)
     loaded = contacts.in_contact | (shared[:, None] & (ground > 0))
     jumping = fast.body.jumping
@@ -216,14 +223,14 @@ def search(
     for _ in range(ROUNDS):
         missing, error = fast.missing(explained)[:, UP], fast.error(explained)
         frame_evidence = FrameEvidence(
-            missing=_clipped(_any_force(missing, error, fast.body, settings), known, settings),
-            partly=_clipped(_part_of_force(missing, error, contacts, rate, settings), known, settings),
+            missing=_clipped(_any_force(missing, error, fast.body), known),
+            partly=_clipped(_part_of_force(missing, error, contacts, rate, settings), known),
             ground=ground,
-            place=_places(slow, explained, outlines, poses, known=placed, settings=settings),
+            place=_places(slow, explained, outlines, poses, known=placed),
             loaded=loaded,
             rate=rate,
         )
-        contact_states = likeliest_contact_states(frame_evidence, settings)
+        contact_states = likeliest_contact_states(frame_evidence)
         unmeasured = (contact_states.lost & ~loaded).any(axis=1) | contact_states.elsewhere | ~known | jumping
         explained = slow.explain(~_around(unmeasured, 0.5 * rate / settings.place_cutoff_Hz), settings)
     return Findings(
@@ -236,7 +243,7 @@ def search(
         corners_ground=corners,
         recorded=recorded,
         explained=explained,
-        border=round(settings.border_s * rate),
+        border=round(BORDER_S * rate),
     )
 
 
@@ -246,19 +253,19 @@ def _around(flags: Bool[np.ndarray, " frames"], reach: float) -> Bool[np.ndarray
 
 
 def recorded_contacts(
-    in_contact: Bool[np.ndarray, "frames feet"], rate: float, settings: DetectionSettings
+    in_contact: Bool[np.ndarray, "frames feet"], rate: float
 ) -> tuple[RecordedContact, ...]:
     """Runs of loaded frames of each foot; short gaps don't end them, short runs don't count."""
     found = []
     for foot in range(in_contact.shape[1]):
         flags = in_contact[:, foot].copy()
         for start, end in runs(~flags):
-            if start > 0 and end < len(flags) and end - start < settings.shortest_gap_s * rate:
+            if start > 0 and end < len(flags) and end - start < SHORTEST_GAP_S * rate:
                 flags[start:end] = True
         found += [
             RecordedContact(foot, start, end)
             for start, end in runs(flags)
-            if end - start >= settings.shortest_contact_s * rate
+            if end - start >= SHORTEST_CONTACT_S * rate
         ]
     return tuple(found)
 
@@ -280,9 +287,7 @@ def _wrench_balances(
     wrench = np.nan_to_num(contacts.wrench_raw_ground)
     own = [(contact.start, wrench[contact.start : contact.end, contact.foot]) for contact in recorded]
     fast, slow = (
-        WrenchBalance.of(
-            WholeBody(body, cutoff, settings), wrench.sum(axis=1), own, [c.foot for c in recorded]
-        )
+        WrenchBalance.of(WholeBody(body, cutoff), wrench.sum(axis=1), own, [c.foot for c in recorded])
         for cutoff in (settings.balance_cutoff_Hz, settings.place_cutoff_Hz)
     )
     return fast, slow
@@ -292,9 +297,8 @@ def _any_force(
     missing: Float[np.ndarray, " frames"],
     error: Float[np.ndarray, " frames"],
     body: WholeBody,
-    settings: DetectionSettings,
 ) -> Float[np.ndarray, " frames"]:
-    most = settings.most_missing * body.motion.weight
+    most = MOST_MISSING * body.motion.weight
     return missing_odds(missing, error, np.zeros_like(missing), np.full_like(missing, most))
 
 
@@ -315,15 +319,15 @@ def _part_of_force(
         carried = np.maximum(contacts.wrench_ground[:, f, UP], 1.0)
         beside = maximum_filter1d(np.where(contacts.in_contact[:, f], 0.0, missing), 2 * reach + 1)
         doubt = np.hypot(error, 0.5 * np.maximum(beside, 0.0))
-        odds.append(missing_odds(missing, doubt, settings.least_lost * carried, settings.most_lost * carried))
+        odds.append(missing_odds(missing, doubt, LEAST_LOST * carried, MOST_LOST * carried))
     return np.column_stack(odds)
 
 
 def _clipped(
-    odds: Float[np.ndarray, "frames *feet"], known: Bool[np.ndarray, " frames"], settings: DetectionSettings
+    odds: Float[np.ndarray, "frames *feet"], known: Bool[np.ndarray, " frames"]
 ) -> Float[np.ndarray, "frames *feet"]:
     """No frame says more than a model can be trusted with, and an unknown one says nothing."""
-    strongest = settings.strongest_evidence
+    strongest = STRONGEST_EVIDENCE
     return np.where(known[(...,) + (None,) * (odds.ndim - 1)], np.clip(odds, -strongest, strongest), 0.0)
 
 
@@ -334,7 +338,6 @@ def _places(
     poses: tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]],
     *,
     known: Bool[np.ndarray, " frames"],
-    settings: DetectionSettings,
 ) -> dict[tuple[int, ...], Float[np.ndarray, " frames"]]:
-    costs = place_costs(slow, explained, outlines, poses, settings)
+    costs = place_costs(slow, explained, outlines, poses)
     return {feet: np.where(known, cost, 0.0) for feet, cost in costs.items()}

@@ -12,7 +12,11 @@ from jaxtyping import Bool, Float
 from scipy.sparse import csr_array
 
 from solver.contact.detection_balance import UP, WholeBody
-from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_settings import LEAST_LOST, MOST_LOST, PART_COST, DetectionSettings
+
+# standard deviation of how much the markers exaggerate m·a: 0 to 0.07 walking, 0.2 running
+BOUNCE_ERROR = 0.12
+FARTHEST_ERROR = 2.0  # standard deviations that a trial may teach: more is no error but missing force
 
 CHANNELS = (1, 3, 5)  # of a wrench: vertical force and the two horizontal moments
 TRIAL_TERMS = 5  # scale, bounce, the centre of mass' two horizontal offsets, clock
@@ -108,11 +112,11 @@ class WrenchBalance:
         while best := self._best(free, solution, covariance, settings):
             some, gain = best
             evidence[list(some)] = gain / len(some)
-            if gain < settings.part_cost:
+            if gain < PART_COST:
                 break  # a suspect
             free[list(some)] = True
             solution, covariance = _solve(gram, pull, free, settings)
-        limit = settings.farthest_error * _trial_deviations(settings)
+        limit = FARTHEST_ERROR * _trial_deviations(settings)
         found = Explained(
             trial=np.clip(solution[:TRIAL_TERMS], -limit, limit),
             covariance=covariance[:TRIAL_TERMS, :TRIAL_TERMS],
@@ -135,10 +139,10 @@ class WrenchBalance:
         for candidates in ([(k,) for k in held], [some for some in together if len(some) > 1]):
             for some in candidates:
                 shares, gain = _freed(some, solution, covariance, settings)
-                large = (np.abs(shares) > settings.least_lost).all()
+                large = (np.abs(shares) > LEAST_LOST).all()
                 if large and gain > (best[1] if best else 0.0):
                     best = some, gain
-            if best and best[1] >= settings.part_cost:
+            if best and best[1] >= PART_COST:
                 break
         return best
 
@@ -184,7 +188,7 @@ def _solve(
 ) -> tuple[Float[np.ndarray, " terms"], Float[np.ndarray, "terms terms"]]:
     """Least squares with priors: the solution and its covariance."""
     deviations = np.concatenate(
-        [_trial_deviations(settings), np.where(free, settings.most_lost, settings.plate_error)]
+        [_trial_deviations(settings), np.where(free, MOST_LOST, settings.plate_error)]
     )
     covariance = np.linalg.inv(gram + np.diag(deviations**-2.0))
     return covariance @ pull, covariance
@@ -202,7 +206,7 @@ def _freed(
     likelihood grows by −½ d xᵀ x' (Woodbury), without a new solution for each candidate.
     """
     rows = TRIAL_TERMS + np.array(some)
-    change = settings.most_lost**-2.0 - settings.plate_error**-2.0
+    change = MOST_LOST**-2.0 - settings.plate_error**-2.0
     before = solution[rows]
     shares = np.linalg.solve(np.eye(len(rows)) + change * covariance[np.ix_(rows, rows)], before)
     return shares, -0.5 * change * float(before @ shares)
@@ -212,7 +216,7 @@ def _trial_deviations(settings: DetectionSettings) -> Float[np.ndarray, "5"]:
     return np.array(
         [
             settings.mass_error,
-            settings.bounce_error,
+            BOUNCE_ERROR,
             settings.com_error_m,
             settings.com_error_m,
             settings.clock_error_s,

@@ -12,10 +12,21 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import log_ndtr
 
+from solver.common.plate_figures import CONTACT_N
 from solver.contact.detection_balance import UP
-from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_settings import STEADY_S
 from solver.contact.detection_shares import Explained, WrenchBalance
 from solver.contact.sole import Sole
+
+POINT_NOISE_M = 0.04  # [m] of soles and centres of mass in the model
+HALF_SOLE_M = 0.05  # [m] half a sole's width, round the line between two feet
+LEAST_PRESSING_N = CONTACT_N  # [N] a smaller missing force has no centre of pressure to speak of
+STRONGEST_PLACE = 4.0  # log odds that one moment's place can give
+ELSEWHERE_ODDS = 3.0  # log odds against a chair or a hand, before anything is known: plates are for feet
+PARTLY_ODDS = 0.5  # log odds against a loaded foot's force being wrong, before anything is known
+TOUCH_COST = 1.5  # of a contact's begin or end: no contact lasts 20 ms
+LOSS_COST = 6.0  # of a force that is lost or comes back while the plate stays loaded: rare
+UNLOADED_COST = 30.0  # of calling a foot measured while its plate is unloaded, or up while it is loaded
 
 Feet = tuple[int, ...]
 
@@ -25,7 +36,6 @@ def place_costs(
     explained: Explained,
     outlines: Sequence[Sole],
     poses: tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]],
-    settings: DetectionSettings,
 ) -> dict[Feet, Float[np.ndarray, " frames"]]:
     """For every set of feet that may miss force: minus the log likelihood of the place where it presses.
 
@@ -37,16 +47,13 @@ def place_costs(
         explained: what of their difference is known.
         outlines: of the soles.
         poses: orientations and origins of all bodies.
-        settings: thresholds.
     """
     missing = slow.missing(explained)
     spread = np.hypot(
-        settings.point_noise_m,
-        explained.moment_noise
-        * slow.body.moment_noise
-        / np.maximum(missing[:, UP], settings.least_pressing_N),
+        POINT_NOISE_M,
+        explained.moment_noise * slow.body.moment_noise / np.maximum(missing[:, UP], LEAST_PRESSING_N),
     )
-    pressing = missing[:, UP] > settings.least_pressing_N
+    pressing = missing[:, UP] > LEAST_PRESSING_N
     points, offsets = [], []
     for sole in outlines:
         corners = sole.corners_ground(*poses)
@@ -61,8 +68,8 @@ def place_costs(
             distance = np.min([far[f] for f in feet], axis=0)
             for a, b in combinations(feet, 2):
                 between = _from_segment(points[a][:, [0, 2]], offsets[a], offsets[b])
-                distance = np.minimum(distance, np.maximum(0.0, between - settings.half_sole_m))
-            cost = np.minimum(0.5 * (distance / spread) ** 2, settings.strongest_place)
+                distance = np.minimum(distance, np.maximum(0.0, between - HALF_SOLE_M))
+            cost = np.minimum(0.5 * (distance / spread) ** 2, STRONGEST_PLACE)
             costs[feet] = np.where(pressing, cost, 0.0)
     return costs
 
@@ -131,25 +138,22 @@ def missing_odds(
     return within - np.log(high - low) + 0.5 * z**2 + 0.5 * np.log(2 * np.pi)
 
 
-def likeliest_contact_states(frame_evidence: FrameEvidence, settings: DetectionSettings) -> ContactStates:
+def likeliest_contact_states(frame_evidence: FrameEvidence) -> ContactStates:
     """Viterbi's path through the joint states of all feet.
 
     Args:
         frame_evidence: the evidence.
-        settings: costs of the states and of their changes.
     """
     feet = frame_evidence.loaded.shape[1]
     states = np.array([(*s, elsewhere) for s in product(Foot, repeat=feet) for elsewhere in (0, 1)])
-    cost = np.column_stack([_cost(state, frame_evidence, settings) for state in states])
-    change, loss = _change_costs(states, settings)
+    cost = np.column_stack([_cost(state, frame_evidence) for state in states])
+    change, loss = _change_costs(states)
     edges = np.diff(frame_evidence.loaded, axis=0, prepend=frame_evidence.loaded[:1])
-    path = _cheapest_path(cost / (settings.steady_s * frame_evidence.rate), change, loss, edges)
+    path = _cheapest_path(cost / (STEADY_S * frame_evidence.rate), change, loss, edges)
     return ContactStates(feet=states[path, :feet], elsewhere=states[path, feet].astype(bool))
 
 
-def _cost(
-    state: Int[np.ndarray, " feet+1"], frame_evidence: FrameEvidence, settings: DetectionSettings
-) -> Float[np.ndarray, " frames"]:
+def _cost(state: Int[np.ndarray, " feet+1"], frame_evidence: FrameEvidence) -> Float[np.ndarray, " frames"]:
     """Of one joint state on each frame: minus its log likelihood."""
     feet, elsewhere = state[:-1], bool(state[-1])
     cost = np.zeros(len(frame_evidence.missing))
@@ -160,12 +164,12 @@ def _cost(
         else:
             cost += standing if foot == Foot.UP else -standing
         if foot == Foot.LOST:
-            cost += settings.partly_odds * frame_evidence.loaded[:, f]
+            cost += PARTLY_ODDS * frame_evidence.loaded[:, f]
         else:
-            cost += settings.unloaded_cost * (frame_evidence.loaded[:, f] != (foot == Foot.MEASURED))
+            cost += UNLOADED_COST * (frame_evidence.loaded[:, f] != (foot == Foot.MEASURED))
     lost = tuple(np.flatnonzero(feet == Foot.LOST).tolist())
     if elsewhere:
-        return cost + settings.elsewhere_odds - frame_evidence.missing
+        return cost + ELSEWHERE_ODDS - frame_evidence.missing
     if len(lost) == 1:
         alone = frame_evidence.loaded[:, lost[0]]
         return (
@@ -177,15 +181,15 @@ def _cost(
 
 
 def _change_costs(
-    states: Int[np.ndarray, "states feet+1"], settings: DetectionSettings
+    states: Int[np.ndarray, "states feet+1"],
 ) -> tuple[Float[np.ndarray, "states states"], Float[np.ndarray, "feet states states"]]:
     """Of going from a state (row) to another (column), and what each foot adds away from its load's edges."""
     before, after = states[:, None, :-1], states[None, :, :-1]
     into_or_out = (before != after) & ((before == Foot.LOST) | (after == Foot.LOST))
-    change = settings.touch_cost * into_or_out.sum(axis=2)
-    change = change + settings.loss_cost * (states[:, None, -1] != states[None, :, -1])
+    change = TOUCH_COST * into_or_out.sum(axis=2)
+    change = change + LOSS_COST * (states[:, None, -1] != states[None, :, -1])
     loss = into_or_out & ((before == Foot.MEASURED) | (after == Foot.MEASURED))
-    return change, settings.loss_cost * np.moveaxis(loss, 2, 0).astype(float)
+    return change, LOSS_COST * np.moveaxis(loss, 2, 0).astype(float)
 
 
 def _cheapest_path(

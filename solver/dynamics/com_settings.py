@@ -7,6 +7,8 @@ from jaxtyping import Bool, Float
 
 from solver.common.settings_field import setting
 
+BLOCK_S = 0.5  # [s] errors within a block of this length count as one: about a step
+
 
 @dataclass(frozen=True)
 class ComSettings:
@@ -27,33 +29,6 @@ class ComSettings:
         why="acceleration error from plates and model, 2 % of g: markers lead below 0.7 Hz, so that long "
         "trials don't drift; 0.1 to 1 predict hidden steps alike, 0 (z̈ = μ f − g exactly) half as well",
     )
-    window_s: float = setting(
-        0.3,
-        unit="s",
-        why="force and motion are held against each other as averages over it: three times what the 5 Hz "
-        "low-pass spreads, half a step",
-    )
-    imbalance: float = setting(
-        0.15,
-        unit="",
-        why="of the greatest force required around it, at least body weight: a window off by more tells "
-        "nothing about the mass; measured steps of all kinds stay below it, a foot beside the plates above",
-    )
-    start_share: float = setting(
-        0.5,
-        unit="",
-        why="the search for the mass starts from the greatest that balances half as many frames as the best: "
-        "a missing foot makes windows too light, never too heavy",
-    )
-    block_s: float = setting(
-        0.5, unit="s", why="errors within a block of this length count as one: about a step"
-    )
-    noise_time_s: float = setting(
-        0.03,
-        unit="s",
-        why="one independent error of the centre of mass in so long; from simulated errors that last "
-        "0.02 to 1 s, of which the trajectory itself takes up the slow part",
-    )
     plate_gain_std: float = setting(
         0.015,
         unit="",
@@ -62,9 +37,6 @@ class ComSettings:
     )
     entered_mass_std_kg: float = setting(
         1.0, unit="kg", why="clothes, shoes and markers, and a scale read on another day"
-    )
-    disagreement: float = setting(
-        2.0, unit="", why="standard deviations from which two masses are said to disagree: one in twenty"
     )
 
     def penalty_s2(self, observed: Bool[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:

@@ -23,10 +23,15 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from solver.common.errors import FitError
 from solver.common.notes import Kind, Note
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.com_settings import ComSettings
+from solver.dynamics.com_settings import BLOCK_S, ComSettings
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
+
+# [s] one independent error of the centre of mass in so long; from simulated errors that last 0.02 to 1 s,
+# of which the trajectory itself takes up the slow part
+NOISE_TIME_S = 0.03
+DISAGREEMENT = 2.0  # standard deviations from which two masses are said to disagree: one in twenty
 
 NOMINAL_BLOCKS = 2  # what the expected error counts for beside the scatter between blocks
 
@@ -121,10 +126,10 @@ def _sampling_variance(projection: "Projection", ratio: float, rate: float, sett
     """Variance of ρ: scores sum to zero over the trial, and how far each block's do not shows the error."""
     information = projection.information
     score = np.sum(projection.slope.misfit * projection.path(ratio).misfit, axis=1)
-    blocks = max(1, round(len(score) / (settings.block_s * rate)))
+    blocks = max(1, round(len(score) / (BLOCK_S * rate)))
     starts = np.linspace(0, len(score), blocks, endpoint=False).astype(int)
     total, per_block = information.sum(), np.add.reduceat(information, starts)
-    expected = settings.com_error_m**2 * settings.noise_time_s * rate / total
+    expected = settings.com_error_m**2 * NOISE_TIME_S * rate / total
     spare = total**2 / np.sum(per_block**2) - 1  # effective number of blocks, less the one that ρ takes
     if spare <= 0:
         return float(expected)
@@ -136,7 +141,7 @@ def disagreement(estimate: MassEstimate, entered_kg: float, settings: ComSetting
     """A warning where the forces tell another mass than somebody entered; None where they agree."""
     apart = estimate.mass_kg - entered_kg
     std = float(np.hypot(estimate.std_kg, settings.entered_mass_std_kg))
-    if abs(apart) <= settings.disagreement * std:
+    if abs(apart) <= DISAGREEMENT * std:
         return None
     how, suspect = ("more", "loads carried") if apart > 0 else ("less", "steps beside the plates")
     return Note(

@@ -15,6 +15,8 @@ from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.skeleton import Body, Skeleton
 
+LIGHTEST_SEGMENT_KG = 0.3  # [kg] lighter ones (patella, talus) keep their inertia: nothing tells it
+
 # The ten entries of L: stretches along x, y, z; shears; shifts of the centre of mass; mass.
 ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (3, 3))
 PER_BODY = len(ENTRIES)
@@ -99,10 +101,10 @@ class InertiaParameters:
         return self.mirrored[body] * phi[PER_BODY * group : PER_BODY * (group + 1)]
 
 
-def inertia_parameters(skeleton: Skeleton, settings: TrajectorySettings) -> InertiaParameters:
+def inertia_parameters(skeleton: Skeleton) -> InertiaParameters:
     """Parameters of the bodies that weigh enough to matter; counterparts share theirs."""
     tied = scale_groups(skeleton)
-    weighs = np.array([b.mass >= settings.lightest_segment_kg and _is_physical(b) for b in skeleton.bodies])
+    weighs = np.array([b.mass >= LIGHTEST_SEGMENT_KG and _is_physical(b) for b in skeleton.bodies])
     kept = [g for g in range(tied.count) if weighs[tied.group == g].all()]
     group = np.array([kept.index(g) if g in kept else -1 for g in tied.group])
     factors = np.stack(

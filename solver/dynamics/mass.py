@@ -17,6 +17,16 @@ from solver.dynamics.com_trajectory import (
     told_ratio,
 )
 
+# [s] force and motion are held against each other as averages over it: three times what the 5 Hz low-pass
+# spreads, half a step
+WINDOW_S = 0.3
+# of the greatest force required around it, at least body weight: a window off by more tells nothing about
+# the mass; measured steps of all kinds stay below it, a foot beside the plates above
+IMBALANCE = 0.15
+# the search for the mass starts from the greatest that balances half as many frames as the best: a missing
+# foot makes windows too light, never too heavy
+START_SHARE = 0.5
+
 GUESSES = np.linspace(0.05, 0.95, 19)  # quantiles of what short windows tell
 ROUNDS = 10  # of choosing frames by the mass and the mass by the frames; real recordings take two or three
 SETTLED_KG = 1e-3
@@ -58,7 +68,7 @@ def balance(data: ComData, settings: ComSettings) -> Balance:
     strength = float(np.linalg.norm(data.gravity))
     up = -data.gravity / strength
     blind = fit_com_trajectory(replace(data, observed=np.zeros(data.frames, dtype=bool)), settings)
-    window = 2 * round(settings.window_s * data.rate / 2) + 1
+    window = 2 * round(WINDOW_S * data.rate / 2) + 1
     support = blind.acceleration_ground @ up + strength
     return Balance(
         acceleration_ground=blind.acceleration_ground,
@@ -89,7 +99,7 @@ def mass_from_forces(trials: Sequence[ComData], settings: ComSettings) -> MassEs
     """
     trials = [trial for trial in trials if trial.frames >= FEWEST_FRAMES]
     balances = [balance(trial, settings) for trial in trials]
-    start = _first_guess(balances, settings)
+    start = _first_guess(balances)
     found = None if start is None else _pooled_mass(trials, balances, start, settings)
     for _ in range(ROUNDS):
         previous, found = found, found and _pooled_mass(trials, balances, found.mass_kg, settings)
@@ -98,14 +108,14 @@ def mass_from_forces(trials: Sequence[ComData], settings: ComSettings) -> MassEs
     return found
 
 
-def _first_guess(balances: Sequence[Balance], settings: ComSettings) -> float | None:
+def _first_guess(balances: Sequence[Balance]) -> float | None:
     """The greatest mass that balances nearly as many frames as any."""
     told = np.concatenate([np.empty(0), *(b.masses for b in balances)])
     if not len(told):
         return None
     guesses = np.quantile(told, GUESSES)
-    frames = np.array([sum(b.frames(m, settings.imbalance).sum() for b in balances) for m in guesses])
-    return float(guesses[frames >= settings.start_share * frames.max()][-1])
+    frames = np.array([sum(b.frames(m, IMBALANCE).sum() for b in balances) for m in guesses])
+    return float(guesses[frames >= START_SHARE * frames.max()][-1])
 
 
 def _pooled_mass(
@@ -114,7 +124,7 @@ def _pooled_mass(
     """All trials' mass from the frames that balance with a given one."""
     estimates = []
     for trial, held in zip(trials, balances, strict=True):
-        observed = held.frames(mass_kg, settings.imbalance)
+        observed = held.frames(mass_kg, IMBALANCE)
         if observed.sum() < held.window:
             continue
         gravity, lean_deg = _gravity_of_forces(trial, held, observed)

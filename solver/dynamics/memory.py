@@ -74,7 +74,7 @@ def needed_bytes(
     )
     tracked = max(min(trial.frames, FRAMES_AT_ONCE) * TRACKED_BLOCKS * dofs**2 for trial in trials)
     fitted = [trial for trial in trials if trial.forces] if settings.enabled else []
-    shared = extra + (inertia_parameters(skeleton, settings).count if settings.fit_inertias else 0)
+    shared = extra + (inertia_parameters(skeleton).count if settings.fit_inertias else 0)
     if not are_long([trial.frames for trial in fitted], settings):
         largest = sum(_of_band(trial, trial.frames, dofs, shared, settings) for trial in fitted)
     else:

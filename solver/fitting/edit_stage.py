@@ -51,7 +51,7 @@ def small_edit(
         return None
     learnt, kinds = None, None
     if settings.prediction.enabled and (groundwork.learnt or any(misses_a_force(fit) for fit in fits)):
-        learnt, kinds = learnt_before(fits, groundwork, settings), groundwork.prediction_kinds
+        learnt, kinds = learnt_before(fits, groundwork), groundwork.prediction_kinds
         first = all(fit.prediction_spline is None for fit in fits)
         if learnt is None and (kinds is None or not first):
             return None

@@ -18,6 +18,15 @@ from solver.fitting.state import FitState, MassAndGains
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
+GAIN_STD = 0.03  # plates of one laboratory disagree by 1 to 5 % between trials and activities
+NOTABLE_MASS = 0.03  # from which on a moved body mass is noted: three deviations of a scale's reading
+NOTABLE_GAIN = 0.02  # from which on a trial's disagreement is noted
+# from which on a segment's mass is noted: people scatter by 3 to 10 % about tables
+NOTABLE_SEGMENT_MASS = 0.1
+# from the middle of all trials' masses and the entered one: two deviations of a plate's gain. A trial
+# beyond does not weigh the body: something else is on its plates
+CONTRADICTING_MASS = 0.06
+
 
 def weigh_body(state: FitState, settings: Settings) -> FitState:
     """Which trials have forces enough for the trajectory fit, and what their plates say of the body."""
@@ -56,7 +65,7 @@ def estimate_mass_and_gains(
         return nothing
     trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
     told = [mass_from_forces([trial], settings.com) for trial in trials]
-    agree = agreeing(told, own_mass, weights.contradicting_mass)
+    agree = agreeing(told, own_mass, CONTRADICTING_MASS)
     pooled = mass_from_forces([t for t, kept in zip(trials, agree, strict=True) if kept], settings.com)
     if pooled is None:
         return nothing
@@ -68,7 +77,7 @@ def estimate_mass_and_gains(
     for fit, own, kept in zip(fits, told, agree, strict=True):
         gain = 1.0
         if own is not None:
-            trust = 1 / (1 + (own.sampling_std_kg / (weights.gain_std * reference)) ** 2)
+            trust = 1 / (1 + (own.sampling_std_kg / (GAIN_STD * reference)) ** 2)
             gain += trust * (own.mass_kg / reference - 1)
         gains.append(gain)
         if own is not None and not kept:
@@ -78,7 +87,7 @@ def estimate_mass_and_gains(
                 "plate, is a gain wrong, is something carried, or is it another person?"
             )
             notes.append(Note(Kind.FORCES_AGAINST_BODY, text, trial=fit.capture.name))
-        elif abs(gain - 1) > weights.notable_gain:
+        elif abs(gain - 1) > NOTABLE_GAIN:
             text = f"plates read {100 * (gain - 1):+.1f} % compared with {against}"
             notes.append(Note(Kind.FORCES_AGAINST_BODY, text, trial=fit.capture.name))
     return MassAndGains(own_mass if extended else reference, tuple(gains), tuple(notes))
@@ -100,9 +109,7 @@ def agreeing(told: Sequence[MassEstimate | None], own_mass: float, tolerance: fl
 def _moved(pooled: MassEstimate, own_mass: float, weights: TrajectorySettings) -> float:
     """Of the body's mass, by the plates: as far as they are sure, and within what a scale's reading errs."""
     trust = 1 / (1 + (pooled.sampling_std_kg / (weights.body_mass_std * own_mass)) ** 2)
-    return float(
-        np.clip(trust * (pooled.mass_kg / own_mass - 1), -weights.notable_mass, weights.notable_mass)
-    )
+    return float(np.clip(trust * (pooled.mass_kg / own_mass - 1), -NOTABLE_MASS, NOTABLE_MASS))
 
 
 def mass_notes(nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettings) -> tuple[Note, ...]:
@@ -114,7 +121,7 @@ def mass_notes(nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettin
         settings: from which changes on.
     """
     notes: tuple[Note, ...] = ()
-    if abs(fit.skeleton.mass / nominal.mass - 1) > settings.notable_mass:
+    if abs(fit.skeleton.mass / nominal.mass - 1) > NOTABLE_MASS:
         notes = noted(
             Kind.OTHER,
             f"the fit moved the body's mass from {nominal.mass:.1f} to {fit.skeleton.mass:.1f} kg: is a "
@@ -135,7 +142,7 @@ def segment_mass_notes(
     """
     if not settings.fit_inertias:
         return ()
-    inertias = inertia_parameters(nominal, settings)
+    inertias = inertia_parameters(nominal)
     asked = inertias.pseudo_inertias(fit.asked_phi)[:, 3, 3]
     ratios = _ratios(nominal, asked)
     kept = _ratios(nominal, [body.mass for body in fit.skeleton.bodies])
@@ -143,7 +150,7 @@ def segment_mass_notes(
     for group in range(len(inertias.names)):
         bodies = np.flatnonzero(inertias.group == group)
         first = bodies[0]
-        if max(abs(ratios[first] - 1), abs(kept[first] - 1)) <= settings.notable_segment_mass:
+        if max(abs(ratios[first] - 1), abs(kept[first] - 1)) <= NOTABLE_SEGMENT_MASS:
             continue
         names = " and ".join(nominal.bodies[b].name for b in bodies)
         said.append((abs(ratios[first] - 1), f"{names} {ratios[first]:.2f} (the fit has {kept[first]:.2f})"))

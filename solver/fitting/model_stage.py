@@ -17,6 +17,7 @@ from solver.common.memory_release import release_memory
 from solver.common.progress import Progress, silent
 from solver.contact.needed_segments import UPRIGHT, hips_over_ankles
 from solver.contact.sole import independent_feet, soles
+from solver.dynamics.com_settings import BLOCK_S
 from solver.dynamics.com_trajectory import MassEstimate, Standing
 from solver.dynamics.mass import LIGHTEST_KG
 from solver.dynamics.root_wrench import centre_of_mass_of
@@ -86,7 +87,7 @@ def read_recordings(
         [c.markers for c in (*read.captures, *([read.static] if read.static else ()))],
         default_body=subject.model is None,
         chosen=chosen_for(subject),
-        settings=settings.naming,
+        settings=settings.kinematics,
     )
     body = named.match.skeleton(named.skeleton)
     notes = (*read.notes, *mixed, *named.match.notes)
@@ -156,7 +157,7 @@ def scale_model(state: FitState, settings: Settings, progress: Progress) -> FitS
             body,
             frames,
             settings.kinematics,
-            registered_std=ownership.offset_std(body, names, settings.kinematics),
+            registered_std=ownership.offset_std(body, names),
             height_m=subject.height_m,
             mass_kg=subject.mass_kg,
             hip_width_m=expected_hip_width(
@@ -248,7 +249,7 @@ def _weight_of(
     ]
     if np.linalg.norm(pressed - below_com) > UNDER_M and not _over(loaded, skeleton, q, foot_bodies):
         return None
-    blocks = max(1.0, len(up) / (settings.com.block_s * markers.rate))
+    blocks = max(1.0, len(up) / (BLOCK_S * markers.rate))
     mass, sampling = float(weight) / g, float(np.std(up)) / g / blocks**0.5
     return MassEstimate(mass, float(np.hypot(sampling, settings.com.plate_gain_std * mass)), sampling)
 

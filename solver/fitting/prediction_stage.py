@@ -22,6 +22,10 @@ from solver.fitting.state import FitState
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
+# share of the known frames that edits of the flags may change before hidden blocks choose kinds anew:
+# choosing takes three times as long as all the rest of a re-solve
+KINDS_LAST = 0.4
+
 PASSAGE_S = 0.1  # to either side of a border, from the fit's motion to the prediction fit's
 
 
@@ -55,7 +59,7 @@ def predict_missing_forces(state: FitState, settings: Settings) -> FitState:
             state.weighed_skeleton,
             settings,
             extension=state.extension,
-            learnt=None if first else learnt_before(fits, groundwork, settings),
+            learnt=None if first else learnt_before(fits, groundwork),
             chosen=edit.kinds if edit is not None else None,
         )
     if prediction is None:
@@ -75,7 +79,7 @@ def _begun_before(fits: Sequence[TrialFit], data: Sequence[TrialData]) -> list[P
     return trials
 
 
-def learnt_before(fits: Sequence[TrialFit], groundwork: Groundwork, settings: Settings) -> LearntTerms | None:
+def learnt_before(fits: Sequence[TrialFit], groundwork: Groundwork) -> LearntTerms | None:
     """What a re-solve need not learn anew; None where it has to.
 
     A few frames more or fewer change little of what repeats in every step. Where many have changed since
@@ -84,7 +88,6 @@ def learnt_before(fits: Sequence[TrialFit], groundwork: Groundwork, settings: Se
     Args:
         fits: that take part, with contacts and mask.
         groundwork: of the former solve.
-        settings: of both.
     """
     begun = all(fit.spline is not None and fit.prediction_spline is not None for fit in fits)
     known = {fit.capture.name: fit.forces_known for fit in fits}
@@ -93,7 +96,7 @@ def learnt_before(fits: Sequence[TrialFit], groundwork: Groundwork, settings: Se
     then = {name: frames_of(list(groundwork.learnt_on[name]), len(now)) for name, now in known.items()}
     changed = sum(int((then[name] != now).sum()) for name, now in known.items())
     before = sum(int(frames.sum()) for frames in then.values())
-    return groundwork.learnt if changed <= settings.prediction.kinds_last * before else None
+    return groundwork.learnt if changed <= KINDS_LAST * before else None
 
 
 def prediction_fit_of(

@@ -32,7 +32,6 @@ from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.kinematics.label_faults.settings import LabelRepairSettings
 from solver.kinematics.settings import KinematicsSettings
-from solver.kinematics.unnamed.settings import NamingSettings, UnnamedSettings
 
 _NO_FIT_OBEYS = "diagnosis"  # the table that a diagnosis alone obeys
 FILE_NAME = "settings.toml"  # in the subject's folder; read where no other file is named
@@ -56,7 +55,6 @@ class Settings:
     under_feet: UnderFeetSettings = field(default_factory=UnderFeetSettings)
     force_files: ForceFileSettings = field(default_factory=ForceFileSettings)
     label_repair: LabelRepairSettings = field(default_factory=LabelRepairSettings)
-    unnamed: UnnamedSettings = field(default_factory=UnnamedSettings)
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
     conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
     contact: ContactSettings = field(default_factory=ContactSettings)
@@ -71,11 +69,6 @@ class Settings:
     def reading(self) -> ReadingSettings:
         """The tables that reading a trial's files obeys, together."""
         return ReadingSettings(**{part.name: getattr(self, part.name) for part in fields(ReadingSettings)})
-
-    @property
-    def naming(self) -> NamingSettings:
-        """The tables that finding out which label is which marker obeys, together."""
-        return NamingSettings(self.unnamed, self.kinematics)
 
 
 def settings_for(subject_folder: Path, file: Path | None = None) -> Settings:

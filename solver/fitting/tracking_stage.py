@@ -50,7 +50,7 @@ def track_markers(state: FitState, settings: Settings, progress: Progress) -> Fi
         note.in_trial(trial.capture.name)
         for trial in tracked
         if state.subject.model is not None
-        for note in posture_notes(trial.motion, settings.kinematics)
+        for note in posture_notes(trial.motion)
     ]
     notes = (*state.groundwork.notes, *leaning)
     return replace(state, trials=tuple(tracked), groundwork=replace(state.groundwork, notes=notes))

@@ -50,7 +50,7 @@ def fit_before_prediction(state: FitState, settings: Settings, progress: Progres
         return replace(state, motion_only=_fitted(replace(state, edit=unedited), settings, silent))
     if not any(misses_a_force(trial) for trial in state.members) or not settings.prediction.enabled:
         return state
-    if learnt_before(state.members, state.groundwork, settings) is not None:
+    if learnt_before(state.members, state.groundwork) is not None:
         return state
     return replace(state, motion_only=_fitted(state, settings, progress))
 
@@ -121,7 +121,7 @@ def take_motions(state: FitState, settings: Settings) -> FitState:
             seconds=fit.seconds | {"dynamics": seconds},
         )
     learnt_on = groundwork.learnt_on
-    if prediction is not None and learnt_before(state.members, groundwork, settings) is None:
+    if prediction is not None and learnt_before(state.members, groundwork) is None:
         learnt_on = {fit.capture.name: tuple(runs(fit.forces_known)) for fit in state.members}
     return replace(
         state,

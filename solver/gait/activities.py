@@ -22,6 +22,8 @@ from solver.gait.activity import (
     ActivitySuggestion,
 )
 from solver.gait.activity_model import (
+    HOP_S,
+    WINDOW_S,
     Weights,
     all_classes,
     features_of,
@@ -31,10 +33,13 @@ from solver.gait.activity_model import (
     windows_of,
 )
 from solver.gait.activity_rules import kind_of, unlearnt
-from solver.gait.activity_settings import ACTIVITIES, ActivitySettings
 from solver.gait.body_motion import BodyMotion, body_motion
 from solver.gait.settings import GAIT, GaitSettings
 from solver.skeleton.skeleton import Skeleton
+
+LEAST_CONFIDENCE = 0.6  # below, nothing is suggested: a person looks anyway
+LEAST_OWN_SHARE = 0.4  # of a window in its stretch; below, it looks like something else
+NAMED_ODDS = 3.0  # a trial's name is often right, and also says what people only meant to do
 
 FEWEST_FRAMES = 10  # a spline and a filter need as many
 
@@ -53,7 +58,6 @@ _NAMES = (
 def suggested_activities(
     trial: TrialFit,
     skeleton: Skeleton,
-    settings: ActivitySettings = ACTIVITIES,
     gait: GaitSettings = GAIT,
 ) -> tuple[ActivitySuggestion, ...]:
     """What the person seems to do, in order of time; frames of which nothing is sure enough are in none.
@@ -61,7 +65,6 @@ def suggested_activities(
     Args:
         trial: solved.
         skeleton: fitted.
-        settings: thresholds.
         gait: of gait events.
     """
     trial = seen_part(trial)
@@ -74,33 +77,30 @@ def suggested_activities(
     except ModelError:
         return ()  # a body that forces act on, and no foot with toes below a leg
     first = trial.capture.markers.first_frame
-    found = suggested(seen, trial.capture.name, settings, learnt_weights())
+    found = suggested(seen, trial.capture.name, learnt_weights())
     return tuple(replace(one, start=one.start + first, end=one.end + first) for one in found)
 
 
-def suggested(
-    motion: BodyMotion, name: str, settings: ActivitySettings, weights: Weights
-) -> tuple[ActivitySuggestion, ...]:
+def suggested(motion: BodyMotion, name: str, weights: Weights) -> tuple[ActivitySuggestion, ...]:
     """Likewise, from the motion alone.
 
     Args:
         motion: of the trial.
         name: of the trial: a weak hint.
-        settings: thresholds.
         weights: of the learnt classes.
     """
-    windows = windows_of(motion, settings)
-    probabilities = _probabilities(motion, windows.spans, name, settings, weights)
-    time_history = smoothed(probabilities, settings)
+    windows = windows_of(motion)
+    probabilities = _probabilities(motion, windows.spans, name, weights)
+    time_history = smoothed(probabilities)
     found = []
-    for first, last, place in _stretches(time_history, probabilities, settings):
+    for first, last, place in _stretches(time_history, probabilities):
         activity = all_classes()[place]
         confidence = float(probabilities[first:last, place].mean())
-        if confidence < settings.least_confidence:
+        if confidence < LEAST_CONFIDENCE:
             continue
         span = windows.cells[first][0], windows.cells[last - 1][1]
         by = BY_RULE if activity in LEARNT else BY_UNLEARNT_RULE
-        kind = kind_of(motion, activity, span, settings)
+        kind = kind_of(motion, activity, span)
         found.append(ActivitySuggestion(*span, activity, kind, round(confidence, 3), by))
     return tuple(found)
 
@@ -108,14 +108,13 @@ def suggested(
 def _stretches(
     time_history: Int[np.ndarray, " windows"],
     probabilities: Float[np.ndarray, "windows classes"],
-    settings: ActivitySettings,
 ) -> Iterator[tuple[int, int, int]]:
     """First window, the one after the last, and class; without windows that speak against their time history.
 
     Such windows are cut off at the ends of a time history, and inside it where they are as long as a window.
     """
-    likely = probabilities[np.arange(len(time_history)), time_history] >= settings.least_own_share
-    longest = settings.window_s / settings.hop_s
+    likely = probabilities[np.arange(len(time_history)), time_history] >= LEAST_OWN_SHARE
+    longest = WINDOW_S / HOP_S
     for place, group in groupby(range(len(time_history)), key=lambda k: int(time_history[k])):
         cells = list(group)
         joined: list[tuple[int, int]] = []
@@ -141,12 +140,11 @@ def _probabilities(
     motion: BodyMotion,
     spans: Sequence[tuple[int, int]],
     name: str,
-    settings: ActivitySettings,
     weights: Weights,
 ) -> Float[np.ndarray, "windows classes"]:
     """Of every class in each window: rules take their share first, the learnt classes have the rest."""
     learnt = shares(weights, np.array([features_of(motion, span) for span in spans]))
-    by_rule = [unlearnt(motion, span, settings) for span in spans]
+    by_rule = [unlearnt(motion, span) for span in spans]
     ruled = np.array([[rules[a] for a in all_classes()[len(LEARNT) :]] for rules in by_rule])
     most = ruled.max(axis=1, keepdims=True)
     ruled = np.where(ruled == most, ruled, 0.0)
@@ -154,7 +152,7 @@ def _probabilities(
     together = np.column_stack([(1 - most) * learnt, ruled])
     said = named_activity(name)
     if said is not None:
-        together[:, all_classes().index(said)] *= settings.named_odds
+        together[:, all_classes().index(said)] *= NAMED_ODDS
     return together / together.sum(axis=1, keepdims=True)
 
 

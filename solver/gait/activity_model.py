@@ -14,8 +14,10 @@ from jaxtyping import Float, Int
 
 from solver.common.gravity import GRAVITY
 from solver.gait.activity import LEARNT, Activity
-from solver.gait.activity_settings import ActivitySettings
 from solver.gait.body_motion import BodyMotion
+
+LEAST_SHARE = 0.02  # no window speaks against an activity more than fifty to one
+SURE_SHARE = 0.9  # of a window of 2 s, whose word a change of activity costs; less would flicker
 
 NAMES = (
     "pace",  # over the surface, of √(g L); 0.7 where people begin to run
@@ -33,6 +35,8 @@ NAMES = (
 )
 
 FILE = "activity_weights.json"  # made by `python -m benchmarks.activities --learn`
+WINDOW_S = 2.0  # [s] about two strides of a walk, one squat
+HOP_S = 0.5  # [s] borders of stretches are no sharper than a step
 
 
 @dataclass(frozen=True)
@@ -43,16 +47,15 @@ class Windows:
     cells: tuple[tuple[int, int], ...]  # frames that it speaks for; together the trial, without overlap
 
 
-def windows_of(motion: BodyMotion, settings: ActivitySettings) -> Windows:
+def windows_of(motion: BodyMotion) -> Windows:
     """Windows at equal distances; one that is as long as the trial where that is shorter.
 
     Args:
         motion: of the trial.
-        settings: length and distance.
     """
     frames = motion.frames
-    hop = max(1, round(settings.hop_s * motion.rate))
-    length = min(frames, max(2, round(settings.window_s * motion.rate)))
+    hop = max(1, round(HOP_S * motion.rate))
+    length = min(frames, max(2, round(WINDOW_S * motion.rate)))
     count = max(1, round(frames / hop))
     borders = np.linspace(0, frames, count + 1).round().astype(int)
     cells = tuple((int(a), int(b)) for a, b in pairwise(borders))
@@ -129,18 +132,15 @@ def shares(
     return odds / odds.sum(axis=1, keepdims=True)
 
 
-def smoothed(
-    probabilities: Float[np.ndarray, "windows classes"], settings: ActivitySettings
-) -> Int[np.ndarray, " windows"]:
+def smoothed(probabilities: Float[np.ndarray, "windows classes"]) -> Int[np.ndarray, " windows"]:
     """The likeliest classes over time, by Viterbi: a change costs what 2 s say that are nine tenths sure.
 
     Args:
         probabilities: of each window.
-        settings: length and distance of windows, and the shares.
     """
-    overlap = settings.window_s / settings.hop_s  # windows that look at the same frames
-    evidence = np.log(np.clip(probabilities, settings.least_share, 1.0)) / overlap
-    change = np.log(settings.sure_share / (1 - settings.sure_share))
+    overlap = WINDOW_S / HOP_S  # windows that look at the same frames
+    evidence = np.log(np.clip(probabilities, LEAST_SHARE, 1.0)) / overlap
+    change = np.log(SURE_SHARE / (1 - SURE_SHARE))
     best, came = evidence[0], []
     for now in evidence[1:]:
         stay_or_change = np.maximum(best, best.max() - change)

@@ -103,7 +103,7 @@ def body_motion(
     """
     corners, p = _places(skeleton, feet, motion)
     moved = foot_motion(corners, p[:, 0], motion.times, settings)
-    stances = stances_from_feet(moved, settings)
+    stances = stances_from_feet(moved)
     chains = [_leg(skeleton, foot) for foot in feet]
     pelvis = low_pass(p[:, chains[0][0]], motion.rate, SMOOTH_HZ)
     velocity = np.gradient(pelvis, 1 / motion.rate, axis=0)

@@ -10,7 +10,11 @@ from jaxtyping import Float
 from solver.common.frames_at_once import by_frames
 from solver.gait.events import Stance
 from solver.gait.foot_motion import FootMotion
-from solver.gait.settings import GaitSettings
+from solver.gait.settings import FLAT_FROM, FLAT_TO
+
+BELT_WINDOW_S = 0.5  # [s] over which stances are averaged for a belt's speed
+WALKING_M_S = 0.2  # [m/s] people who walk at home alone go 0.2 to 0.4 m/s; slower, no cycle counts
+LONGEST_CYCLE_S = 2.5  # [s] slow walks of patients reach 2 s; beyond, a step is missing
 
 WEIGHTLESS = 9.0  # windows beyond the nearest value: a weight of 1e-18, below what a number holds
 
@@ -59,7 +63,6 @@ def cycles_of(
     motion: FootMotion,
     heels_ground: Sequence[Float[np.ndarray, "frames 3"]],
     times: Float[np.ndarray, " frames"],
-    settings: GaitSettings,
 ) -> tuple[Cycle, ...]:
     """The cycles of all feet while the person walks or runs, in order of their beginnings.
 
@@ -68,9 +71,8 @@ def cycles_of(
         motion: of the feet, for the surface and the pace.
         heels_ground: origins of the foot bodies [m], at the frames.
         times: of the frames [s].
-        settings: slowest speed, longest cycle.
     """
-    surface = _belt(stances, motion, settings)
+    surface = _belt(stances, motion)
     travel = np.zeros_like(surface)
     travel[1:] = np.cumsum(np.diff(motion.times)[:, None] * surface[:-1], axis=0)
 
@@ -90,7 +92,7 @@ def cycles_of(
             assert end is not None
             stride = heel(foot, end) - heel(foot, start)
             length = float(np.linalg.norm(stride))
-            if end - start > settings.longest_cycle_s or length < settings.walking_m_s * (end - start):
+            if end - start > LONGEST_CYCLE_S or length < WALKING_M_S * (end - start):
                 continue
             others = [
                 (s.contact_s, s.foot)
@@ -108,16 +110,14 @@ def cycles_of(
     return tuple(sorted(found, key=lambda cycle: (cycle.start_s, cycle.foot)))
 
 
-def _belt(
-    stances: Sequence[Stance], motion: FootMotion, settings: GaitSettings
-) -> Float[np.ndarray, "steps 2"]:
+def _belt(stances: Sequence[Stance], motion: FootMotion) -> Float[np.ndarray, "steps 2"]:
     """The surface's velocity from the soles amid their stances [m/s]; zero on a floor.
 
     Later in a stance a foot rolls over its toes, and a rigid sole's lowest corner is faster than the belt.
     """
     if not motion.surface.any():
         return motion.surface
-    first, last = settings.flat_from, settings.flat_to
+    first, last = FLAT_FROM, FLAT_TO
     at, found = [], []
     for stance in stances:
         if stance.contact_s is None or stance.off_s is None:
@@ -132,7 +132,7 @@ def _belt(
     if not found:
         return motion.surface
     places, speeds = np.array(at), np.array(found)
-    return by_frames(lambda times: mean_nearby(times, places, speeds, settings.belt_window_s), motion.times)
+    return by_frames(lambda times: mean_nearby(times, places, speeds, BELT_WINDOW_S), motion.times)
 
 
 def mean_nearby(

@@ -12,7 +12,17 @@ from solver.capture.plates.conditioning import plate_loads
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.common.runs import runs
 from solver.gait.foot_motion import FootMotion
-from solver.gait.settings import GaitSettings
+from solver.gait.settings import STEPS_PER_S, GaitSettings
+
+SHORTEST_CONTACT_S = 0.06  # [s] sprinters stand for 0.09 s, vibration is shorter
+GAP_S = 0.03  # [s] a foot that goes from plate to plate is on both or leaves one as it takes the other
+CONTACT_SHARE = 0.4  # of pace, below which a landing sole slips; by recordings
+MOST_CONTACT_M_S = 2.4  # [m/s] which landing feet of runners reach; by recordings
+OFF_FACTOR = 0.8  # slip of a leaving toe is this times pace to off_power, in m/s; by recordings
+OFF_POWER = 0.7  # runners' toes leave at a smaller share of their pace; likewise
+LEAST_SLIP_M_S = 0.2  # [m/s] soft tissue and the filter move standing feet so fast
+EDGE_S = 0.06  # [s] of a recording's beginning, in which a filtered foot may seem to land
+SHORTEST_SWING_S = 0.08  # [s] shorter stops between stances are noise
 
 SAME_STANCE_S = 0.1  # by which stances of plate and motion may differ at either end and be one stance
 
@@ -52,22 +62,19 @@ class Stance:
     source: Source
 
 
-def stances_from_feet(motion: FootMotion, settings: GaitSettings) -> tuple[Stance, ...]:
+def stances_from_feet(motion: FootMotion) -> tuple[Stance, ...]:
     """Stances from slip alone: from where a sole slips less than a share of the pace until its toes leave.
 
     Args:
         motion: of the feet.
-        settings: thresholds.
     """
-    landing = np.clip(
-        settings.contact_share * motion.pace, settings.least_slip_m_s, settings.most_contact_m_s
-    )
-    leaving = np.maximum(settings.off_factor * motion.pace**settings.off_power, settings.least_slip_m_s)
-    edge = round(settings.edge_s * settings.steps_per_s)
+    landing = np.clip(CONTACT_SHARE * motion.pace, LEAST_SLIP_M_S, MOST_CONTACT_M_S)
+    leaving = np.maximum(OFF_FACTOR * motion.pace**OFF_POWER, LEAST_SLIP_M_S)
+    edge = round(EDGE_S * STEPS_PER_S)
     found = []
     for foot in range(motion.slip.shape[1]):
         slip = motion.slip[:, foot]
-        for start, end in _cores(slip < np.minimum(landing, leaving), slip, leaving, settings):
+        for start, end in _cores(slip < np.minimum(landing, leaving), slip, leaving):
             first, last = start, end
             while first > 0 and slip[first - 1] < landing[first - 1]:
                 first -= 1
@@ -83,19 +90,18 @@ def _cores(
     still: Bool[np.ndarray, " steps"],
     slip: Float[np.ndarray, " steps"],
     leaving: Float[np.ndarray, " steps"],
-    settings: GaitSettings,
 ) -> list[tuple[int, int]]:
     """Runs in which the sole hardly slips; those that a twitch cuts in two are one."""
     joined: list[tuple[int, int]] = []
     for start, end in runs(still):
         if joined:
             before, gap = joined[-1], slice(joined[-1][1], start)
-            is_short = start - before[1] < settings.shortest_swing_s * settings.steps_per_s
+            is_short = start - before[1] < SHORTEST_SWING_S * STEPS_PER_S
             if is_short and bool((slip[gap] < 3 * leaving[gap]).all()):
                 joined[-1] = before[0], end
                 continue
         joined.append((start, end))
-    return [run for run in joined if run[1] - run[0] >= settings.shortest_contact_s * settings.steps_per_s]
+    return [run for run in joined if run[1] - run[0] >= SHORTEST_CONTACT_S * STEPS_PER_S]
 
 
 def stances_from_plates(
@@ -123,7 +129,7 @@ def stances_from_plates(
         loads = plate_loads(plate, conditioning)
         load = np.where(loads.recorded, loads.raw_ground[:, 1], 0.0)
         for start, end in runs(load > settings.threshold_N):
-            if end - start < settings.shortest_contact_s * plate.rate:
+            if end - start < SHORTEST_CONTACT_S * plate.rate:
                 continue
             if not loads.recorded[max(0, start - 1) : end + 1].all():
                 continue
@@ -143,9 +149,7 @@ def stances_from_plates(
                     Source.FORCE,
                 )
             )
-    return tuple(
-        stance for foot in range(len(corners_ground)) for stance in _merged(found, foot, settings.gap_s)
-    )
+    return tuple(stance for foot in range(len(corners_ground)) for stance in _merged(found, foot, GAP_S))
 
 
 def _distance(

@@ -12,7 +12,14 @@ from scipy.spatial.distance import cdist
 
 from solver.common.filters import low_pass
 from solver.common.frames_at_once import FRAMES_AT_ONCE, by_frames
-from solver.gait.settings import GaitSettings
+from solver.gait.settings import STEPS_PER_S, GaitSettings
+
+LOW_M = 0.02  # [m] the part of a sole that may touch: this near its lowest corner
+SURFACE_LOW_SHARE = 0.35  # of the time, in which a foot is lowest: it then stands, also in runs
+SURFACE_SPREAD_M_S = 0.2  # [m/s] by which standing soles differ from the surface
+SURFACE_WINDOW_S = 0.35  # [s] over which a belt keeps its speed; about half a step
+STILL_M_S = 0.15  # [m/s] a slower surface stands still: no belt is so slow
+PACE_WINDOW_S = 1.0  # [s] about a stride of a walk
 
 MOST_SAMPLES = 1500  # of soles' velocities; more tell no more of the surface's
 GRID_S = 0.1
@@ -49,13 +56,13 @@ def foot_motion(
         settings: filter and thresholds.
     """
     rate = (len(times) - 1) / float(times[-1] - times[0])
-    fine = np.arange(times[0], times[-1], 1 / settings.steps_per_s)
+    fine = np.arange(times[0], times[-1], 1 / STEPS_PER_S)
     soles = [_Sole(times, low_pass(c, rate, settings.cutoff_Hz)) for c in corners_ground]
     lowest = [by_frames(sole.lowest, fine) for sole in soles]
-    surface = _surface(lowest, fine, settings)
-    slips = [by_frames(partial(sole.slip, low_m=settings.low_m), fine, surface) for sole in soles]
+    surface = _surface(lowest, fine)
+    slips = [by_frames(partial(sole.slip, low_m=LOW_M), fine, surface) for sole in soles]
     moving = CubicSpline(times, low_pass(root_ground, rate, settings.cutoff_Hz))(fine, 1)[:, [0, 2]] - surface
-    window = max(1, round(settings.pace_window_s * settings.steps_per_s))
+    window = max(1, round(PACE_WINDOW_S * STEPS_PER_S))
     pace = uniform_filter1d(np.linalg.norm(moving, axis=1), window, mode="nearest")
     sole = np.stack([own[:, 1:] for own in lowest], axis=1)
     return FootMotion(fine, np.column_stack(slips), surface, pace, sole)
@@ -98,28 +105,27 @@ class _Sole:
 def _surface(
     lowest: Sequence[Float[np.ndarray, "steps 3"]],
     times: Float[np.ndarray, " steps"],
-    settings: GaitSettings,
 ) -> Float[np.ndarray, "steps 2"]:
     """Where velocities of low soles crowd, near in time; by mean shift from the densest sample."""
     pool, when = [], []
     for height, velocity in ((own[:, 0], own[:, 1:]) for own in lowest):
-        low = np.flatnonzero(height <= np.quantile(height, settings.surface_low_share))
+        low = np.flatnonzero(height <= np.quantile(height, SURFACE_LOW_SHARE))
         pool.append(velocity[low])
         when.append(times[low])
     samples, at = np.concatenate(pool), np.concatenate(when)
     thinned = slice(None, None, max(1, len(samples) // MOST_SAMPLES))
     samples, at = samples[thinned], at[thinned]
-    near = _kernel(cdist(samples, samples) / settings.surface_spread_m_s)
+    near = _kernel(cdist(samples, samples) / SURFACE_SPREAD_M_S)
     grid = np.arange(times[0], times[-1] + GRID_S, GRID_S)
     found = np.zeros((len(grid), 2))
     for k, time in enumerate(grid):
-        weight = _kernel((at - time) / settings.surface_window_s) + 1e-12
+        weight = _kernel((at - time) / SURFACE_WINDOW_S) + 1e-12
         centre = samples[int(np.argmax(near @ weight))]
         for _ in range(ROUNDS):
-            own = weight * _kernel(np.linalg.norm(samples - centre, axis=1) / settings.surface_spread_m_s)
+            own = weight * _kernel(np.linalg.norm(samples - centre, axis=1) / SURFACE_SPREAD_M_S)
             centre = own @ samples / own.sum()
         found[k] = centre
-    if np.median(np.linalg.norm(found, axis=1)) < settings.still_m_s:
+    if np.median(np.linalg.norm(found, axis=1)) < STILL_M_S:
         found[:] = 0.0
     return np.column_stack([np.interp(times, grid, found[:, axis]) for axis in range(2)])
 

@@ -26,7 +26,7 @@ from solver.gait.events import (
     stances_of_both,
 )
 from solver.gait.foot_motion import foot_motion
-from solver.gait.settings import GAIT, GaitSettings
+from solver.gait.settings import FLAT_FROM, FLAT_TO, GaitSettings
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
@@ -49,7 +49,6 @@ def treadmill_speed(
     points_ground: Float[np.ndarray, "frames feet points 3"],
     in_contact: Bool[np.ndarray, "frames feet"],
     rate: float,
-    settings: GaitSettings = GAIT,
 ) -> float | None:
     """Mean over stances, of both legs, of how fast a flat foot is carried by the belt [m/s].
 
@@ -63,15 +62,14 @@ def treadmill_speed(
         points_ground: low points of each foot, as heel and ball [m].
         in_contact: which foot is on the ground.
         rate: [Hz].
-        settings: which part of a stance the foot is flat in.
     """
     found = []
     for foot in range(in_contact.shape[1]):
         for start, end in runs(in_contact[:, foot]):
             if start == 0 or end == len(in_contact):
                 continue
-            first = start + int(np.ceil(settings.flat_from * (end - start)))
-            last = start + int(np.floor(settings.flat_to * (end - start)))
+            first = start + int(np.ceil(FLAT_FROM * (end - start)))
+            last = start + int(np.floor(FLAT_TO * (end - start)))
             if last - first + 1 >= FEWEST_SPEED_FRAMES:
                 ways = np.linalg.norm(points_ground[last, foot] - points_ground[first, foot], axis=1)
                 found.append(float(ways.max()) * rate / (last - first))
@@ -124,13 +122,13 @@ def gait_of(
     heels = [p[:, skeleton.body_index(foot)] for foot in feet]
     moved = foot_motion(corners, p[:, 0], motion.times, settings)
     hidden = _out_of_sight(trial, skeleton, feet)
-    stances = _of_seen_feet(stances_from_feet(moved, settings), hidden, motion.times)
+    stances = _of_seen_feet(stances_from_feet(moved), hidden, motion.times)
     if not feet_alone:
         stances = stances_as_stated(stances, trial.capture.markers.foot_events, feet)
     if trial.capture.plates and not feet_alone:
         by_force = stances_from_plates(trial.capture.plates, corners, motion.times, settings, conditioning)
         stances = stances_of_both(by_force, stances)
-    cycles = cycles_of(stances, moved, heels, motion.times, settings)
+    cycles = cycles_of(stances, moved, heels, motion.times)
     seen = (c for c in cycles if not hidden[_within(motion.times, c.start_s, c.end_s), c.foot].any())
     return Gait(tuple(feet), stances, tuple(seen))
 

@@ -25,10 +25,25 @@ from solver.kinematics.scale_prior import (
     scale_groups,
     stature,
 )
-from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.settings import (
+    CALIBRATION_ROBUST_SCALE_M,
+    CLUSTER_OFFSET_STD_M,
+    EFFECTIVE_FRAMES,
+    KinematicsSettings,
+)
 from solver.skeleton.forward import marker_jacobian
 from solver.skeleton.scaling import with_offsets
 from solver.skeleton.skeleton import Skeleton
+
+EFFECTIVE_STATIC_FRAMES = 1.0  # [frames] one quiet stance is one sample, without motion artefact
+# [m] of the distance that regressions expect between the hips: 7 mm a side, both sides of a pelvis alike
+# (Mantovani 2016), and 11 mm because each spine is palpated within 12 mm
+HIP_WIDTH_STD_M = 0.018
+# [rad] 1°: how the spines' markers are pitched in the default body's pelvis is decided beforehand, between
+# bone and posture; free once more, they turn by 9° to suit a trunk that is not the model's
+SPINES_PITCH_STD_RAD = 0.017
+# [log] the same against the pelvis' own width, where no spines are seen that a regression could go by
+HIPS_ON_PELVIS_STD = 0.08
 
 MAX_STEPS = 40
 CONVERGED = 1e-4  # relative decrease of the cost
@@ -69,11 +84,11 @@ def choose_frames(
         share = min(len(candidates), max(4, round(settings.calibration_frames * len(candidates) / total)))
         chosen.append(trial[_spread(candidates, share)])
     moving = sum(len(c) for c in chosen)
-    weight = [np.full(moving, settings.effective_frames / max(1, moving))]
+    weight = [np.full(moving, EFFECTIVE_FRAMES / max(1, moving))]
     if static is not None:
         quiet = static[_spread(np.arange(len(static)), 5)]
         chosen.append(quiet)
-        weight.append(np.full(len(quiet), settings.effective_static_frames / len(quiet)))
+        weight.append(np.full(len(quiet), EFFECTIVE_STATIC_FRAMES / len(quiet)))
     return CalibrationFrames(np.concatenate(chosen), np.concatenate(weight))
 
 
@@ -128,21 +143,20 @@ def calibrate(
             groups,
             settings,
             _offset_precision(
-                offset_std(generic.markers, settings) if registered_std is None else registered_std,
+                offset_std(generic.markers) if registered_std is None else registered_std,
                 pitch_of_spines,
-                settings,
             ),
         )
-        on_pelvis = settings.hips_on_pelvis_std if hip_width_m is None else FREE_HIPS_STD
-        prior = LogScalePrior(mean, log_scale_precision(groups, size_std, settings, hips_std=on_pelvis))
+        on_pelvis = HIPS_ON_PELVIS_STD if hip_width_m is None else FREE_HIPS_STD
+        prior = LogScalePrior(mean, log_scale_precision(groups, size_std, hips_std=on_pelvis))
         if kept:
             prior = LogScalePrior(mean, KEPT_PRECISION * np.eye(len(mean)))
         elif hip_width_m is not None and groups.hips is not None:
             log_ratio = float(np.log(hip_width_m / groups.hips.width(generic)))
-            prior = prior.with_hip_width(groups, log_ratio, settings.hip_width_std_m / hip_width_m)
+            prior = prior.with_hip_width(groups, log_ratio, HIP_WIDTH_STD_M / hip_width_m)
         start = _Shared(prior.mean.copy(), np.zeros((len(generic.markers), 3)))
         skeleton = solver.skeleton(start)
-        problem = PoseProblem(skeleton, frames.observed_ground, settings, settings.calibration_robust_scale_m)
+        problem = PoseProblem(skeleton, frames.observed_ground, settings, CALIBRATION_ROBUST_SCALE_M)
         every = np.arange(len(frames.observed_ground))
         progress("scaling", 0.02)
         q, _ = initial_poses(problem, root_joint(skeleton), every)
@@ -155,19 +169,18 @@ def calibrate(
             skeleton=with_offsets(fitted, shared.offsets),
             factors=groups.factors(shared.log_scale),
             offsets_body=shared.offsets,
-            notes=_notes(generic, groups, shared, settings),
+            notes=_notes(generic, groups, shared),
         )
 
 
 def _offset_precision(
     std: Float[np.ndarray, " markers"],
     pitch_of_spines: Float[np.ndarray, "markers 3"] | None,
-    settings: KinematicsSettings,
 ) -> Float[np.ndarray, "offsets offsets"]:
     """Each marker by itself, and the turn of the pelvis' markers together."""
     precision = np.diag(np.repeat(std, 3) ** -2)
     if pitch_of_spines is not None:
-        precision += np.outer(pitch_of_spines, pitch_of_spines) / settings.spines_pitch_std_rad**2
+        precision += np.outer(pitch_of_spines, pitch_of_spines) / SPINES_PITCH_STD_RAD**2
     return precision
 
 
@@ -236,7 +249,7 @@ class _BorderedSolver:
             self.skeleton(shared),
             self.frames.observed_ground,
             self.settings,
-            self.settings.calibration_robust_scale_m,
+            CALIBRATION_ROBUST_SCALE_M,
         )
 
     def _cost(
@@ -297,9 +310,7 @@ class _BorderedSolver:
         return -solved_g - solved_coupling @ step, step
 
 
-def _notes(
-    generic: Skeleton, groups: ScaleGroups, shared: _Shared, settings: KinematicsSettings
-) -> tuple[Note, ...]:
+def _notes(generic: Skeleton, groups: ScaleGroups, shared: _Shared) -> tuple[Note, ...]:
     """Scales and offsets far from what was expected, named."""
     notes: list[Note] = []
     factors = groups.axes(shared.log_scale)
@@ -310,8 +321,8 @@ def _notes(
                 f"scale of {name} is unusual: {' × '.join(f'{f:.2f}' for f in factor)}",
             )
     length = np.linalg.norm(shared.offsets, axis=1)
-    std = offset_std(generic.markers, settings)
-    far = (length > 3 * std) & (std < settings.cluster_offset_std_m)
+    std = offset_std(generic.markers)
+    far = (length > 3 * std) & (std < CLUSTER_OFFSET_STD_M)
     for i in np.flatnonzero(far):
         notes += noted(
             Kind.MODEL_AGAINST_MARKERS,

@@ -24,7 +24,7 @@ from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, known_by_name, match_markers
 from solver.kinematics.scale_prior import offset_std
 from solver.kinematics.settings import KinematicsSettings
-from solver.kinematics.unnamed.settings import NAMING, NamingSettings
+from solver.kinematics.unnamed.settings import NAMING
 from solver.kinematics.upright_pelvis import at_landmarks, on_upright_pelvis
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.label_parts import spelling
@@ -92,20 +92,17 @@ def landmarks_by_name(match: MarkerMatch) -> dict[str, str]:
     return found
 
 
-def on_flat_feet(
-    skeleton: Skeleton, match: MarkerMatch, recordings: Sequence[Markers], settings: KinematicsSettings
-) -> Skeleton:
+def on_flat_feet(skeleton: Skeleton, match: MarkerMatch, recordings: Sequence[Markers]) -> Skeleton:
     """The skeleton with its foot markers at the heights over the sole that resting feet show.
 
     Args:
         skeleton: the default body, whose soles are parallel to the x-z planes of calcn and toes.
         match: which label is which marker.
         recordings: of one subject, y up.
-        settings: how far markers may lie from their places.
     """
     place = {marker.name: marker.position_body for marker in skeleton.markers}
     moved: dict[str, np.ndarray] = {}
-    std = dict(zip(skeleton.marker_names, offset_std(skeleton.markers, settings), strict=True))
+    std = dict(zip(skeleton.marker_names, offset_std(skeleton.markers), strict=True))
     for side in "rl":
         foot = [skeleton.body_index(f"{body}_{side}") for body in ("calcn", "toes")]
         names = [m.name for m in skeleton.markers if m.name in match.model and m.body in foot]
@@ -187,7 +184,7 @@ def on_default_body(
     recordings: Sequence[Markers],
     word: Mapping[str, str],
     *,
-    settings: NamingSettings = NAMING,
+    settings: KinematicsSettings = NAMING,
 ) -> NamedMarkers:
     """The default body with a marker for every label that is understood.
 
@@ -204,12 +201,12 @@ def on_default_body(
     match = match_markers(skeleton, recordings, named=named, notes=notes)
     landmarks = at_landmarks(skeleton, match, (*SPINES, "sacrum", *LEG_LANDMARKS))
     match = replace(match, notes=(*match.notes, *pelvis_notes(skeleton, match, landmarks)))
-    skeleton = on_flat_feet(skeleton, match, recordings, settings.kinematics)
+    skeleton = on_flat_feet(skeleton, match, recordings)
     return NamedMarkers(on_upright_pelvis(skeleton, match, recordings), match, landmarks)
 
 
 def _named(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: KinematicsSettings
 ) -> tuple[Skeleton, dict[str, str], tuple[Note, ...]]:
     read = read_labels(generic, recordings, settings=settings)
     by_itself = {r.label: r.landmark if r.used else LEFT_OUT for r in read.understanding.labels}

@@ -15,6 +15,10 @@ from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.skeleton import Skeleton
 
+# [rad/s² or m/s²] bridges gaps; a hundred times above human accelerations, so no filter
+SMOOTHNESS_STD = 1.0e4
+KEYFRAME_SPACING_S = 0.4  # [s] frames solved from several start poses; the rest start between them
+
 FEWEST_MARKERS = 3  # seen on a frame for it to say anything about the pose
 MOST_BRIDGING_STEPS = 2
 SMALL_STEP = 0.01  # rad or m: one Gauss-Newton step of that size lands within 1e-4
@@ -59,7 +63,7 @@ def inverse_kinematics(
                 f"No frame shows {FEWEST_MARKERS} or more markers that the model '{skeleton.name}' knows."
             )
         q = np.tile(skeleton.default_q, (len(observed_ground), 1))
-        spacing = max(1, round(settings.keyframe_spacing_s * rate))
+        spacing = max(1, round(KEYFRAME_SPACING_S * rate))
         q[usable] = _track(problem, root, usable, spacing, progress)
         posed, own = posed_frames(problem, q, usable, rate)
         if not own.any():
@@ -217,7 +221,7 @@ def _bridged_part(
     rate: float,
 ) -> Float[np.ndarray, "some dofs"]:
     frames = np.arange(part.start, part.stop)
-    smooth = (rate**2 / problem.settings.smoothness_std) ** 2
+    smooth = (rate**2 / SMOOTHNESS_STD) ** 2
     unusable = ~np.isin(frames, usable)
     terms = problem.evaluate(q, frames)
     terms.g[:] += problem.pose_precision * (problem.reference_q[part] - reference[part])

@@ -15,9 +15,10 @@ from solver.common.errors import FitError
 from solver.common.notes import Kind, Note, noted
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name
 from solver.kinematics.scale_prior import stature
+from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
 from solver.kinematics.unnamed.recognition import FoundMarker, recognise
-from solver.kinematics.unnamed.settings import NAMING, NamingSettings
+from solver.kinematics.unnamed.settings import FEWEST_MARKERS, NAMING
 from solver.markers.atlas import atlas, place_on
 from solver.markers.understanding import SURE_ENOUGH, Understanding, UnderstoodLabel, understand
 from solver.skeleton.skeleton import Marker, Skeleton
@@ -63,7 +64,7 @@ def read_labels(
     recordings: Sequence[Markers],
     known: Mapping[str, str] | None = None,
     *,
-    settings: NamingSettings = NAMING,
+    settings: KinematicsSettings = NAMING,
 ) -> ReadLabels:
     """Read all labels of a subject's recordings.
 
@@ -109,7 +110,7 @@ def read_labels(
                 f"The labels have no meaning, and differ between recordings: {unlike}. "
                 "Fit the trials one at a time, without a static trial, or name the labels in a marker map."
             )
-        if len(wanted) < settings.unnamed.fewest_markers:
+        if len(wanted) < FEWEST_MARKERS:
             return ReadLabels(understood, {}, notes)
     recognition = recognise(
         looked_at, pinned, search=not holds or len(unknown) > FEW * len(pinned), settings=settings

@@ -18,7 +18,8 @@ from solver.kinematics.default_body_naming import (
 )
 from solver.kinematics.marker_matching import LEFT_OUT, match_markers
 from solver.kinematics.own_model_naming import in_own_model, is_bare
-from solver.kinematics.unnamed.settings import NAMING, NamingSettings
+from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.unnamed.settings import NAMING
 from solver.markers.atlas import atlas
 from solver.markers.understanding import understand
 from solver.skeleton.skeleton import Skeleton
@@ -32,7 +33,7 @@ def name_markers(
     *,
     default_body: bool,
     chosen: Mapping[str, str] | None = None,
-    settings: NamingSettings = NAMING,
+    settings: KinematicsSettings = NAMING,
 ) -> NamedMarkers:
     """Pair the recordings' labels with the model's markers; the default body gets those it lacks.
 
@@ -103,7 +104,7 @@ def _named(
     recordings: Sequence[Markers],
     word: Mapping[str, str],
     default_body: bool,
-    settings: NamingSettings,
+    settings: KinematicsSettings,
 ) -> NamedMarkers:
     if default_body:
         return on_default_body(generic, recordings, word, settings=settings)

@@ -17,8 +17,21 @@ from solver.kinematics.calibration import CalibrationFrames
 from solver.kinematics.frame_solver import PoseProblem, initial_poses, solve_frames
 from solver.kinematics.root_joint import root_joint
 from solver.kinematics.scale_prior import offset_std
-from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.settings import CALIBRATION_ROBUST_SCALE_M, KinematicsSettings
 from solver.skeleton.skeleton import Skeleton
+
+# [m] median distance of a model's markers from their places, the model as it is, in the mean over frames: 0
+# to 0.7 cm with six persons' own models, 1.9 to 5 cm with ten generic ones or others' own
+REGISTERED_M = 0.012
+REGISTERED_ODDS = 6.0  # [nats] for each factor of e nearer or farther: half or twice that distance is clear
+SAME_MASS_ODDS = 1.0  # [nats] for a model that weighs what was entered: programs scale the mass as well
+MODEL_NAME_ODDS = 1.0  # [nats] for a name with 'scaled' or 'generic': files are copied and renamed
+# [m] of a kept model's markers: what the recording tells of places that a laboratory registered is mostly
+# skin
+REGISTERED_OFFSET_STD_M = 0.002
+# [m] a kept model's marker that is so far off on every frame was put on elsewhere; where fewer than two
+# stay on its segment it takes twice as much
+REFUTED_M = 0.04
 
 FEWEST_STAYING = 2  # markers that fix how a segment turns whatever becomes of another one
 FEWEST_OWN = 8  # markers of the model's own; fewer do not tell whether it fits
@@ -36,21 +49,18 @@ class Ownership:
     refuted: tuple[str, ...] = ()  # markers of a kept model that sit elsewhere on most frames
     notes: tuple[Note, ...] = ()
 
-    def offset_std(
-        self, body: Skeleton, own: Collection[str], settings: KinematicsSettings
-    ) -> Float[np.ndarray, " markers"] | None:
+    def offset_std(self, body: Skeleton, own: Collection[str]) -> Float[np.ndarray, " markers"] | None:
         """How far each marker may lie from the model's place for it [m]; None where it is to be scaled.
 
         Args:
             body: with the markers that the recordings share.
             own: names of the model's own markers; others were added at a landmark's usual place.
-            settings: of the kinematics.
         """
         if not self.is_scaled:
             return None
-        usual = offset_std(body.markers, settings)
+        usual = offset_std(body.markers)
         kept = np.array([m.name in own and m.name not in self.refuted for m in body.markers])
-        return np.where(kept, np.minimum(usual, settings.registered_offset_std_m), usual)
+        return np.where(kept, np.minimum(usual, REGISTERED_OFFSET_STD_M), usual)
 
 
 @dataclass(frozen=True)
@@ -96,7 +106,7 @@ def as_it_is(
     """
     every = np.arange(len(frames.observed_ground))
     with threadpool_limits(1):
-        problem = PoseProblem(body, frames.observed_ground, settings, settings.calibration_robust_scale_m)
+        problem = PoseProblem(body, frames.observed_ground, settings, CALIBRATION_ROBUST_SCALE_M)
         q, _ = initial_poses(problem, root_joint(body), every)
         q, _ = solve_frames(problem, q, every)
     poses = problem.kinematics.poses(q)
@@ -148,15 +158,15 @@ def whose_model(
     if said is None:
         if not np.isfinite(typical):
             return Ownership(False)
-        odds = settings.registered_odds * float(np.log(settings.registered_m / max(typical, 1e-4)))
-        odds += (same_mass - (mass_kg is not None and not same_mass)) * settings.same_mass_odds
-        odds += (says_scaled - says_generic) * settings.model_name_odds
+        odds = REGISTERED_ODDS * float(np.log(REGISTERED_M / max(typical, 1e-4)))
+        odds += (same_mass - (mass_kg is not None and not same_mass)) * SAME_MASS_ODDS
+        odds += (says_scaled - says_generic) * MODEL_NAME_ODDS
         if odds < 0:
             return Ownership(False, notes=_of_another(file_name, measured, says_scaled, same_mass))
     if said == STORED:
-        return _of_the_recording(file_name, measured, own, typical <= settings.registered_m)
+        return _of_the_recording(file_name, measured, own, typical <= REGISTERED_M)
     bodies = np.array([marker.body for marker in body.markers])
-    refuted = tuple(body.markers[m].name for m in np.flatnonzero(found.refuted(bodies, settings.refuted_m)))
+    refuted = tuple(body.markers[m].name for m in np.flatnonzero(found.refuted(bodies, REFUTED_M)))
     why = [measured] if np.isfinite(typical) else []
     why += ["it weighs what was entered"] if same_mass else []
     why += ["its name says so"] if says_scaled else []
@@ -176,7 +186,7 @@ def whose_model(
             Kind.MODEL_AGAINST_MARKERS,
             f"of that model, these markers sit elsewhere on most frames and are placed again: {listed}",
         )
-    if said and typical > settings.registered_m:
+    if said and typical > REGISTERED_M:
         notes += noted(
             Kind.OTHER,
             f"subject.toml says that {file_name} is this person's scaled model, but {measured}: "

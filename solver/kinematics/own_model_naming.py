@@ -22,7 +22,7 @@ from solver.kinematics.default_body_naming import on_default_body
 from solver.kinematics.label_reading import ReadLabels, read_labels
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name, similar_names
 from solver.kinematics.scale_prior import stature
-from solver.kinematics.unnamed.settings import NamingSettings
+from solver.kinematics.settings import KinematicsSettings
 from solver.markers.atlas import atlas, place_on
 from solver.markers.label_parts import spelling
 from solver.markers.understanding import UnderstoodLabel, understand
@@ -186,7 +186,7 @@ def own_names(model: Skeleton, recordings: Sequence[Markers]) -> dict[str, str]:
 
 
 def in_own_model(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: KinematicsSettings
 ) -> tuple[Skeleton, dict[str, str], tuple[Note, ...]]:
     """Labels that the model knows by name; where these are too few, by the motion or by landmarks.
 
@@ -242,7 +242,7 @@ def _other_names(generic: Skeleton, recordings: Sequence[Markers], word: Mapping
 
 
 def _by_the_motion(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: KinematicsSettings
 ) -> tuple[Skeleton, dict[str, str], tuple[Note, ...]] | None:
     """Labels that mean nothing: found on the default body, and paired with the model's markers by landmark.
 
@@ -285,7 +285,7 @@ def _by_landmarks(
     recordings: Sequence[Markers],
     word: Mapping[str, str],
     paired: Mapping[str, str],
-    settings: NamingSettings,
+    settings: KinematicsSettings,
 ) -> tuple[Skeleton, dict[str, str], tuple[Note, ...]] | None:
     """A model without markers for the labels gets them where the default body has them, as it would be read.
 

@@ -10,12 +10,17 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from solver.kinematics.hip_width import HipPair, hip_pair
-from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.settings import CLUSTER_OFFSET_STD_M
 from solver.skeleton.forward import ForwardKinematics, Poses
 from solver.skeleton.functions import Linear
 from solver.skeleton.scaling import scaled
 from solver.skeleton.segment_tables import lengths
 from solver.skeleton.skeleton import Marker, Skeleton
+
+BONY_OFFSET_STD_M = 0.012  # [m] palpation repeats within 5-10 mm, the skin adds some (Della Croce 2005)
+OTHER_OFFSET_STD_M = 0.02  # [m] markers that are neither bony landmarks nor clusters
+SEGMENT_SCALE_STD = 0.06  # [log] segment lengths against body size (Drillis 1964)
+ASPECT_SCALE_STD = 0.05  # [log] width and depth of a segment against its length
 
 LEG_LENGTH_FRACTION = 0.491  # hip to ankle over stature: thigh 0.245, shank 0.246 (Drillis & Contini 1966)
 
@@ -102,22 +107,19 @@ class LogScalePrior:
         return LogScalePrior(mean, precision)
 
 
-def log_scale_precision(
-    groups: ScaleGroups, size_std: float, settings: KinematicsSettings, *, hips_std: float
-) -> Float[np.ndarray, "n n"]:
+def log_scale_precision(groups: ScaleGroups, size_std: float, *, hips_std: float) -> Float[np.ndarray, "n n"]:
     """Inverse covariance of the log factors: body size, plus segment, plus axis; hips by themselves.
 
     Args:
         groups: of bodies.
         size_std: of the whole body's log size.
-        settings: scatter of segments and of their aspect.
         hips_std: of the log of the hips' distance against the pelvis' width.
     """
     count = 3 * groups.count
     segment = np.repeat(np.arange(groups.count), 3)
     covariance = np.full((count, count), size_std**2)
-    covariance += settings.segment_scale_std**2 * (segment[:, None] == segment[None, :])
-    covariance += settings.aspect_scale_std**2 * np.eye(count)
+    covariance += SEGMENT_SCALE_STD**2 * (segment[:, None] == segment[None, :])
+    covariance += ASPECT_SCALE_STD**2 * np.eye(count)
     precision = np.zeros((groups.size, groups.size))
     precision[:count, :count] = np.linalg.inv(covariance)
     if groups.hips is not None:
@@ -125,7 +127,7 @@ def log_scale_precision(
     return precision
 
 
-def offset_std(markers: tuple[Marker, ...], settings: KinematicsSettings) -> Float[np.ndarray, " markers"]:
+def offset_std(markers: tuple[Marker, ...]) -> Float[np.ndarray, " markers"]:
     """How far each marker may lie from the model's place for it [m].
 
     Where the marker itself does not say: the model's `fixed` flag marks bony landmarks where the file uses it
@@ -137,11 +139,11 @@ def offset_std(markers: tuple[Marker, ...], settings: KinematicsSettings) -> Flo
         if marker.spread_m is not None:
             stds.append(marker.spread_m)
         elif flags_used and marker.fixed:
-            stds.append(settings.bony_offset_std_m)
+            stds.append(BONY_OFFSET_STD_M)
         elif _CLUSTER.search(marker.name):
-            stds.append(settings.cluster_offset_std_m)
+            stds.append(CLUSTER_OFFSET_STD_M)
         else:
-            stds.append(settings.other_offset_std_m)
+            stds.append(OTHER_OFFSET_STD_M)
     return np.array(stds)
 
 

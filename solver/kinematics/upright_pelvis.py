@@ -17,9 +17,16 @@ from solver.capture.capture import Markers
 from solver.common.notes import Kind, Note, noted
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion
-from solver.kinematics.settings import KinematicsSettings
 from solver.markers.atlas import atlas, place_on
 from solver.skeleton.skeleton import Skeleton
+
+# [°] mean pelvis tilt of a walk, negative forwards: experts' fits have −2° to 5°, and models differ in how
+# their pelvis stands; a chosen margin about these, from no published range
+LEAST_WALKING_TILT_DEG = -25.0
+MOST_WALKING_TILT_DEG = 12.0  # [°] likewise backwards: by as much again as experts' fits vary
+# [°] mean lumbar extension of a walk, negative bent forwards: experts' fits have −19° to −3°
+LEAST_WALKING_LUMBAR_DEG = -28.0
+MOST_WALKING_LUMBAR_DEG = 15.0  # [°] likewise bent backwards
 
 # Between people, the line of the spines lies in the bone within 5° (0° to 23° in 30 pelves:
 # Preece et al., J Man Manip Ther 2008; 16: 113-117); 1.2 cm of palpation over its 15 cm are another 4.6°.
@@ -174,23 +181,22 @@ def _complete(choices: Sequence[Sequence[str]], marked: Mapping[str, str]) -> li
     return []
 
 
-def posture_notes(motion: Motion, settings: KinematicsSettings) -> tuple[Note, ...]:
+def posture_notes(motion: Motion) -> tuple[Note, ...]:
     """Warnings of a walk or run whose mean pelvis tilt or lumbar extension people do not have.
 
     Args:
         motion: by the markers, with OpenSim's names of coordinates.
-        settings: ranges of the means.
     """
     if not walks(motion):
         return ()
     notes: list[Note] = []
     for name, what, least, most in (
-        ("pelvis_tilt", "pelvis tilt", settings.least_walking_tilt_deg, settings.most_walking_tilt_deg),
+        ("pelvis_tilt", "pelvis tilt", LEAST_WALKING_TILT_DEG, MOST_WALKING_TILT_DEG),
         (
             "lumbar_extension",
             "lumbar extension",
-            settings.least_walking_lumbar_deg,
-            settings.most_walking_lumbar_deg,
+            LEAST_WALKING_LUMBAR_DEG,
+            MOST_WALKING_LUMBAR_DEG,
         ),
     ):
         if name in motion.dofs:

@@ -25,13 +25,24 @@ from solver.common.filters import ORDER, low_pass
 from solver.common.frames_at_once import by_frames
 from solver.common.notes import Kind, Note, noted
 from solver.common.runs import runs
-from solver.dynamics.force_prediction.settings import PredictionSettings
+from solver.dynamics.force_prediction.settings import PHASE_KNOTS, PredictionSettings
 from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.root_wrench import about_point, root_centre
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import ForwardKinematics, cross
 from solver.skeleton.skeleton import Skeleton
+
+DEMAND_CUTOFF_HZ = 8.0  # [Hz] the motion's own demand is taken below it: above, marker noise dominates
+DAMPING_STD_S2 = 1.76e-4  # [s²] of its second derivative's share: (2π·12 Hz)⁻², a loss of half at 12 Hz
+PHASE_FORCE_SHARE = 0.025  # scatter of a curve's coefficients over the peak force: 20 N in a walk of 75 kg
+PHASE_ARM_M = 0.004  # [m] scatter of a moment curve's coefficients over the peak force: 3 N·m there
+SHORTEST_STRIDE_M = 0.15  # [m] a foot that swings forward by less, seen from the pelvis, takes no step
+STEP_CHANGE = 1.6  # a step that lasts so many times the usual one, or less than its inverse, is none
+CONSTANT_FORCE_SHARE = 0.014  # scatter of a constant force over body weight: 10 N at 75 kg; zero levels
+CONSTANT_ARM_M = 0.02  # [m] scatter of a constant moment over body weight: 15 N·m, trunk's centre of mass
+NOTABLE_GAIN = 0.03  # from which on a learnt gain is noted: a plate's, say
+NOTABLE_LAG_S = 0.003  # [s] from which on a lag is noted: a late clock, say
 
 SMOOTHED_S = 0.3  # [s] over it the pelvis's turning to and fro within a stride is averaged out
 
@@ -109,31 +120,27 @@ def heading_frame(skeleton: Skeleton, motion: Motion) -> HeadingFrame:
     return HeadingFrame(centre, R_ground_heading)
 
 
-def constant_columns(frame: HeadingFrame, weight_N: float, settings: PredictionSettings) -> Columns:
+def constant_columns(frame: HeadingFrame, weight_N: float) -> Columns:
     """Six: one an axis of the heading frame.
 
     Args:
         frame: of the trial.
         weight_N: of the person.
-        settings: scatter of the constants.
     """
     units = np.broadcast_to(np.eye(6), (len(frame.origin_ground), 6, 6))
-    share = settings.constant_force_share, settings.constant_arm_m
+    share = CONSTANT_FORCE_SHARE, CONSTANT_ARM_M
     return Columns(CONSTANTS, frame.to_ground(units), weight_N * np.repeat(share, 3))
 
 
-def smooth_demand(
-    skeleton: Skeleton, motion: Motion, frame: HeadingFrame, settings: PredictionSettings
-) -> Float[np.ndarray, "frames 6"]:
+def smooth_demand(skeleton: Skeleton, motion: Motion, frame: HeadingFrame) -> Float[np.ndarray, "frames 6"]:
     """W, in the heading frame about its origin [N, N·m].
 
     Args:
         skeleton: with the person's mass.
         motion: of the markers alone.
         frame: of that motion.
-        settings: the cut-off.
     """
-    smooth = motion.low_passed(settings.demand_cutoff_Hz, ORDER)
+    smooth = motion.low_passed(DEMAND_CUTOFF_HZ, ORDER)
     return frame.from_ground(required_ground(skeleton, smooth))
 
 
@@ -152,27 +159,24 @@ def gain_columns(
     second = np.gradient(first, 1 / rate, axis=0)
     of_axes = np.stack([demand, first, second], axis=2)  # frames, axes, three
     columns = (np.eye(6)[None, :, :, None] * of_axes[:, None]).reshape(len(demand), 6, 18)
-    std = np.tile([settings.gain_std, settings.lag_std_s, settings.damping_std_s2], 6)
+    std = np.tile([settings.gain_std, settings.lag_std_s, DAMPING_STD_S2], 6)
     return Columns(GAINS, frame.to_ground(columns), std)
 
 
-def gain_notes(
-    x: Float[np.ndarray, "18"], std: Float[np.ndarray, "18"], settings: PredictionSettings
-) -> tuple[Note, ...]:
+def gain_notes(x: Float[np.ndarray, "18"], std: Float[np.ndarray, "18"]) -> tuple[Note, ...]:
     """What the gains may point to; only of what is beyond its own uncertainty.
 
     Args:
         x: learnt.
         std: of x.
-        settings: from which size on one is told.
     """
     parts = []
     for axis, (gain, lag, _), (gain_std, lag_std, _) in zip(
         FORCES, x.reshape(6, 3)[:3], std.reshape(6, 3)[:3], strict=True
     ):
-        if abs(gain) > max(settings.notable_gain, 2 * gain_std):
+        if abs(gain) > max(NOTABLE_GAIN, 2 * gain_std):
             parts.append(f"{axis} {-100 * gain:+.0f} ± {200 * gain_std:.0f} %")
-        if abs(lag) > max(settings.notable_lag_s, 2 * lag_std):
+        if abs(lag) > max(NOTABLE_LAG_S, 2 * lag_std):
             late = "late" if lag > 0 else "early"
             parts.append(f"{axis} {1000 * abs(lag):.0f} ± {2000 * lag_std:.0f} ms {late}")
     if not parts:
@@ -196,7 +200,6 @@ def footfalls(
     skeleton: Skeleton,
     motion: Motion,
     frame: HeadingFrame,
-    settings: PredictionSettings,
     *,
     feet: tuple[str, ...],
     in_contact: Bool[np.ndarray, "frames feet"],
@@ -208,7 +211,6 @@ def footfalls(
         skeleton: of the motion.
         motion: of the markers alone.
         frame: of that motion.
-        settings: what is a step.
         feet: bodies.
         in_contact: by the plates.
         known: frames on which plates may be looked at; on the others `in_contact` is not.
@@ -219,7 +221,7 @@ def footfalls(
     for k in range(len(feet)):
         ahead = frame.points(places[:, k])[:, 0]
         ahead = low_pass(ahead, motion.rate, SWING_CUTOFF_HZ)
-        swung.append(find_peaks(ahead, prominence=settings.shortest_stride_m)[0])
+        swung.append(find_peaks(ahead, prominence=SHORTEST_STRIDE_M)[0])
         onsets.append(_onsets(in_contact[:, k], known, motion.rate))
     late = [_nearest(o, s) for s, o in zip(swung, onsets, strict=True)]
     matched = np.concatenate([x[np.abs(x) <= APART_S * motion.rate] for x in late])
@@ -269,7 +271,7 @@ class StepPhases:
         return StepPhases(self.phase[start:end], self.mirrored[start:end])
 
 
-def step_phases(falls: Footfalls, frames: int, settings: PredictionSettings) -> StepPhases | None:
+def step_phases(falls: Footfalls, frames: int) -> StepPhases | None:
     """Phases of two-legged steps; None where fewer than two whole steps are seen.
 
     A step lasts from one foot's fall to the other's. Before the first and after the last fall one usual step
@@ -279,7 +281,6 @@ def step_phases(falls: Footfalls, frames: int, settings: PredictionSettings) -> 
     Args:
         falls: of the trial.
         frames: of the trial.
-        settings: what is a step.
     """
     times, feet = falls.frames, falls.feet
     lasts, turns = np.diff(times), np.diff(feet) != 0
@@ -290,7 +291,7 @@ def step_phases(falls: Footfalls, frames: int, settings: PredictionSettings) -> 
     feet = np.concatenate([[1 - feet[0]], feet])
     lasts = np.diff(times)
     turns = np.concatenate([[True], turns, [True]])
-    sound = turns & (lasts < settings.step_change * usual) & (lasts > usual / settings.step_change)
+    sound = turns & (lasts < STEP_CHANGE * usual) & (lasts > usual / STEP_CHANGE)
     if sound[1:-1].sum() < FEWEST_STEPS:
         return None
     t = np.arange(frames)
@@ -310,19 +311,16 @@ def periodic_splines(phase: Float[np.ndarray, " frames"], knots: int) -> Float[n
     return np.where(np.isnan(phase)[:, None], 0.0, np.nan_to_num(bump(distance)))
 
 
-def step_columns(
-    phases: StepPhases | None, frame: HeadingFrame, peak_N: float, settings: PredictionSettings
-) -> Columns:
+def step_columns(phases: StepPhases | None, frame: HeadingFrame, peak_N: float) -> Columns:
     """Six curves, one axis after the other; zero for a trial without steps.
 
     Args:
         phases: of the trial.
         frame: of the trial.
         peak_N: of the force that the person's motions demand.
-        settings: knots and scatter of the curves.
     """
-    frames, knots = len(frame.origin_ground), settings.phase_knots
-    std = peak_N * np.repeat([settings.phase_force_share, settings.phase_arm_m], 3 * knots)
+    frames, knots = len(frame.origin_ground), PHASE_KNOTS
+    std = peak_N * np.repeat([PHASE_FORCE_SHARE, PHASE_ARM_M], 3 * knots)
     if phases is None:
         return Columns(STEPS, np.zeros((frames, 6, 6 * knots)), std)
     sign = np.where(phases.mirrored[:, None], MIRRORED, 1.0)

@@ -165,7 +165,7 @@ class MarkerTrack:
         self.start = start
         self.spacing = max(1, round(noise.knot_spacing_s * start.rate))
         self.pull = pull_precision(skeleton, observed_ground, settings)
-        self.jerk = jerk_level(start, settings)
+        self.jerk = jerk_level(start)
         stray = _dynamic_error(error_body, self.seen)
         white = noise.white_share * _white_noise(error_body, self.seen, start.q.shape[1])
         as_slow = (1 + (2 * np.pi * noise.white_Hz * noise.time_s) ** 2) / (2 * noise.time_s * start.rate)

@@ -79,7 +79,7 @@ class PredictionColumns:
         self.frames = [heading_frame(skeleton, motion) for motion in self.motions]
         self.weight_N = float(skeleton.mass * np.linalg.norm(skeleton.gravity))
         self.demands = [
-            smooth_demand(skeleton, motion, frame, settings)
+            smooth_demand(skeleton, motion, frame)
             for motion, frame in zip(self.motions, self.frames, strict=True)
         ]
         self.phases = self._phases([trial.data for trial in trials])
@@ -131,11 +131,11 @@ class PredictionColumns:
         """Of some frames."""
         columns = []
         if self.peak_N and STEPS in kinds:
-            columns.append(step_columns(phases, frame, self.peak_N, self.settings))
+            columns.append(step_columns(phases, frame, self.peak_N))
         if GAINS in kinds:
             columns.append(gain_columns(demand, rate, frame, self.settings))
         if CONSTANTS in kinds:
-            columns.append(constant_columns(frame, self.weight_N, self.settings))
+            columns.append(constant_columns(frame, self.weight_N))
         return columns
 
     def window(self, span: Span, kinds: Sequence[str], spacing: int, *, held: bool = False) -> TrialData:
@@ -159,13 +159,12 @@ class PredictionColumns:
                 self.skeleton,
                 motion,
                 frame,
-                self.settings,
                 feet=trial.feet,
                 in_contact=trial.in_contact,
                 known=own.counts,
             )
             two = len(trial.feet) == 2
-            phases.append(step_phases(falls, motion.frames, self.settings) if two else None)
+            phases.append(step_phases(falls, motion.frames) if two else None)
         return phases
 
 

@@ -49,6 +49,19 @@ from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
+MARKER_SLOW_M = 0.0056  # [m] at least, of its markers: they follow where the forces call them
+MARKER_GROWTH_M = 0.01  # [m/√s] at least, likewise: 1 mm from frame to frame at 100 Hz
+SHARED_GROWTH = 0.0  # likewise: of no say beside such a smoothness
+# times the trajectory fit's, where hidden blocks ask for it: nobody reads these inertias, and moments of a
+# short recording are missed by a quarter less; of legs alone they are missed by more
+INERTIA_PRIOR_WEIGHT = 0.1
+# share by which a kind of term has to lower the error on hidden blocks: less is chance where steps are few
+CLEAR_MARGIN = 0.03
+MOST_WORSE = 0.05  # share by which a set may be worse than none on any trial, or it stays off
+# standard errors by which hidden blocks have to agree that it is lower, the end of a 90 % interval: else
+# one impact decides
+AGREEMENT = 1.65
+
 INERTIAS = "inertias"  # freer ones: no columns, a weaker prior
 
 KINDS = (INERTIAS, STEPS, GAINS, CONSTANTS)
@@ -60,7 +73,6 @@ def chosen_kinds(
     skeleton: Skeleton,
     trials: Sequence[TrialData],
     trajectory: TrajectorySettings,
-    settings: PredictionSettings,
     *,
     phi: Float[np.ndarray, " parameters"] | None,
     parameters: Parameters,
@@ -74,7 +86,6 @@ def chosen_kinds(
         skeleton: that the fit began with.
         trials: without columns, their splines those of the fit.
         trajectory: weights, and the blocks' length and distance.
-        settings: the lead.
         phi: inertias of the fit.
         parameters: of the columns.
         with_columns: makes the columns of trials, of which it sees what counts alone.
@@ -82,7 +93,7 @@ def chosen_kinds(
         always: kinds that take part in every set.
     """
     sets = [s for n in range(len(kinds) + 1) for s in combinations(kinds, n)]
-    weight = {True: settings.inertia_prior_weight, False: 1.0}
+    weight = {True: INERTIA_PRIOR_WEIGHT, False: 1.0}
     choices = [(parameters.some((*always, *s)), weight[INERTIAS in s]) for s in sets]
     squares: list[Float[np.ndarray, "sets 2"]] = []  # one a block
     of_trial: list[int] = []
@@ -103,14 +114,13 @@ def chosen_kinds(
             of_trial += [i] * len(own)
     if len(squares) < 2:
         return ()
-    return _best(sets, np.array(squares), np.array(of_trial), settings)
+    return _best(sets, np.array(squares), np.array(of_trial))
 
 
 def _best(
     sets: Sequence[tuple[str, ...]],
     squares: Float[np.ndarray, "blocks sets 2"],
     of_trial: Int[np.ndarray, " blocks"],
-    settings: PredictionSettings,
 ) -> tuple[str, ...]:
     """The set whose errors are smallest, where blocks agree that it is better than the first one.
 
@@ -118,17 +128,16 @@ def _best(
         sets: of kinds, the first one empty.
         squares: sums over a block's frames, of force and of moment.
         of_trial: each block's trial.
-        settings: what is a clear lead.
     """
     by_trial = np.stack([squares[of_trial == i].sum(axis=0) for i in np.unique(of_trial)])
     shares = np.array([(of_trial == i).mean() for i in np.unique(of_trial)])
     worse = 0.5 * np.log(by_trial / by_trial[:, :1])
     score = shares @ worse.mean(axis=2)
-    score += settings.clear_margin * np.array([len(s) for s in sets])
-    score[np.any(worse > np.log1p(settings.most_worse), axis=(0, 2))] = np.inf
+    score += CLEAR_MARGIN * np.array([len(s) for s in sets])
+    score[np.any(worse > np.log1p(MOST_WORSE), axis=(0, 2))] = np.inf
     each = 0.5 * np.log(squares / squares[:, :1]).mean(axis=2)
     scatter = each.std(axis=0, ddof=1) / np.sqrt(len(each))
-    score[1:][(each.mean(axis=0) + settings.agreement * scatter)[1:] > 0] = np.inf
+    score[1:][(each.mean(axis=0) + AGREEMENT * scatter)[1:] > 0] = np.inf
     return sets[int(np.argmin(score))]
 
 
@@ -246,9 +255,9 @@ def _weights(trajectory: TrajectorySettings, settings: PredictionSettings) -> Tr
     return replace(
         trajectory,
         smoothness=settings.smoothness,
-        least_marker_slow_m=settings.marker_slow_m,
-        least_marker_growth_m=settings.marker_growth_m,
-        shared_growth=settings.shared_growth,
+        least_marker_slow_m=MARKER_SLOW_M,
+        least_marker_growth_m=MARKER_GROWTH_M,
+        shared_growth=SHARED_GROWTH,
         residual_force_std_N=settings.residual_force_std_N,
         residual_moment_std_Nm=settings.residual_moment_std_Nm,
         knot_spacing_s=settings.knot_spacing_s,
@@ -283,7 +292,6 @@ def _together(
             skeleton,
             plain,
             weights,
-            settings,
             phi=phi,
             parameters=(every := made.parameters(kinds)),
             with_columns=lambda data: made.with_columns(data, kinds),
@@ -291,9 +299,7 @@ def _together(
             always=(OTHER,),
         )
     if INERTIAS in taken:
-        weights = replace(
-            weights, inertia_prior_weight=settings.inertia_prior_weight * weights.inertia_prior_weight
-        )
+        weights = replace(weights, inertia_prior_weight=INERTIA_PRIOR_WEIGHT * INERTIA_PRIOR_WEIGHT)
     parameters, data = made.parameters(taken), made.with_columns(plain, taken)
     start = parameters.prior
     if learnt is not None and len(learnt.x) == len(start.start):
@@ -307,9 +313,7 @@ def _together(
     gains = parameters.some((GAINS,))
     notes: tuple[Note, ...] = ()
     if gains.any():
-        notes = gain_notes(
-            prediction_fit.extra[gains], np.sqrt(prediction_fit.extra_variance[gains]), settings
-        )
+        notes = gain_notes(prediction_fit.extra[gains], np.sqrt(prediction_fit.extra_variance[gains]))
     return Predicted(
         tuple(wrenches),
         prediction_fit.skeleton,
@@ -375,7 +379,7 @@ def predicted_near(
     """
     weights = _weights(trajectory, settings)
     fixed = replace(weights, fit_inertias=False)
-    inertias = inertia_parameters(skeleton, weights)
+    inertias = inertia_parameters(skeleton)
     fitted = inertias.skeleton_at(learnt.phi) if weights.fit_inertias else skeleton
     spacing = [knot_spacing(trial.data.start, weights) for trial in trials]
     spans = spans_near(edited, [trial.data.start for trial in trials], weights)

@@ -17,6 +17,13 @@ from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 
+# [s] over which the fast part of marker errors is told from the marker fit: periods of a tenth of a second,
+# where motion ends and noise begins
+MARKER_ERROR_LAG_S = 0.05
+SEGMENT_PRIOR_MARKERS = 3.0  # [markers] of the trial's mean count beside a segment's own: three hold its pose
+USUAL_MARKER_SLOW_M = 0.004  # [m] of skin, where a trial is too short to tell; walks and runs have 3 to 6 mm
+USUAL_MARKER_GROWTH_M = 0.01  # [m/√s] likewise: 1 mm from frame to frame at 100 Hz
+
 FEWEST = 10  # frames, or second differences, from which on a marker tells anything
 LEAST_LEFT = 0.25  # of the errors' squares after the fit: with few markers the count of dofs means little
 
@@ -57,17 +64,13 @@ def marker_error_levels(
     squares = by_frames(lambda error: (error**2).sum(axis=2), error_body)
     trust = seen / (1 + squares / settings.marker_robust_scale_m**2)
     left = max(LEAST_LEFT, 1 - start.q.shape[1] / max(1.0, 3 * float(np.median(seen.sum(axis=1)))))
-    lag = max(1, round(settings.marker_error_lag_s * start.rate))
+    lag = max(1, round(MARKER_ERROR_LAG_S * start.rate))
     slow = _scatter(error_body, trust) / left
     growth = _growth(error_body, trust, lag) * start.rate / lag / left
-    few = settings.segment_prior_markers
+    few = SEGMENT_PRIOR_MARKERS
     return MarkerErrorLevels(
-        np.maximum(
-            settings.least_marker_slow_m, _by_segment(slow, bodies, few, settings.usual_marker_slow_m)
-        ),
-        np.maximum(
-            settings.least_marker_growth_m, _by_segment(growth, bodies, few, settings.usual_marker_growth_m)
-        ),
+        np.maximum(settings.least_marker_slow_m, _by_segment(slow, bodies, few, USUAL_MARKER_SLOW_M)),
+        np.maximum(settings.least_marker_growth_m, _by_segment(growth, bodies, few, USUAL_MARKER_GROWTH_M)),
     )
 
 

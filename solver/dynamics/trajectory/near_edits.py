@@ -100,7 +100,7 @@ def fitted_near(
         progress: told the fraction done; may raise `Cancelled`.
         before: of that fit.
     """
-    inertias = inertia_parameters(skeleton, settings)
+    inertias = inertia_parameters(skeleton)
     fitted = inertias.skeleton_at(before.phi) if settings.fit_inertias else skeleton
     spans = spans_near(edited, [trial.start for trial in trials], settings)
     spacing = [knot_spacing(trial.start, settings) for trial in trials]

@@ -54,6 +54,10 @@ from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
+# [Hz] below it, what the markers' motion leaves of the forces tells how far these are to be believed about
+# inertias: marker noise is above, clocks, plates and model errors are below
+INERTIA_CUTOFF_HZ = 6.0
+
 TAUGHT, FITTED, SUMMED = 0.2, 0.6, 0.8  # shares of the work that are done after each stage
 Splines = list[Float[np.ndarray, "coefficients dofs"]]
 
@@ -141,7 +145,7 @@ class WindowedFit:
             taught: by some of the frames.
             progress: told the fraction done; may raise `Cancelled`.
         """
-        inertias = inertia_parameters(self.skeleton, self.settings)
+        inertias = inertia_parameters(self.skeleton)
         at = SharedParameters(inertias, taught.phi, taught.extra, self.settings.fit_inertias)
         of_all = shared_priors(
             inertias, trials, self.settings, self.extra, self.caution, weighed=self.weighed
@@ -277,7 +281,7 @@ def inertia_caution(skeleton: Skeleton, trials: Sequence[TrialData], settings: T
             squares += weight * _unexplained(skeleton, trial, settings)
             frames += weight
     size = squares / frames if frames else 0.0
-    return max(1.0, size * REFERENCE_RATE_HZ / (2 * settings.inertia_cutoff_Hz))
+    return max(1.0, size * REFERENCE_RATE_HZ / (2 * INERTIA_CUTOFF_HZ))
 
 
 def _unexplained(skeleton: Skeleton, trial: TrialData, settings: TrajectorySettings) -> float:
@@ -291,6 +295,6 @@ def _unexplained(skeleton: Skeleton, trial: TrialData, settings: TrajectorySetti
     centre = by_frames(lambda q: root_centre(root, kinematics.poses(q)), motion.q)
     missing = about_point(missing, centre)
     missing[~trial.counts] = 0.0
-    slow = low_pass(missing, motion.rate, settings.inertia_cutoff_Hz)[trial.counts]
+    slow = low_pass(missing, motion.rate, INERTIA_CUTOFF_HZ)[trial.counts]
     std = np.repeat([settings.residual_force_std_N, settings.residual_moment_std_Nm], 3)
     return float(np.mean((slow / std) ** 2))

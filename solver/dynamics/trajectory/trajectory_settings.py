@@ -36,30 +36,9 @@ class TrajectorySettings:
         unit="m",
         why="beyond it a marker loses influence (Cauchy loss), as in the kinematics",
     )
-    marker_error_lag_s: float = setting(
-        0.05,
-        unit="s",
-        why="over which the fast part of marker errors is told from the marker fit: periods of a tenth of a "
-        "second, where motion ends and noise begins",
-    )
-    segment_prior_markers: float = setting(
-        3.0, unit="markers", why="of the trial's mean count beside a segment's own: three hold its pose"
-    )
     least_marker_slow_m: float = setting(0.0001, unit="m", why="of the best cameras and exact models")
     least_marker_growth_m: float = setting(
         0.0002, unit="m/√s", why="of the best cameras: 0.02 mm from frame to frame at 100 Hz"
-    )
-    usual_marker_slow_m: float = setting(
-        0.004, unit="m", why="of skin, where a trial is too short to tell; walks and runs have 3 to 6 mm"
-    )
-    usual_marker_growth_m: float = setting(
-        0.01, unit="m/√s", why="likewise: 1 mm from frame to frame at 100 Hz"
-    )
-    slow_error_factor: float = setting(
-        1.8,
-        unit="",
-        why="standard deviation of a single frame's error over the slow level, as if errors forgot within a "
-        "hundredth of a second times its square: weaker, forces would pull postures away from the markers",
     )
     growth_factor: float = setting(
         1.0, unit="", why="of the fast level that the marker fit shows: the rest is shared, as follows"
@@ -80,44 +59,19 @@ class TrajectorySettings:
     residual_moment_std_Nm: float = setting(
         8.0, unit="N·m", why="likewise: a centimetre of the centre of pressure at body weight"
     )
-    predicted_looser: float = setting(
-        2.0,
-        unit="",
-        why="times these two on frames whose force was predicted: from other steps and the markers, it errs "
-        "by 20 to 40 N in walking",
-    )
     residual_robust_scale: float = setting(
         25.0,
         unit="",
         why="in standard deviations, 400 N or 200 N·m: beyond it a frame loses influence (Cauchy loss)",
     )
-    gain_std: float = setting(
-        0.03, unit="", why="plates of one laboratory disagree by 1 to 5 % between trials and activities"
-    )
-    notable_mass: float = setting(
-        0.03, unit="", why="from which on a moved body mass is noted: three deviations of a scale's reading"
-    )
-    notable_gain: float = setting(0.02, unit="", why="from which on a trial's disagreement is noted")
     smoothness: float = setting(
         16.0,
         unit="1/s",
         why="of ∫(jerk/level)² dt: a jerk of that level that is white below 8 Hz. Thirty times as much bends "
         "walks by 1°, though it hides the noise of held-out forces",
     )
-    jerk_cutoff_Hz: float = setting(
-        8.0, unit="Hz", why="a dof's own jerk level is taken below it: above, marker noise dominates"
-    )
-    least_jerk_share: float = setting(
-        0.05, unit="", why="of the mean level, for dofs that hardly move: they may still have to"
-    )
     pose_std_rad: float = setting(
         0.3, unit="rad", why="pull to the marker fit: dofs that markers barely see would absorb the residual"
-    )
-    untold_std_rad: float = setting(
-        0.06,
-        unit="rad",
-        why="3.4°: likewise for dofs that move no marker, which are neutral there. A trunk without "
-        "markers else bends by 20 to 40° in place of what forces, clocks and masses have wrong",
     )
     whole_frames: int = setting(
         7000,
@@ -171,33 +125,9 @@ class TrajectorySettings:
         unit="",
         why="of the scatter below; ten times as much predicts held-out moments worse in four walks of four",
     )
-    inertia_lesson_s: float = setting(
-        5.0,
-        unit="s",
-        why="of known forces teach what they can; beyond, the weight grows with time, as errors of the model "
-        "repeat in every stride: 100 s of walking would else make shanks' inertias 2.3 times what they are",
-    )
-    inertia_cutoff_Hz: float = setting(
-        6.0,
-        unit="Hz",
-        why="below it, what the markers' motion leaves of the forces tells how far these are to be believed "
-        "about inertias: marker noise is above, clocks, plates and model errors are below",
-    )
-    notable_segment_mass: float = setting(
-        0.1, unit="", why="from which on a segment's mass is noted: people scatter by 3 to 10 % about tables"
-    )
-    contradicting_mass: float = setting(
-        0.06,
-        unit="",
-        why="from the middle of all trials' masses and the entered one: two deviations of a plate's gain. "
-        "A trial beyond does not weigh the body: something else is on its plates",
-    )
     mass_std: float = setting(
         0.03, unit="", why="relative scatter of segment masses in anthropometric tables"
     )
     com_std_m: float = setting(0.005, unit="m", why="scatter of segments' centres of mass")
     inertia_std: float = setting(0.05, unit="", why="relative scatter of segments' moments of inertia")
     body_mass_std: float = setting(0.01, unit="", why="relative: a scale's reading, clothes and shoes")
-    lightest_segment_kg: float = setting(
-        0.3, unit="kg", why="lighter ones (patella, talus) keep their inertia: nothing tells it"
-    )

@@ -36,6 +36,10 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
+# [s] of known forces teach what they can; beyond, the weight grows with time, as errors of the model repeat
+# in every stride: 100 s of walking would else make shanks' inertias 2.3 times what they are
+INERTIA_LESSON_S = 5.0
+
 
 def trial_levels(
     kinematics: ForwardKinematics,
@@ -54,7 +58,7 @@ def trial_levels(
     return TrialLevels(
         marker_error_levels(kinematics, observed_ground, start, settings),
         pull_precision(kinematics.skeleton, observed_ground, settings),
-        jerk_level(start, settings),
+        jerk_level(start),
     )
 
 
@@ -162,7 +166,7 @@ def prior_weight(trials: Sequence[TrialData], settings: TrajectorySettings) -> f
     weight of a short one, inertias would follow that at any price.
     """
     known_s = sum(float(t.counts.sum()) / t.start.rate for t in trials)
-    return settings.inertia_prior_weight * max(1.0, known_s / settings.inertia_lesson_s)
+    return settings.inertia_prior_weight * max(1.0, known_s / INERTIA_LESSON_S)
 
 
 @dataclass(frozen=True)
@@ -211,7 +215,7 @@ class TrajectorySolver:
     ) -> None:
         self.settings, self.extra = settings, extra or ExtraParameters.none()
         self.caution = caution
-        self.inertias = inertia_parameters(skeleton, settings)
+        self.inertias = inertia_parameters(skeleton)
         width = len(self.extra.prior_std)
         self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
         shared = shared_priors(self.inertias, trials, settings, self.extra, caution, weighed=weighed)

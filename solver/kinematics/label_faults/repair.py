@@ -25,6 +25,8 @@ from solver.kinematics.label_faults.wrong_labels import (
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.skeleton.skeleton import Skeleton
 
+FEWEST_ACROSS_JOINTS = 3  # likewise where some are on the next body, before a label is left out: joints bend
+
 SAMPLED = 100  # frames of another recording tell its distances
 
 
@@ -52,7 +54,7 @@ def with_labels_repaired(
     """
     markers, faults = _as_accepted(capture, accepted)
     if settings.enabled:
-        markers, found = _as_found(markers, others, match, skeleton, settings)
+        markers, found = _as_found(markers, others, match, skeleton)
         faults += found
     if not faults:
         return capture, ()
@@ -82,13 +84,12 @@ def _as_found(
     others: Sequence[Markers],
     match: MarkerMatch,
     skeleton: Skeleton,
-    settings: LabelRepairSettings,
 ) -> tuple[Markers, tuple[LabelFault, ...]]:
     columns = match.columns(markers)
     shown = [m for m, column in enumerate(columns) if column is not None]
     own = tuple(column for column in columns if column is not None)
     body = skeleton.with_markers([skeleton.markers[m] for m in shown])
-    rigid = rigid_neighbours(markers.positions_ground[:, own], body, settings)
+    rigid = rigid_neighbours(markers.positions_ground[:, own], body)
     elsewhere_m = _distances_elsewhere(rigid, [match.observed(o)[:, shown] for o in others], body)
     swaps = exchanged_pairs(rigid, elsewhere_m, markers.rate)
     for swap in swaps:
@@ -119,9 +120,7 @@ def _crashes(
     trajectories = markers.positions_ground.copy()
     trajectories[:, own] = rigid.points_ground
     one = replace(rigid, usual_m=np.where(on_one_segment(body), rigid.usual_m, np.nan))
-    fewest = rigid.settings.fewest_across_joints
-    across = replace(rigid.settings, longest_gap_s=0.0, fewest_neighbours=fewest)
-    near = replace(rigid, settings=across)
+    near = replace(rigid, longest_gap_s=0.0, fewest_neighbours=FEWEST_ACROSS_JOINTS)
     unsure = np.zeros(len(own), dtype=bool)
     for swap in swaps:
         if not swap.named_right:

@@ -15,8 +15,23 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int8
 
-from solver.kinematics.label_faults.settings import LabelRepairSettings
+from solver.capture.trajectory_joining import JoiningSettings
+from solver.kinematics.label_faults.settings import (
+    BETTER,
+    CLEAR_SHARE,
+    FEWEST_FRAMES,
+    LOOSEST_HOLD_M,
+    RIGID_M,
+)
 from solver.skeleton.skeleton import Skeleton
+
+RIGID_ACROSS_M = 0.01  # [m] likewise to the next body, where joints bend: used where the own body has too few
+REACH_M = JoiningSettings.reach_m  # [m] no segment is longer
+HOLD_M = 0.012  # [m] distances off by less hold (RMS over neighbours), or by twice the marker's median
+MOST_SHARE = 0.4  # of the frames: what holds for most of them is assumed to be right
+FEWEST_NEIGHBOURS = 2  # distances that tell a place; one alone is wrong when its other end is
+STEP_FRAMES = 2  # [frames] a label changes trajectories at once; what takes longer is movement
+LONGEST_GAP_S = 1.0  # [s] a fault begins or ends in a gap no longer than that, or at a step
 
 NORMAL = 1.4826  # standard deviation over median absolute deviation of a normal distribution
 
@@ -29,7 +44,8 @@ class RigidNeighbours:
 
     points_ground: Float[np.ndarray, "frames markers 3"]  # [m] NaN where unseen
     usual_m: Float[np.ndarray, "markers markers"]  # [m] NaN where a distance is not kept
-    settings: LabelRepairSettings
+    fewest_neighbours: int = FEWEST_NEIGHBOURS
+    longest_gap_s: float = LONGEST_GAP_S
 
     def of(self, marker: int, without: Sequence[int] = ()) -> Int[np.ndarray, " neighbours"]:
         """Markers whose distance to this one is kept."""
@@ -44,12 +60,12 @@ class RigidNeighbours:
     @cached_property
     def hold_m(self) -> Float[np.ndarray, " markers"]:
         """Within which each marker's distances hold [m], RMS over its neighbours."""
-        settings, limits = self.settings, np.zeros(self.usual_m.shape[0])
+        limits = np.zeros(self.usual_m.shape[0])
         for m in range(len(limits)):
             off, _ = self.off_m(m, self.points_ground[:, m], trust=False)
             known = off[np.isfinite(off)]
             limits[m] = 2 * np.median(known) if len(known) else 0.0
-        return np.clip(limits, settings.hold_m, settings.loosest_hold_m)
+        return np.clip(limits, HOLD_M, LOOSEST_HOLD_M)
 
     def off_m(
         self,
@@ -74,7 +90,7 @@ class RigidNeighbours:
         counts = np.isfinite(deviation)
         known = counts.sum(axis=1)
         total = (np.where(counts, deviation, 0.0) ** 2).sum(axis=1)
-        enough = known >= self.settings.fewest_neighbours
+        enough = known >= self.fewest_neighbours
         return np.where(enough, np.sqrt(total / np.maximum(known, 1)), np.nan), known
 
     def deviation_m(
@@ -101,36 +117,34 @@ class RigidNeighbours:
         off = np.abs(distance - self.usual_m[marker, near])
         known = np.isfinite(off).sum(axis=1)
         with np.errstate(invalid="ignore"):
-            kept = (off < self.settings.loosest_hold_m).sum(axis=1)
+            kept = (off < LOOSEST_HOLD_M).sum(axis=1)
         return self.seen[:, marker] & ((2 * kept >= known) & ((kept > 0) | (known == 0)))
 
 
 def rigid_neighbours(
     points_ground: Float[np.ndarray, "frames markers 3"],
     skeleton: Skeleton,
-    settings: LabelRepairSettings,
 ) -> RigidNeighbours:
     """Find the distances that most frames agree on, within segments and, where these are few, to the next.
 
     Args:
         points_ground: one trial's [m], NaN where unseen.
         skeleton: whose markers they are, in this order.
-        settings: how much a kept distance scatters.
     """
     one, usual = on_one_segment(skeleton), np.full((len(skeleton.markers),) * 2, np.nan)
     for a, b in np.argwhere(np.triu(on_near_segments(skeleton), 1)):
         distance = np.linalg.norm(points_ground[:, a] - points_ground[:, b], axis=1)
         distance = distance[np.isfinite(distance)]
-        if len(distance) < 2 * settings.fewest_frames:
+        if len(distance) < 2 * FEWEST_FRAMES:
             continue
         middle = np.median(distance)
         scatter = NORMAL * np.median(np.abs(distance - middle))
-        most = settings.rigid_m if one[a, b] else settings.rigid_across_m
-        if scatter < most and middle < settings.reach_m:
+        most = RIGID_M if one[a, b] else RIGID_ACROSS_M
+        if scatter < most and middle < REACH_M:
             usual[a, b] = usual[b, a] = middle
     own = (np.isfinite(usual) & one).sum(axis=1)
-    enough = own > settings.fewest_neighbours  # as many are left without the one it may be exchanged with
-    return RigidNeighbours(points_ground, np.where(enough[:, None] & ~one, np.nan, usual), settings)
+    enough = own > FEWEST_NEIGHBOURS  # as many are left without the one it may be exchanged with
+    return RigidNeighbours(points_ground, np.where(enough[:, None] & ~one, np.nan, usual))
 
 
 def on_one_segment(skeleton: Skeleton) -> Bool[np.ndarray, "markers markers"]:
@@ -166,7 +180,7 @@ def stretches(
     state: Int8[np.ndarray, " frames"],
     off_m: Float[np.ndarray, " frames"],
     rate: float,
-    settings: LabelRepairSettings,
+    longest_gap_s: float = LONGEST_GAP_S,
 ) -> list[Stretch]:
     """Wrong frames between two right ones, where they begin and end at once or in a gap.
 
@@ -174,11 +188,11 @@ def stretches(
         state: of each frame.
         off_m: how far distances are off as recorded [m], NaN where unknown.
         rate: [Hz].
-        settings: limits.
+        longest_gap_s: at either end.
     """
     wrong, right = np.flatnonzero(state == WRONG), np.flatnonzero(state == RIGHT)
-    most = settings.most_share * (state != UNKNOWN).sum()
-    if len(wrong) < settings.fewest_frames or len(right) == 0 or len(wrong) > most:
+    most = MOST_SHARE * (state != UNKNOWN).sum()
+    if len(wrong) < FEWEST_FRAMES or len(right) == 0 or len(wrong) > most:
         return []
     found = []
     place = np.searchsorted(right, wrong)  # wrong frames between the same two right ones are together
@@ -191,8 +205,8 @@ def stretches(
             int(right[k]) if k < len(right) else None,
         )
         inside = state[stretch.start : stretch.end]
-        clear = len(own) >= settings.clear_share * (inside != UNKNOWN).sum()
-        if len(own) >= settings.fewest_frames and clear and _bounded(stretch, state, off_m, rate, settings):
+        clear = len(own) >= CLEAR_SHARE * (inside != UNKNOWN).sum()
+        if len(own) >= FEWEST_FRAMES and clear and _bounded(stretch, state, off_m, rate, longest_gap_s):
             found.append(stretch)
     return found
 
@@ -202,7 +216,7 @@ def _bounded(
     state: Int8[np.ndarray, " frames"],
     off_m: Float[np.ndarray, " frames"],
     rate: float,
-    settings: LabelRepairSettings,
+    longest_gap_s: float,
 ) -> bool:
     """Whether both ends are a step, a gap, or the recording's end."""
     first, last = stretch.after_right, stretch.before_right
@@ -210,13 +224,13 @@ def _bounded(
         (first, state[(-1 if first is None else first) + 1 : stretch.start], stretch.start),
         (last, state[stretch.end : last], stretch.end - 1),
     ):
-        if (between == UNCLEAR).sum() > settings.step_frames:
+        if (between == UNCLEAR).sum() > STEP_FRAMES:
             return False
         if right is None:
             continue
-        if (between == UNKNOWN).sum() > settings.longest_gap_s * rate:
+        if (between == UNKNOWN).sum() > longest_gap_s * rate:
             return False
-        if off_m[right] > settings.better * off_m[wrong]:
+        if off_m[right] > BETTER * off_m[wrong]:
             return False
     return True
 
@@ -260,6 +274,6 @@ def edges(
             found.append(None)
             continue
         first, last = sorted((int(outside[0]), int(inside[pick])))
-        near = last - first <= 1 + rigid.settings.step_frames + rigid.settings.longest_gap_s * rate
+        near = last - first <= 1 + STEP_FRAMES + rigid.longest_gap_s * rate
         found.append((first, last) if near else None)
     return found

@@ -24,6 +24,19 @@ from solver.kinematics.label_faults.rigid_neighbours import (
     step_m,
     stretches,
 )
+from solver.kinematics.label_faults.settings import (
+    BETTER,
+    CLEAR_SHARE,
+    FEWEST_FRAMES,
+    LOOSEST_HOLD_M,
+    RIGID_M,
+)
+
+EXCHANGED_M = 0.012  # [m] recorded labels must be off by more; markers nearer than that matter little
+REPAIRED_SHARE = 0.25  # likewise in the median over the stretch: real exchanges reach 0.02 to 0.2
+CRASH_M = 0.04  # [m] off its segment; soft tissue and loose markers stay below in running and landing
+SAME_PLACE_M = 0.01  # [m] two labels this near are on one trajectory; markers are 9-25 mm across
+APART_M = 0.03  # [m] markers usually nearer than that may well meet
 
 ROUNDING_M = 1e-3  # distances agree no better than that
 
@@ -67,7 +80,7 @@ def exchanged_pairs(
             touched.
         rate: [Hz].
     """
-    rigid = replace(rigid, settings=replace(rigid.settings, fewest_neighbours=1))
+    rigid = replace(rigid, fewest_neighbours=1)
     found: list[Exchanged] = []
     left: set[int] = set()
     while True:
@@ -91,11 +104,10 @@ def _clearness(found: Exchanged) -> float:
 def _candidates(
     rigid: RigidNeighbours, elsewhere_m: Float[np.ndarray, "markers markers"], rate: float
 ) -> Iterator[Exchanged]:
-    settings = rigid.settings
     usable = [m for m in range(len(rigid.usual_m)) if len(rigid.of(m))]
     astray = np.zeros(rigid.seen.shape, dtype=bool)
     for m in usable:
-        astray[:, m] = rigid.off_m(m, rigid.points_ground[:, m], trust=False)[0] > settings.exchanged_m / 2
+        astray[:, m] = rigid.off_m(m, rigid.points_ground[:, m], trust=False)[0] > EXCHANGED_M / 2
     for pair in combinations(usable, 2):
         frames = np.flatnonzero(astray[:, pair].all(axis=1))
         if _may_be_exchanged(rigid, pair, frames):
@@ -104,11 +116,11 @@ def _candidates(
 
 def _may_be_exchanged(rigid: RigidNeighbours, pair: Pair, frames: Int[np.ndarray, " some"]) -> bool:
     """A quick look at the frames on which both are astray."""
-    if len(frames) < rigid.settings.fewest_frames:
+    if len(frames) < FEWEST_FRAMES:
         return False
     there = replace(rigid, points_ground=rigid.points_ground[frames])
     kept, swapped = (_off_m(there, pair, places, trust=False)[0] for places in (pair, pair[::-1]))
-    return bool((swapped < rigid.settings.better * kept).sum() >= rigid.settings.fewest_frames)
+    return bool((swapped < BETTER * kept).sum() >= FEWEST_FRAMES)
 
 
 def _named_right(
@@ -122,19 +134,18 @@ def _named_right(
 
 
 def _of_pair(rigid: RigidNeighbours, pair: Pair, named_right: bool, rate: float) -> Iterator[Exchanged]:
-    settings = rigid.settings
     kept, known = _off_m(rigid, pair, pair)
     swapped, _ = _off_m(rigid, pair, pair[::-1])
     both = rigid.seen[:, pair].all(axis=1) & np.isfinite(kept + swapped)
-    for stretch in stretches(_states(rigid, pair, kept, swapped), kept, rate, settings):
+    for stretch in stretches(_states(rigid, pair, kept, swapped), kept, rate, rigid.longest_gap_s):
         if not _changes_trajectories(rigid, pair, stretch, rate):
             continue
         start, end = _to_the_step(stretch, swapped < kept)
         frames = np.flatnonzero(both[start:end]) + start
-        if len(frames) < settings.fewest_frames:
+        if len(frames) < FEWEST_FRAMES:
             continue
         off, repaired = float(np.median(kept[frames])), float(np.median(swapped[frames]))
-        if repaired < settings.repaired_share * off:
+        if repaired < REPAIRED_SHARE * off:
             neighbours = int(np.median(known[frames]))
             yield Exchanged(pair, start, end, off, repaired, neighbours, named_right)
 
@@ -149,7 +160,7 @@ def _changes_trajectories(rigid: RigidNeighbours, pair: Pair, stretch: Stretch, 
             sum(step_m(rigid, places, frames, pair) for places in both)
             for both in (((a, a), (b, b)), ((a, b), (b, a)))
         )
-        if crossed > rigid.settings.better * kept:
+        if crossed > BETTER * kept:
             return False
     return True
 
@@ -185,10 +196,10 @@ def _states(
     swapped: Float[np.ndarray, " frames"],
 ) -> Int8[np.ndarray, " frames"]:
     """Of every frame, whether the labels are right, exchanged, or neither clearly."""
-    settings, hold = rigid.settings, rigid.hold_m[list(pair)].max()
+    hold = rigid.hold_m[list(pair)].max()
     with np.errstate(invalid="ignore"):
-        wrong = (swapped < settings.better * kept) & (kept > settings.exchanged_m) & (swapped < hold)
-        right = (kept < settings.better * swapped) | ((kept < hold) & (kept < swapped))
+        wrong = (swapped < BETTER * kept) & (kept > EXCHANGED_M) & (swapped < hold)
+        right = (kept < BETTER * swapped) | ((kept < hold) & (kept < swapped))
     state = np.where(wrong, WRONG, np.where(right, RIGHT, UNCLEAR)).astype(np.int8)
     state[~np.isfinite(kept + swapped)] = UNKNOWN
     return state
@@ -244,10 +255,9 @@ def _crash_candidates(
     own: tuple[int, ...],
     rate: float,
 ) -> Iterator[Crashed]:
-    settings = rigid.settings
     off = [rigid.off_m(m, rigid.points_ground[:, m]) for m in range(len(own))]
     for m, (off_m, known) in enumerate(off):
-        if (off_m > settings.loosest_hold_m).sum() < settings.fewest_frames:
+        if (off_m > LOOSEST_HOLD_M).sum() < FEWEST_FRAMES:
             continue
         met = _met(rigid, m, trajectories_ground, own)
         for stretch in _of_label(rigid, m, off_m, np.any(met, axis=1), rate):
@@ -270,13 +280,13 @@ def _met(
     own: tuple[int, ...],
 ) -> Bool[np.ndarray, "frames trajectories"]:
     """Where a label lies on another trajectory, usually apart from it, that keeps its own distances."""
-    settings, column = rigid.settings, own[marker]
+    column = own[marker]
     distance = np.linalg.norm(trajectories_ground - trajectories_ground[:, column, None], axis=2)
     with np.errstate(invalid="ignore"):
-        met = distance < settings.same_place_m
+        met = distance < SAME_PLACE_M
     met[:, column] = False
     for k in np.flatnonzero(met.any(axis=0)):
-        met[:, k] &= np.median(distance[np.isfinite(distance[:, k]), k]) > settings.apart_m
+        met[:, k] &= np.median(distance[np.isfinite(distance[:, k]), k]) > APART_M
         if k in own:
             other = own.index(k)
             off_m, _ = rigid.off_m(other, rigid.points_ground[:, other], without=(marker,))
@@ -292,28 +302,28 @@ def _of_label(
     met: Bool[np.ndarray, " frames"],
     rate: float,
 ) -> Iterator[Stretch]:
-    settings, deviation = rigid.settings, rigid.deviation_m(m, rigid.points_ground[:, m])
+    deviation = rigid.deviation_m(m, rigid.points_ground[:, m])
     known = np.isfinite(deviation).sum(axis=1)
     with np.errstate(invalid="ignore"):
         most = 2 * (np.abs(deviation) > rigid.hold_m[m]).sum(axis=1) > known
-        wrong = (off_m > settings.crash_m) | (met & (off_m > settings.loosest_hold_m))
+        wrong = (off_m > CRASH_M) | (met & (off_m > LOOSEST_HOLD_M))
         state = np.where(wrong & most, WRONG, np.where(off_m < rigid.hold_m[m], RIGHT, UNCLEAR)).astype(
             np.int8
         )
     state[~np.isfinite(off_m)] = UNKNOWN
-    for stretch in stretches(state, off_m, rate, settings):
+    for stretch in stretches(state, off_m, rate, rigid.longest_gap_s):
         frames = slice(stretch.start, stretch.end)
         returns = stretch.after_right is not None and stretch.before_right is not None
         if not _leaves(rigid, m, stretch, rate):
             continue
-        if returns or met[frames].mean() > settings.clear_share or _wanders(rigid, m, frames):
+        if returns or met[frames].mean() > CLEAR_SHARE or _wanders(rigid, m, frames):
             yield stretch
 
 
 def _leaves(rigid: RigidNeighbours, m: int, stretch: Stretch, rate: float) -> bool:
     """Whether it is the label that moves at both ends of a stretch, and not its neighbours."""
     across = edges(rigid, (m,), stretch, rate)
-    least = rigid.settings.loosest_hold_m
+    least = LOOSEST_HOLD_M
     return all(frames is not None and step_m(rigid, (m, m), frames) > least for frames in across)
 
 
@@ -324,6 +334,6 @@ def _wanders(rigid: RigidNeighbours, m: int, frames: slice) -> bool:
     varies = []
     for column in distance.T:
         known = column[np.isfinite(column)]
-        if len(known) >= rigid.settings.fewest_frames:
-            varies.append(NORMAL * np.median(np.abs(known - np.median(known))) > rigid.settings.rigid_m)
+        if len(known) >= FEWEST_FRAMES:
+            varies.append(NORMAL * np.median(np.abs(known - np.median(known))) > RIGID_M)
     return bool(varies) and 2 * sum(varies) > len(varies)

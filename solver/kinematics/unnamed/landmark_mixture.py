@@ -18,13 +18,21 @@ from jaxtyping import Bool, Float, Int
 from solver.kinematics.marker_terms import MarkerTerms
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.kinematics.settings import KinematicsSettings
-from solver.kinematics.unnamed.settings import NAMING, NamingSettings, UnnamedSettings
+from solver.kinematics.unnamed.settings import NAMING, SCALED_PROPORTIONS_M
 from solver.markers.atlas import Landmark, atlas, landmark_marker
 from solver.markers.label_parts import OTHER_SIDE
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.rotations import nearest_rotation
 from solver.skeleton.skeleton import Skeleton
+
+BONY = 1.0  # weight of a bony landmark before anything is seen: most used
+SOFT = 0.3  # likewise of a place on soft tissue
+CLUSTER = 0.5  # likewise of a place somewhere on a segment
+CENTRE = 0.1  # likewise of a joint's centre: few recordings hold computed ones
+UNSUPPORTED = 0.03  # chance of a hand with no marker on the forearm, and the like
+ONE_SIDED = 0.3  # chance of a place whose counterpart on the other side carries no marker
+SHARED = 0.02  # chance of a place that another marker has
 
 ARM = ("humerus", "ulna", "radius", "hand")
 # a marker on the body before the colon is believed when another one is on one of those behind it
@@ -55,7 +63,6 @@ class LandmarkMixture:
     """
 
     skeleton: Skeleton
-    settings: UnnamedSettings
     pose_settings: KinematicsSettings
 
     @cached_property
@@ -119,10 +126,10 @@ class LandmarkMixture:
             hands: likewise of hands alone, which follow any marker as long as the arm does not hold them.
         """
         of_kind = {
-            "bony": self.settings.bony,
-            "soft": self.settings.soft,
-            "cluster": self.settings.cluster,
-            "centre": self.settings.centre,
+            "bony": BONY,
+            "soft": SOFT,
+            "cluster": CLUSTER,
+            "centre": CENTRE,
         }
         bare = () if arms and hands else ("hand",) if arms else ARM
         weight = np.array(
@@ -142,17 +149,16 @@ class LandmarkMixture:
         Args:
             share: probability of each landmark for each marker, of the round before.
         """
-        of = self.settings
         others = share.sum(axis=-2, keepdims=True) - share
         on_body = share @ self.of_body
         others_on_body = on_body.sum(axis=-2, keepdims=True) - on_body
         chain = np.minimum(1.0, others_on_body @ self._supporting)
-        factor = (of.unsupported + (1 - of.unsupported) * chain)[..., self.body]
+        factor = (UNSUPPORTED + (1 - UNSUPPORTED) * chain)[..., self.body]
         paired, single = np.flatnonzero(self._paired), np.flatnonzero(self._single)
         counterpart = np.minimum(1.0, others[..., self._mirror[paired]])
-        factor[..., paired] *= of.one_sided + (1 - of.one_sided) * counterpart
+        factor[..., paired] *= ONE_SIDED + (1 - ONE_SIDED) * counterpart
         free = np.maximum(0.0, 1.0 - others[..., single])
-        factor[..., single] *= of.shared + (1 - of.shared) * free
+        factor[..., single] *= SHARED + (1 - SHARED) * free
         return factor
 
     @cached_property
@@ -190,11 +196,11 @@ class LandmarkMixture:
 
 
 @cache
-def landmark_mixture(settings: NamingSettings = NAMING) -> LandmarkMixture:
+def landmark_mixture(settings: KinematicsSettings = NAMING) -> LandmarkMixture:
     """Of the default body at its default size."""
     body = default_skeleton()
     marks = [landmark_marker(mark, mark.name, body) for mark in atlas().values()]
-    return LandmarkMixture(body.with_markers(marks), settings.unnamed, settings.kinematics)
+    return LandmarkMixture(body.with_markers(marks), settings)
 
 
 @dataclass(frozen=True)
@@ -290,5 +296,5 @@ class _Laid:
     def _landmarks(self) -> tuple[Float[np.ndarray, "marks 3"], Float[np.ndarray, " marks"]]:
         """Places [m] and variances [m²] of the landmarks, in the order of `at`."""
         index = [self.mixture.landmarks.index(mark) for mark in self.at.values()]
-        room = self.mixture.settings.scaled_proportions_m**2
+        room = SCALED_PROPORTIONS_M**2
         return self.mixture.place_body[index], self.mixture.variance[index] + room

@@ -14,6 +14,12 @@ from jaxtyping import Float, Int
 
 from solver.kinematics.frame_solver import solve_frames
 from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture
+from solver.kinematics.unnamed.settings import (
+    INDEPENDENT_FRAMES,
+    PROPORTIONS_M,
+    RIGID_M,
+    SCALED_PROPORTIONS_M,
+)
 from solver.kinematics.unnamed.whole_recording import (
     Attachment,
     Followed,
@@ -23,6 +29,12 @@ from solver.kinematics.unnamed.whole_recording import (
     log_likelihood,
     pose_problem,
 )
+
+# [nats] of the comparison with a marker on the next body, the poses fitted with it there
+NEIGHBOUR_TEMPER = 2.0
+NEIGHBOUR_MOST = 0.8  # odds of the next body at most: what was found first is likelier
+NEIGHBOUR_REACH_M = 0.08  # [m] how far off a landmark of the next body may be
+LEAST_WEIGHED = 0.05  # belief in a body below which its neighbours are not tried
 
 ROUNDS, STEPS = 2, 4  # of poses and attachment in turn, with the marker on one body; steps of the poses
 # joints between them are a few centimetres from the next one, or allow little
@@ -41,22 +53,21 @@ def weighed_against_neighbours(
         mixture: of the default body.
         markers: to weigh; None for all. The others keep what they have.
     """
-    settings = mixture.settings
     fitted = _Fitted(replace(seen, points=seen.points / followed.size), followed, followed.own(mixture))
     before = followed.attachment.on_body(mixture)
     belief = before.copy()
     for i in range(len(before)) if markers is None else markers:
         body = fitted.body[i]
-        if before[i, body] < settings.least_weighed:
+        if before[i, body] < LEAST_WEIGHED:
             continue
         for other in fitted.candidates(i):
             more = fitted.log_likelihood_on(i, other) - fitted.log_likelihood_as_it_is[i]
-            more /= settings.neighbour_temper
-            odds = min(settings.neighbour_most, float(np.exp(min(0.0, more))))
+            more /= NEIGHBOUR_TEMPER
+            odds = min(NEIGHBOUR_MOST, float(np.exp(min(0.0, more))))
             belief[i, other] = max(belief[i, other], odds * before[i, body])
         for other in fitted.alongside(i):
-            odds = settings.neighbour_most * fitted.keeps_place(i, other) / fitted.keeps_place(i, body)
-            belief[i, other] = max(belief[i, other], min(settings.neighbour_most, odds) * before[i, body])
+            odds = NEIGHBOUR_MOST * fitted.keeps_place(i, other) / fitted.keeps_place(i, body)
+            belief[i, other] = max(belief[i, other], min(NEIGHBOUR_MOST, odds) * before[i, body])
         belief[i] *= before[i].sum() / belief[i].sum()
     return belief
 
@@ -76,7 +87,7 @@ class _Fitted:
 
     def candidates(self, marker: int) -> list[int]:
         """Bodies next to the marker's own that have a landmark within reach of it."""
-        reach = self.mixture.settings.neighbour_reach_m
+        reach = NEIGHBOUR_REACH_M
         near = self._beyond_spread[marker] < reach
         return [b for b in self._next[self.body[marker]] if near[self.mixture.body == b].any()]
 
@@ -93,9 +104,8 @@ class _Fitted:
 
     def keeps_place(self, marker: int, body: int) -> float:
         """How well the marker keeps its place on a body, as a likelihood."""
-        settings = self.mixture.settings
         moved = self.followed.attachment.moved_m2[marker, body]
-        return float(np.exp(-0.5 * settings.independent_frames * moved / settings.rigid_m**2))
+        return float(np.exp(-0.5 * INDEPENDENT_FRAMES * moved / RIGID_M**2))
 
     @cached_property
     def log_likelihood_as_it_is(self) -> Float[np.ndarray, " markers"]:
@@ -119,9 +129,9 @@ class _Fitted:
         moved: int | None,
     ) -> tuple[float, Attachment]:
         """Poses and attachment in turn, the markers on these bodies; the moved one is kept on its own."""
-        settings, mixture = self.mixture.settings, self.mixture
+        mixture = self.mixture
         attachment, q, every = self.followed.attachment, self.followed.q, np.arange(len(self.followed.q))
-        tolerance = Tolerance(settings.rigid_m, settings.scaled_proportions_m)
+        tolerance = Tolerance(RIGID_M, SCALED_PROPORTIONS_M)
         for _ in range(ROUNDS):
             place = replace(attachment, share=share).blended_place(mixture, bodies)
             problem = pose_problem(self.seen, bodies, place, mixture)
@@ -138,7 +148,7 @@ class _Fitted:
         """The shares as they are, but the marker's among that body's landmarks, by distance."""
         share = self.followed.attachment.share.copy()
         own = self.mixture.body == body
-        off = self._beyond_spread[marker] / self.mixture.settings.proportions_m
+        off = self._beyond_spread[marker] / PROPORTIONS_M
         nearest = np.where(own, off, np.inf).min()
         weight = np.where(own, np.exp(-0.5 * (off**2 - nearest**2)), 0.0)
         share[marker] = weight / weight.sum()

@@ -8,13 +8,29 @@ from jaxtyping import Bool, Float, Int
 from threadpoolctl import threadpool_limits
 
 from solver.capture.capture import Markers
+from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.unnamed.landmark_mixture import BodyShape, LandmarkMixture, by_shape, landmark_mixture
 from solver.kinematics.unnamed.neighbours import weighed_against_neighbours
-from solver.kinematics.unnamed.settings import NAMING, NamingSettings
+from solver.kinematics.unnamed.settings import FEWEST_MARKERS, NAMING
 from solver.kinematics.unnamed.single_frame import lay_over
 from solver.kinematics.unnamed.whole_recording import Followed, Seen, follow, forwards, with_segments_scaled
 from solver.markers.atlas import Landmark
 from solver.markers.understanding import LEAST
+
+HEIGHT_M = 1.70  # [m] mean stature of people
+HEIGHT_SCATTER = 0.09  # of the logarithm of people's stature
+REFERENCE_SHARES = (1.0, 0.7, 0.3)  # frames by how upright they are: these start the search
+GUESSES = 5  # different ones that are tried on the whole recording
+DIFFER_SHARE = 0.1  # of the markers, on other bodies: then two guesses are different
+FRAMES = 24  # of the recordings together: more change no answer
+WELL_SEEN = 0.8  # of the most markers that any frame shows
+RIVALS = 3  # guesses that are scaled and compared at the end
+TEMPER = 5.0  # [nats] of the comparison: markers of one body are not independent evidence
+BELIEVED = 0.25  # solutions less likely than this are not examined so closely
+SURE_LANDMARK = 0.6  # of the marker's share on its body: then it is called by the landmark
+PLACE_STD_M = 0.03  # [m] of a place that was measured, not read from the atlas
+FEWEST_BODIES = 5  # with a sure marker; fewer are no person
+SURE_SHARE = 0.7  # of the markers that must find a body, or it is none
 
 THINNED = 400  # frames of all recordings together that references and frames are chosen from
 FEWEST_POINTS = 6  # in a frame that starts the search
@@ -51,7 +67,7 @@ def recognise(
     known: Mapping[str, str],
     *,
     search: bool = True,
-    settings: NamingSettings = NAMING,
+    settings: KinematicsSettings = NAMING,
 ) -> Recognition | None:
     """Find the markers on the default body.
 
@@ -75,9 +91,8 @@ def recognise(
             return None
         mixture = landmark_mixture(settings)
         allowed = _allowed(cloud.labels, known, mixture)
-        search_for = mixture.settings
-        prior = (float(np.log(search_for.height_m / mixture.crown_m)), search_for.height_scatter)
-        frames = _well_seen(cloud.points, search_for.frames, search_for.well_seen)
+        prior = (float(np.log(HEIGHT_M / mixture.crown_m)), HEIGHT_SCATTER)
+        frames = _well_seen(cloud.points, FRAMES, WELL_SEEN)
         seen = Seen(cloud.points[frames], allowed)
         known_guess = [] if search else [_by_known(cloud, known, mixture)]
         guesses = known_guess or _guesses(cloud, allowed, mixture, prior)
@@ -90,7 +105,7 @@ def recognise(
         )
         if not followed:
             return None
-        scaled = [with_segments_scaled(seen, f, mixture, prior) for f in followed[: search_for.rivals]]
+        scaled = [with_segments_scaled(seen, f, mixture, prior) for f in followed[:RIVALS]]
         score = np.array([f.log_likelihood + forwards(f, cloud.recording[frames], mixture) for f in scaled])
         return _judged(cloud.labels, scaled, score, seen, mixture)
 
@@ -163,9 +178,8 @@ def _guesses(
     size_prior: tuple[float, float],
 ) -> list[_Guess]:
     """The best understandings of single frames that differ from one another."""
-    settings = mixture.settings
     found = []
-    for frame in _references(cloud.points, settings.reference_shares, settings.well_seen):
+    for frame in _references(cloud.points, REFERENCE_SHARES, WELL_SEEN):
         visible = np.isfinite(cloud.points[frame]).all(axis=1)
         laid = lay_over(cloud.points[frame, visible], allowed[visible], mixture, size_prior)
         for g in range(len(laid.guesses.q)):
@@ -183,9 +197,9 @@ def _guesses(
     found = sorted((g for g in found if np.isfinite(g.likely)), key=lambda g: -g.likely)
     chosen: list[_Guess] = []
     for guess in found:
-        if all(_differ(guess, other, settings.differ_share) for other in chosen):
+        if all(_differ(guess, other, DIFFER_SHARE) for other in chosen):
             chosen.append(guess)
-        if len(chosen) == settings.guesses:
+        if len(chosen) == GUESSES:
             break
     return chosen
 
@@ -239,8 +253,7 @@ def _judged(
     mixture: LandmarkMixture,
 ) -> Recognition:
     """The understandings weighed against each other: where the likely ones differ, nobody is sure."""
-    settings = mixture.settings
-    weight = np.exp((score - score.max()) / settings.temper)
+    weight = np.exp((score - score.max()) / TEMPER)
     weight /= weight.sum()
     best = int(score.argmax())
     on_body = _on_bodies(followed, weight, seen, mixture)
@@ -256,7 +269,7 @@ def _judged(
         measured, landmark, spread = (
             followed[of].attachment.place_body[i, body[i]],
             None,
-            settings.place_std_m,
+            PLACE_STD_M,
         )
         shape = shapes.get(int(body[i]))
         if of == best and shape is not None and i in shape.place_body:
@@ -279,11 +292,8 @@ def _judged(
             )
         )
     sure = [f for f in found if f.confidence >= 0.5]
-    person = (
-        len(sure) >= settings.sure_share * len(found)
-        and len({f.body for f in sure}) >= settings.fewest_bodies
-    )
-    return Recognition(tuple(found), followed[best].size, person and len(found) >= settings.fewest_markers)
+    person = len(sure) >= SURE_SHARE * len(found) and len({f.body for f in sure}) >= FEWEST_BODIES
+    return Recognition(tuple(found), followed[best].size, person and len(found) >= FEWEST_MARKERS)
 
 
 def _on_bodies(
@@ -300,7 +310,7 @@ def _on_bodies(
     body, best = on_body.argmax(axis=2), int(weight.argmax())
     on_body[best] = weighed_against_neighbours(seen, followed[best], mixture)
     for h, f in enumerate(followed):
-        if h == best or weight[h] < mixture.settings.believed:
+        if h == best or weight[h] < BELIEVED:
             continue
         alike = body[h] == body[best]
         on_body[h] = weighed_against_neighbours(seen, f, mixture, np.flatnonzero(~alike).tolist())
@@ -330,7 +340,7 @@ def _landmarks(followed: Followed, mixture: LandmarkMixture) -> dict[int, Landma
     found: dict[int, Landmark] = {}
     for i in np.argsort(-own.max(axis=1)):
         mark = mixture.landmarks[int(own[i].argmax())]
-        sure = own[i].max() >= mixture.settings.sure_landmark
+        sure = own[i].max() >= SURE_LANDMARK
         if sure and not mark.tracks_only and mark.kind != "centre" and mark not in found.values():
             found[int(i)] = mark
     return found

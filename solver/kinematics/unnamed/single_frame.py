@@ -14,6 +14,18 @@ from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
 from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture
+from solver.kinematics.unnamed.settings import ELSEWHERE, LIMIT_STD_RAD
+
+HEADINGS = 8  # of the first guesses; an eighth of a turn is well within reach of the alignment
+# of the stature: where the highest marker is, on the head, the shoulders, or the waist
+HIGHEST = (1.0, 0.84, 0.60)
+PLAUSIBLE_SIZE = (0.5, 1.25)  # against the default body: small children to giants
+# [m] the mixture narrows: from a coarse likeness of a body to marker places
+WIDTHS_M = (0.15, 0.137, 0.124, 0.111, 0.099, 0.086, 0.073, 0.06, 0.06, 0.055, 0.05, 0.045, 0.04, 0.035, 0.03)
+COARSE_WIDTHS = 8  # after so many only the better half of the guesses is followed
+FOLLOWED = 48  # guesses that go on after the coarse widths
+POSTURE_STD_RAD = 0.6  # [rad] about the start posture, while one frame is all there is
+MOST_TURN_RAD = 0.5  # [rad] in one step: larger ones leave the linear range
 
 ABOVE_SOLE_M = 0.03  # centre of the lowest marker of a usual set
 _POSTURES: tuple[dict[str, float], ...] = (  # [rad]; upright, what arms do, strides, running
@@ -70,11 +82,10 @@ def first_guesses(points_ground: Float[np.ndarray, "markers 3"], mixture: Landma
         points_ground: of one frame, y up [m].
         mixture: of the default body.
     """
-    settings = mixture.settings
     low = points_ground[:, 1].min()
     extent = np.ptp(points_ground[:, 1]) + ABOVE_SOLE_M
-    least, most = settings.plausible_size
-    sizes = [extent / (share * mixture.crown_m) for share in settings.highest]
+    least, most = PLAUSIBLE_SIZE
+    sizes = [extent / (share * mixture.crown_m) for share in HIGHEST]
     sizes = [s for s in sizes if least < s < most]
     upright = postures(mixture)
     poses = mixture.kinematics.poses(upright)
@@ -83,7 +94,7 @@ def first_guesses(points_ground: Float[np.ndarray, "markers 3"], mixture: Landma
     for s in sizes or [1.0]:
         middle = np.median(points_ground, axis=0) / s
         floor = np.array([middle[0], low / s - ABOVE_SOLE_M, middle[2]])
-        for heading in np.arange(settings.headings) * 2 * np.pi / settings.headings:
+        for heading in np.arange(HEADINGS) * 2 * np.pi / HEADINGS:
             turn = Rotation.from_rotvec([0.0, heading, 0.0]).as_matrix()
             R = turn @ poses.R_ground_body[:, root.body]
             p = poses.p_ground_body[:, root.body] @ turn.T + floor
@@ -120,14 +131,13 @@ def lay_over(
         mixture: of the default body.
         size_prior: mean and standard deviation of the logarithm of the person's size.
     """
-    settings = mixture.settings
     guesses = first_guesses(points_ground, mixture)
     start = guesses.q
-    coarse = settings.widths_m[: settings.coarse_widths]
+    coarse = WIDTHS_M[:COARSE_WIDTHS]
     rough = _sharpened(guesses, start, (points_ground, allowed), mixture, coarse)
     likely = rough.log_likelihood + of_size(guesses.size, len(points_ground), size_prior)
-    kept = np.argsort(-likely)[: settings.followed]
-    fine = settings.widths_m[settings.coarse_widths :]
+    kept = np.argsort(-likely)[:FOLLOWED]
+    fine = WIDTHS_M[COARSE_WIDTHS:]
     found = _sharpened(rough.guesses.some(kept), start[kept], (points_ground, allowed), mixture, fine)
     likely = found.log_likelihood + of_size(found.guesses.size, len(points_ground), size_prior)
     order = np.argsort(-likely)
@@ -177,7 +187,7 @@ def _sharpened(
         step = -np.linalg.solve(H, (g + gradient)[:, :, None])[:, :, 0]
         turned = np.delete(step, mixture.root.translation_dofs, axis=1)
         largest = np.abs(turned).max(axis=1, keepdims=True)
-        q = q + step * np.minimum(1.0, mixture.settings.most_turn_rad / np.maximum(largest, 1e-9))
+        q = q + step * np.minimum(1.0, MOST_TURN_RAD / np.maximum(largest, 1e-9))
     return LaidOver(Guesses(q, guesses.size, guesses.arms), log_density.sum(axis=1) - 0.5 * cost, share)
 
 
@@ -207,7 +217,7 @@ def _shares(
     score -= (0.5 * (places**2).sum(axis=2) * precision + 1.5 * np.log(variance / DENSITY_WIDTH_M**2))[
         :, None
     ]
-    none = np.log(mixture.settings.elsewhere) - 3.0 * np.log(width_m / DENSITY_WIDTH_M)
+    none = np.log(ELSEWHERE) - 3.0 * np.log(width_m / DENSITY_WIDTH_M)
     highest = np.maximum(score.max(axis=2), none)
     score -= highest[:, :, None]
     density = np.exp(score, out=score)
@@ -223,10 +233,9 @@ def _posture_cost(
     Float[np.ndarray, " guesses"], Float[np.ndarray, "guesses dofs"], Float[np.ndarray, "guesses dofs"]
 ]:
     """Cost, gradient and diagonal of the joints' limits and of the pull to the start posture."""
-    settings = mixture.settings
-    precision = np.full(q.shape[1], settings.posture_std_rad**-2)
+    precision = np.full(q.shape[1], POSTURE_STD_RAD**-2)
     precision[mixture.root.dofs] = 0.0
-    stiffness = settings.limit_std_rad**-2
+    stiffness = LIMIT_STD_RAD**-2
     away, beyond = q - start, q - np.clip(q, *mixture.limits)
     cost = (precision * away**2).sum(axis=1) + stiffness * (beyond**2).sum(axis=1)
     return cost, precision * away + stiffness * beyond, precision + stiffness * (beyond != 0) + 1e-6

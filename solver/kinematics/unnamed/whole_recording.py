@@ -11,11 +11,26 @@ from jaxtyping import Bool, Float, Int
 
 from solver.kinematics.calibration import CalibrationFrames, calibrate
 from solver.kinematics.frame_solver import PoseProblem, aligned, solve_frames, start_postures
-from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.settings import EFFECTIVE_FRAMES, KinematicsSettings
 from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture
+from solver.kinematics.unnamed.settings import (
+    ELSEWHERE,
+    INDEPENDENT_FRAMES,
+    LIMIT_STD_RAD,
+    PROPORTIONS_M,
+    RIGID_M,
+    SCALED_PROPORTIONS_M,
+)
 from solver.kinematics.unnamed.single_frame import DENSITY_WIDTH_M, of_size
 from solver.skeleton.scaling import scaled
 from solver.skeleton.skeleton import Marker, Skeleton
+
+ROUNDS = 8  # of pose and attachment in turn
+LOOSE_M = 0.04  # [m] deviation of a marker from its place on a body at first, when poses are rough
+PULL_STD_RAD = 1.0  # [rad] to the default posture
+ROBUST_M = 0.07  # [m] beyond it a marker loses influence on the pose
+WALKS_M = 0.5  # [m] who travels further than that, mostly travels forwards
+FORWARDS_LOG_ODDS = 3.0  # [nats] that who travels, travels forwards
 
 START_STEPS, FIRST_STEPS, STEPS = 6, 10, 8  # of the poses: rough ones from every start, then of each round
 HANDS_FROM = 0.5  # of the rounds: first the forearm is placed
@@ -56,7 +71,7 @@ class Attachment:
         """Each marker's place on the given body [m]: as measured, drawn to its landmarks there."""
         expected, variance = self._by_landmarks(mixture, body)
         measured = self.place_body[np.arange(len(body)), body]
-        by_landmark = mixture.settings.rigid_m**2 / (mixture.settings.rigid_m**2 + variance)
+        by_landmark = RIGID_M**2 / (RIGID_M**2 + variance)
         return measured + by_landmark[:, None] * (expected - measured)
 
     def _by_landmarks(
@@ -108,7 +123,7 @@ def attach(
     moved = (np.where(visible[..., None], place - mean, 0.0) ** 2).sum(axis=(0, 3)) / count
     away = ((mean[:, mixture.body] - mixture.place_body) ** 2).sum(axis=2)
     variance = tolerance.proportions_m**2 + mixture.variance
-    frames = np.minimum(mixture.settings.independent_frames, count[:, :1])
+    frames = np.minimum(INDEPENDENT_FRAMES, count[:, :1])
     score = (
         mixture.log_weight(arms, hands)
         + np.where(seen.allowed, 0.0, -np.inf)
@@ -116,7 +131,7 @@ def attach(
         - 1.5 * np.log(variance / DENSITY_WIDTH_M**2)
         - 0.5 * frames * moved[:, mixture.body] / tolerance.rigid_m**2
     )
-    none = np.log(mixture.settings.elsewhere)
+    none = np.log(ELSEWHERE)
     highest = np.maximum(score.max(axis=1), none)
     density = np.exp(score - highest[:, None]) * mixture.context(before)
     total = density.sum(axis=1) + np.exp(none - highest)
@@ -161,7 +176,6 @@ def follow(
         arms: whether arms carry markers.
         size_prior: mean and standard deviation of its logarithm.
     """
-    settings = mixture.settings
     shrunk = replace(seen, points=seen.points / size)
     share, place = first
     body = (share @ mixture.of_body).argmax(axis=1)
@@ -170,10 +184,10 @@ def follow(
     hidden = replace(shrunk, points=np.where(known[None, :, None], shrunk.points, np.nan))
     problem = pose_problem(hidden, body, np.where(known[:, None], place, 0.0), mixture)
     q = _started(problem, start_q, mixture)
-    for round_ in range(settings.rounds):
-        late = round_ / max(1, settings.rounds - 1)
-        loose = settings.loose_m + late * (settings.rigid_m - settings.loose_m)
-        tolerance = Tolerance(loose, settings.proportions_m)
+    for round_ in range(ROUNDS):
+        late = round_ / max(1, ROUNDS - 1)
+        loose = LOOSE_M + late * (RIGID_M - LOOSE_M)
+        tolerance = Tolerance(loose, PROPORTIONS_M)
         attachment = attach(
             shrunk, q, share, mixture, tolerance=tolerance, arms=arms, hands=late >= HANDS_FROM
         )
@@ -186,7 +200,7 @@ def follow(
         q[:, mixture.root.translation_dofs] /= ratio
         place = attachment.blended_place(mixture, body)
         q, _ = solve_frames(pose_problem(shrunk, body, place, mixture), q, every, max_iterations=STEPS)
-    tolerance = Tolerance(settings.rigid_m, settings.proportions_m)
+    tolerance = Tolerance(RIGID_M, PROPORTIONS_M)
     attachment = attach(shrunk, q, share, mixture, tolerance=tolerance, arms=arms)
     likely = log_likelihood(attachment, q, mixture) + float(
         of_size(np.array([size]), len(body), size_prior)[0]
@@ -198,17 +212,16 @@ def with_segments_scaled(
     seen: Seen, followed: Followed, mixture: LandmarkMixture, size_prior: tuple[float, float]
 ) -> Followed:
     """The same with the segments' own lengths, by the ordinary scaling; the mixture's places follow them."""
-    settings = mixture.settings
     shrunk = replace(seen, points=seen.points / followed.size)
     body, expected, variance = followed.attachment.expected(mixture)
-    spread = np.sqrt(variance + settings.proportions_m**2)
+    spread = np.sqrt(variance + PROPORTIONS_M**2)
     marked = _marked(mixture.skeleton, body, expected, spread)
-    weight = np.full(len(seen.points), mixture.pose_settings.effective_frames / len(seen.points))
+    weight = np.full(len(seen.points), EFFECTIVE_FRAMES / len(seen.points))
     calibration = calibrate(marked, CalibrationFrames(shrunk.points, weight), mixture.pose_settings)
     own = replace(mixture, skeleton=scaled(mixture.skeleton, calibration.factors))
-    problem = PoseProblem(calibration.skeleton, shrunk.points, _loose_poses(mixture), settings.robust_m)
+    problem = PoseProblem(calibration.skeleton, shrunk.points, _loose_poses(mixture), ROBUST_M)
     q, _ = solve_frames(problem, followed.q, np.arange(len(followed.q)))
-    tolerance = Tolerance(settings.rigid_m, settings.scaled_proportions_m)
+    tolerance = Tolerance(RIGID_M, SCALED_PROPORTIONS_M)
     attachment = attach(shrunk, q, followed.attachment.share, own, tolerance=tolerance, arms=followed.arms)
     return replace(
         followed,
@@ -234,9 +247,8 @@ def forwards(followed: Followed, recording: Int[np.ndarray, " frames"], mixture:
     same = np.diff(recording) == 0
     step = np.diff(pelvis, axis=0)[same][:, [0, 2]]
     along = (step * ahead[:-1][same][:, [0, 2]]).sum()
-    settings = mixture.settings
     travelled = np.linalg.norm(step, axis=1).sum()
-    return settings.forwards_log_odds * along / travelled if travelled > settings.walks_m else 0.0
+    return FORWARDS_LOG_ODDS * along / travelled if travelled > WALKS_M else 0.0
 
 
 def _started(
@@ -269,11 +281,11 @@ def pose_problem(
 ) -> PoseProblem:
     """Poses of the recording's markers on these bodies, at these places [m]."""
     marked = _marked(mixture.skeleton, body, place_body)
-    return PoseProblem(marked, seen.points, _loose_poses(mixture), mixture.settings.robust_m)
+    return PoseProblem(marked, seen.points, _loose_poses(mixture), ROBUST_M)
 
 
 def _loose_poses(mixture: LandmarkMixture) -> KinematicsSettings:
-    return replace(mixture.pose_settings, pose_std_rad=mixture.settings.pull_std_rad)
+    return replace(mixture.pose_settings, pose_std_rad=PULL_STD_RAD)
 
 
 def _marked(
@@ -305,7 +317,7 @@ def _size_change(
     poses = mixture.kinematics.poses(q)
     R, p = poses.R_ground_body[:, body], poses.p_ground_body[:, body]
     model = (R @ place_body[None, :, :, None])[..., 0] + p
-    weight = np.isfinite(seen.points).all(axis=2) / (variance + mixture.settings.rigid_m**2)
+    weight = np.isfinite(seen.points).all(axis=2) / (variance + RIGID_M**2)
     total = np.maximum(weight.sum(axis=1), 1e-12)[:, None]
     points = np.where(weight[:, :, None] > 0, seen.points, 0.0)
     points = points - ((weight[:, :, None] * points).sum(axis=1) / total)[:, None]
@@ -324,9 +336,8 @@ def log_likelihood(
         q: the poses [rad or m].
         mixture: at the person's size.
     """
-    settings = mixture.settings
     pull = q - mixture.skeleton.default_q
     pull[:, mixture.root.dofs] = 0.0
-    beyond = (q - np.clip(q, *mixture.limits)) / settings.limit_std_rad
-    posture = ((pull / settings.pull_std_rad) ** 2 + beyond**2).sum(axis=1).mean()
-    return float(attachment.log_density.sum() - 0.5 * settings.independent_frames * posture)
+    beyond = (q - np.clip(q, *mixture.limits)) / LIMIT_STD_RAD
+    posture = ((pull / PULL_STD_RAD) ** 2 + beyond**2).sum(axis=1).mean()
+    return float(attachment.log_density.sum() - 0.5 * INDEPENDENT_FRAMES * posture)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.contact.detection_balance import UP, BodyMotion, WholeBody, jumps
+from solver.contact.detection_balance import BALANCE_NOISE, UP, BodyMotion, WholeBody, jumps
 from solver.contact.detection_settings import DetectionSettings
 
 RATE, FRAMES, MASS, GRAVITY = 100.0, 300, 70.0, 9.80665
@@ -12,7 +12,7 @@ TIME = np.arange(FRAMES) / RATE
 def body_of(com, angular=None, cutoff=SETTINGS.balance_cutoff_Hz):
     angular = np.zeros_like(com) if angular is None else angular
     motion = BodyMotion(com, angular, np.ones(len(com), dtype=bool), RATE, MASS, GRAVITY)
-    return WholeBody(motion, cutoff, SETTINGS)
+    return WholeBody(motion, cutoff)
 
 
 @pytest.fixture
@@ -88,7 +88,7 @@ def test_the_stated_noise_is_the_noise():
         com = np.tile([0.0, 0.9, 0.0], (FRAMES, 1)) + 2e-4 * rng.standard_normal((FRAMES, 3))
         body = body_of(com)
         errors.append(body.required[:, UP] - MASS * GRAVITY)
-        stated.append(np.sqrt(body.noise**2 - (SETTINGS.balance_noise * MASS * GRAVITY) ** 2))
+        stated.append(np.sqrt(body.noise**2 - (BALANCE_NOISE * MASS * GRAVITY) ** 2))
     spread = np.std(errors, axis=0)
     for frames in (slice(0, 1), slice(100, 200)):
         assert np.mean(stated, axis=0)[frames].mean() == pytest.approx(spread[frames].mean(), rel=0.3)
@@ -101,7 +101,7 @@ def test_untracked_frames_are_bridged(bouncing):
     com = com.copy()
     com[140:150, UP] = 40.0  # whatever the pose there
     motion = BodyMotion(com, np.zeros_like(com), tracked, RATE, MASS, GRAVITY)
-    body = WholeBody(motion, SETTINGS.balance_cutoff_Hz, SETTINGS)
+    body = WholeBody(motion, SETTINGS.balance_cutoff_Hz)
     missing = (body.required - body.passed(force))[:, UP]
     assert np.abs(missing[tracked]).max() < 60.0
 
@@ -128,7 +128,7 @@ def test_what_no_marker_threw_is_no_jump(bouncing):
     fall = com.copy()
     fall[150:, UP] += 0.5 * 30.0 * (np.arange(FRAMES - 150) / RATE) ** 2
     for moved in (com + noise, blinking(com, 0.002, range(140, 150)), fall):
-        assert not jumps(moved, RATE, SETTINGS).any()
+        assert not jumps(moved, RATE).any()
 
 
 def test_a_jump_that_lasts_makes_no_force_beyond_the_stated_noise():
@@ -155,7 +155,7 @@ def test_a_force_of_some_frames_passes_as_in_the_whole_trial(cutoff, start, end)
     com = np.column_stack([np.sin(time), 0.9 + 0.03 * np.sin(9 * time), 0.05 * np.cos(5 * time)])
     tracked = np.ones(len(com), dtype=bool)
     tracked[1080:1200] = tracked[900:905] = False  # unseen for longer than a force is felt
-    body = WholeBody(BodyMotion(com, np.zeros_like(com), tracked, RATE, MASS, GRAVITY), cutoff, SETTINGS)
+    body = WholeBody(BodyMotion(com, np.zeros_like(com), tracked, RATE, MASS, GRAVITY), cutoff)
     force = np.zeros((len(com), 6))
     force[start:end] = rng.normal(size=(end - start, 6)) * [100, 700, 100, 300, 50, 300]
     whole = body.passed(force)

@@ -12,12 +12,12 @@ SETTINGS = DetectionSettings()
 
 def slip_of(scene, loaded):
     corners = [sole.corners_ground(*scene.poses()) for sole in soles(scene.skeleton, ("calcn_r", "calcn_l"))]
-    return slip_speeds(corners, loaded, RATE, SETTINGS)
+    return slip_speeds(corners, loaded, RATE)
 
 
 def test_standing_feet_don_t_slip_on_the_floor_and_swinging_ones_do(walk):
     slip = slip_of(walk, walk.loads > 20)
-    odds = ground_odds(slip, SETTINGS)
+    odds = ground_odds(slip)
     measured, swinging = walk.loads > 20, walk.ankles[:, :, 1] > walk.ankles[:, :, 1].min() + 0.03
     assert (odds[measured] > 0).mean() > 0.95
     assert (odds[swinging] < 0).mean() > 0.95
@@ -27,7 +27,7 @@ def test_a_belt_is_found_out_and_carries_standing_feet(treadmill_walk):
     slip = slip_of(treadmill_walk, treadmill_walk.loads > 20)
     measured = treadmill_walk.loads > 20
     assert np.median(slip[measured]) < 0.05  # m/s, on a belt of 1.3 m/s
-    assert (ground_odds(slip, SETTINGS)[measured] > 0).mean() > 0.95
+    assert (ground_odds(slip)[measured] > 0).mean() > 0.95
 
 
 def test_on_a_belt_an_unmeasured_stance_is_as_good_as_a_measured_one(treadmill_walk):
@@ -35,7 +35,7 @@ def test_on_a_belt_an_unmeasured_stance_is_as_good_as_a_measured_one(treadmill_w
     loaded = treadmill_walk.loads > 20
     left = loaded[:, 1].copy()
     loaded[:, 1] = False
-    odds = ground_odds(slip_of(treadmill_walk, loaded), SETTINGS)
+    odds = ground_odds(slip_of(treadmill_walk, loaded))
     assert (odds[left, 1] > 0).mean() > 0.95
 
 
@@ -86,6 +86,6 @@ STILL = np.column_stack([np.full(9, 2.5), np.full(9, -2.5)])
 def test_a_foot_that_keeps_still_between_two_fading_loads_touches_its_plate(
     load_N, plates, ground, rate, touches
 ):
-    found = touching_unloaded(right_foot(load_N, plates), ground, 750.0, rate, SETTINGS)
+    found = touching_unloaded(right_foot(load_N, plates), ground, 750.0, rate)
     assert np.flatnonzero(found[:, 0]).tolist() == touches
     assert not found[:, 1].any()

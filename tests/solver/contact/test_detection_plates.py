@@ -36,7 +36,7 @@ def faults(plate, settings=SETTINGS):
         plate=np.ones((frames, 1), dtype=int),
         wrench_raw_ground=np.zeros((frames, 2, 6)),
     )
-    return list(plate_faults([plate], contacts, TIMES, WEIGHT, settings))
+    return list(plate_faults([plate], contacts, TIMES, WEIGHT))
 
 
 def changed(plate, vertical):

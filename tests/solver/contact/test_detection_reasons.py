@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.contact.detection import proposals_of
+from solver.contact.detection import ROLLING_ODDS, ROLLING_S, proposals_of
 from solver.contact.detection_search import Findings
-from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_settings import BORDER_S, DetectionSettings
 from solver.contact.detection_shares import Explained
 from solver.contact.detection_states import ContactStates, Foot, FrameEvidence
 from solver.contact.wrenches import ContactWrenches
@@ -13,8 +13,8 @@ from solver.contact.wrenches import ContactWrenches
 FRAMES, RATE, WEIGHT = 100, 200.0, 700.0
 SETTINGS = DetectionSettings()
 LOST = slice(40, 60)
-REACH = round(SETTINGS.rolling_s * RATE)
-BORDER = round(SETTINGS.border_s * RATE)
+REACH = round(ROLLING_S * RATE)
+BORDER = round(BORDER_S * RATE)
 
 
 def proposals(missing, ground=2.0):
@@ -76,7 +76,7 @@ def test_each_edge_is_judged_by_itself():
 
 
 def test_a_swinging_foot_does_not_roll():
-    (found,) = proposals(force(0.01 * WEIGHT), ground=SETTINGS.rolling_odds - 0.1)
+    (found,) = proposals(force(0.01 * WEIGHT), ground=ROLLING_ODDS - 0.1)
     assert found.range == (LOST.start - BORDER, LOST.stop + BORDER)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.contact.detection_balance import BodyMotion, WholeBody
-from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_settings import PART_COST, DetectionSettings
 from solver.contact.detection_shares import Explained, WrenchBalance
 
 RATE, FRAMES, MASS, GRAVITY = 100.0, 240, 70.0, 9.80665
@@ -20,7 +20,7 @@ def still():
     motion = BodyMotion(com, np.zeros((FRAMES, 3)), ALL, RATE, MASS, GRAVITY)
     right, left = np.zeros((FRAMES, 6)), np.zeros((FRAMES, 6))
     right[:120, 1] = left[120:, 1] = WEIGHT  # under the centre of mass: no moment about it
-    return WholeBody(motion, SETTINGS.place_cutoff_Hz, SETTINGS), right, left
+    return WholeBody(motion, SETTINGS.place_cutoff_Hz), right, left
 
 
 def wrench_balance(body, right, left):
@@ -40,7 +40,7 @@ def test_a_contact_measured_to_two_thirds_gets_the_other_half_again(still):
     found = book.explain(ALL, SETTINGS)
     assert found.missing[0] == 0.0
     assert found.missing[1] == pytest.approx(0.5, abs=0.03)
-    assert found.evidence[1] > 5 * SETTINGS.part_cost
+    assert found.evidence[1] > 5 * PART_COST
     assert np.abs(book.missing(found)[:, 1]).max() < 0.05 * WEIGHT
 
 

@@ -5,8 +5,17 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from solver.contact.detection_settings import DetectionSettings
-from solver.contact.detection_states import Foot, FrameEvidence, likeliest_contact_states, missing_odds
+from solver.contact.detection_states import (
+    ELSEWHERE_ODDS,
+    LOSS_COST,
+    PARTLY_ODDS,
+    TOUCH_COST,
+    UNLOADED_COST,
+    Foot,
+    FrameEvidence,
+    likeliest_contact_states,
+    missing_odds,
+)
 
 RATE = 25.0  # [Hz] one frame is one independent moment
 
@@ -43,52 +52,49 @@ def test_no_overflow_far_from_everything():
 
 def test_the_path_is_the_cheapest_of_all():
     """Against every sequence of states of one foot and of what else may carry the body."""
-    settings = DetectionSettings()
     rng = np.random.default_rng(4)
     for _ in range(5):
         given = frame_evidence(
             rng.normal(0, 3, 5), rng.normal(0, 2, (5, 1)), [[0], [0], [1], [1], [0]], rng.normal(0, 3, (5, 1))
         )
-        contact_states = likeliest_contact_states(given, settings)
+        contact_states = likeliest_contact_states(given)
         states = list(product(Foot, (0, 1)))
-        best = min(product(states, repeat=5), key=lambda path: total(path, given, settings))
+        best = min(product(states, repeat=5), key=lambda path: total(path, given))
         assert total(
-            list(zip(contact_states.feet[:, 0], contact_states.elsewhere, strict=True)), given, settings
-        ) == pytest.approx(total(best, given, settings))
+            list(zip(contact_states.feet[:, 0], contact_states.elsewhere, strict=True)), given
+        ) == pytest.approx(total(best, given))
 
 
-def total(path, given, settings):
+def total(path, given):
     """The cost of one foot's path, stated once more."""
     cost = 0.0
     for t, (foot, elsewhere) in enumerate(path):
         standing, on = 0.5 * given.ground[t, 0], given.loaded[t, 0]
         if elsewhere:
-            cost += settings.elsewhere_odds - given.missing[t] - abs(standing)
+            cost += ELSEWHERE_ODDS - given.missing[t] - abs(standing)
         else:
             cost += standing if foot == Foot.UP else -standing
         if foot == Foot.LOST:
-            cost += settings.partly_odds * on
+            cost += PARTLY_ODDS * on
             if not elsewhere:
                 cost -= given.partly[t, 0] if on else given.missing[t]
         elif on != (foot == Foot.MEASURED):
-            cost += settings.unloaded_cost
+            cost += UNLOADED_COST
         if t:
             before, beside = path[t - 1]
-            cost += settings.loss_cost * (bool(beside) != bool(elsewhere))
+            cost += LOSS_COST * (bool(beside) != bool(elsewhere))
             if foot != before and Foot.LOST in (foot, before):
-                cost += settings.touch_cost
+                cost += TOUCH_COST
                 same_load = given.loaded[t - 1, 0] == on
                 if Foot.MEASURED in (foot, before) and same_load:
-                    cost += settings.loss_cost
+                    cost += LOSS_COST
     return cost
 
 
 def test_a_standing_foot_without_force_is_lost_and_a_swinging_one_is_not():
     missing = [-3.0] * 5 + [4.0] * 10 + [-3.0] * 5
     ground = [[-2.0, -2.0]] * 5 + [[2.0, -2.0]] * 10 + [[-2.0, -2.0]] * 5
-    contact_states = likeliest_contact_states(
-        frame_evidence(missing, ground, [[0, 0]] * 20), DetectionSettings()
-    )
+    contact_states = likeliest_contact_states(frame_evidence(missing, ground, [[0, 0]] * 20))
     np.testing.assert_array_equal(contact_states.lost[:, 0], [0] * 5 + [1] * 10 + [0] * 5)
     assert not contact_states.lost[:, 1].any()
     assert not contact_states.elsewhere.any()
@@ -96,15 +102,13 @@ def test_a_standing_foot_without_force_is_lost_and_a_swinging_one_is_not():
 
 def test_a_foot_at_rest_without_missing_force_is_up():
     """Standing on the other leg, this foot held still in the air."""
-    contact_states = likeliest_contact_states(
-        frame_evidence([-3.5] * 20, [[2.5, 2.5]] * 20, [[0, 1]] * 20), DetectionSettings()
-    )
+    contact_states = likeliest_contact_states(frame_evidence([-3.5] * 20, [[2.5, 2.5]] * 20, [[0, 1]] * 20))
     assert (contact_states.feet[:, 0] == Foot.UP).all()
     assert (contact_states.feet[:, 1] == Foot.MEASURED).all()
 
 
 def test_what_presses_under_no_foot_is_elsewhere():
     given = frame_evidence([4.0] * 20, [[2.5, 2.5]] * 20, [[0, 0]] * 20, place=4.0)
-    contact_states = likeliest_contact_states(given, DetectionSettings())
+    contact_states = likeliest_contact_states(given)
     assert contact_states.elsewhere.all()
     assert not contact_states.lost.any()

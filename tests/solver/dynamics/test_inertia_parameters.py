@@ -21,7 +21,7 @@ SETTINGS = TrajectorySettings()
 
 @pytest.fixture(scope="module")
 def parameters(crane):
-    return inertia_parameters(crane, SETTINGS)
+    return inertia_parameters(crane)
 
 
 def test_nominal_at_zero(crane, parameters):
@@ -32,7 +32,7 @@ def test_nominal_at_zero(crane, parameters):
 def test_bodies_that_take_no_part_keep_their_inertia(crane):
     light = replace(crane.bodies[3], mass=0.05, inertia_body=np.diag([1e-5, 1e-5, 9e-5]))  # no rigid body's
     skeleton = replace(crane, bodies=(*crane.bodies[:3], light, *crane.bodies[4:]))
-    parameters = inertia_parameters(skeleton, SETTINGS)
+    parameters = inertia_parameters(skeleton)
     phi = np.random.default_rng(5).normal(0, 0.3, parameters.count)
     np.testing.assert_allclose(parameters.pseudo_inertias(phi)[3], pseudo_inertia(light))
     assert parameters.skeleton_at(phi).bodies[3] is light
@@ -65,7 +65,7 @@ def test_derivatives_match_finite_differences(parameters):
 def test_counterparts_are_mirror_images(crane):
     left = replace(crane.bodies[1], name="femur_l", com_body=crane.bodies[1].com_body * (1, 1, -1))
     counterparts = replace(crane, bodies=(*crane.bodies[:5], left))
-    parameters = inertia_parameters(counterparts, SETTINGS)
+    parameters = inertia_parameters(counterparts)
     phi = np.random.default_rng(2).normal(0, 0.2, parameters.count)
     bodies = parameters.skeleton_at(phi).bodies
     mirror = np.diag([1, 1, -1])

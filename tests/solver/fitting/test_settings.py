@@ -102,7 +102,6 @@ def test_whole_numbers_pass_for_numbers(tmp_path):
         ("[diagnosis]\nmarkers = 3\n", r"'markers' in \[diagnosis\] must be a table: \[diagnosis.markers\]"),
         ("[diagnosis.markers]\ntime = 0.2\n", r"'time' in \[diagnosis.markers\]; nearest: time_s"),
         ("[diagnosis]\nhandicaps = [['drag']]\n", "each a list of a text, a number"),
-        ("[unnamed]\nplausible_size = [0.5]\n", "a list of a number, a number"),
         ("[kinematics\n", "not a TOML file"),
     ],
 )
@@ -132,8 +131,6 @@ def test_the_printed_file_is_toml_with_a_table_a_stage():
 
 
 CHANGED = """
-[unnamed]
-plausible_size = [0.4, 1]
 [joining]
 rigid_m = 0.004
 [diagnosis]
@@ -144,11 +141,9 @@ time_s = 0.2
 """
 
 
-def test_tables_of_diagnosis_and_unnamed_markers_are_read(tmp_path):
+def test_tables_of_diagnosis_and_joining_are_read(tmp_path):
     changed, usual = read_settings(written(tmp_path, CHANGED)), Settings()
-    assert changed.unnamed.plausible_size == (0.4, 1.0)
     assert changed.reading.joining.rigid_m == 0.004
-    assert changed.naming.unnamed == changed.unnamed
     assert changed.diagnosis == replace(
         usual.diagnosis,
         least_gain=9.0,
@@ -172,7 +167,7 @@ def test_a_fit_stays_that_of_its_settings_when_only_the_diagnosis_changes():
     usual = Settings()
     kept = as_dict(usual)
     assert decide_the_same_fit(kept, replace(usual, diagnosis=replace(usual.diagnosis, least_gain=9.0)))
-    assert not decide_the_same_fit(kept, replace(usual, unnamed=replace(usual.unnamed, frames=12)))
+    assert not decide_the_same_fit(kept, replace(usual, kinematics=replace(usual.kinematics, iterations=12)))
 
 
 def test_a_fit_read_from_the_disk_still_has_the_settings_that_it_was_made_with(small_fit):
@@ -180,7 +175,7 @@ def test_a_fit_read_from_the_disk_still_has_the_settings_that_it_was_made_with(s
     save_fit(replace(small_fit, settings=as_dict(usual)), results)
     kept = load_fit(results, small_fit.subject.folder).settings
     assert decide_the_same_fit(kept, usual)
-    assert not decide_the_same_fit(kept, replace(usual, unnamed=replace(usual.unnamed, frames=12)))
+    assert not decide_the_same_fit(kept, replace(usual, kinematics=replace(usual.kinematics, iterations=12)))
 
 
 NUMERIC = [(stage, f) for stage, f in STAGES if number_in(getattr(dict(tables(Settings()))[stage], f.name))]

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solver.gait.activities import named_activity, suggested
+from solver.gait.activities import LEAST_CONFIDENCE, named_activity, suggested
 from solver.gait.activity import LEARNT, Activity, Kind
 from solver.gait.activity_model import (
     NAMES,
@@ -18,7 +18,6 @@ from solver.gait.activity_model import (
     windows_of,
 )
 from solver.gait.activity_rules import kind_of, unlearnt
-from solver.gait.activity_settings import ACTIVITIES
 from solver.gait.body_motion import BodyMotion, body_motion
 from solver.gait.events import Source, Stance
 from solver.gait.gait import overground_speed, treadmill_speed
@@ -68,18 +67,18 @@ def seen(trials, stranger):
     ],
 )
 def test_a_stranger_is_understood_from_the_motion_alone(seen, name, activity, kind):
-    (found,) = suggested(seen[name], "x", ACTIVITIES, learnt_weights())
+    (found,) = suggested(seen[name], "x", learnt_weights())
     assert (found.start, found.end) == (0, 241)
     assert (found.activity, found.kind) == (activity, kind)
-    assert found.confidence >= ACTIVITIES.least_confidence
+    assert found.confidence >= LEAST_CONFIDENCE
 
 
 def test_a_squat_off_the_plates_may_be_a_chair_and_only_the_name_tells(seen):
     off = replace(seen["squat"], load_BW=None)
-    assert suggested(off, "x", ACTIVITIES, learnt_weights()) == ()
-    (named,) = suggested(off, "squats1", ACTIVITIES, learnt_weights())
+    assert suggested(off, "x", learnt_weights()) == ()
+    (named,) = suggested(off, "squats1", learnt_weights())
     assert named.activity is Activity.SQUAT
-    assert named.confidence < suggested(seen["squat"], "x", ACTIVITIES, learnt_weights())[0].confidence
+    assert named.confidence < suggested(seen["squat"], "x", learnt_weights())[0].confidence
 
 
 def test_a_seat_that_bears_the_weight_makes_a_squat_a_sit_to_stand(seen):
@@ -87,13 +86,13 @@ def test_a_seat_that_bears_the_weight_makes_a_squat_a_sit_to_stand(seen):
     height = motion.pelvis[:, 1]
     low = height < height.min() + 0.15 * motion.leg
     seated = replace(motion, load_BW=np.where(low, 0.4, 1.0))
-    (found,) = suggested(seated, "x", ACTIVITIES, learnt_weights())
+    (found,) = suggested(seated, "x", learnt_weights())
     assert (found.activity, found.by) == (Activity.SIT_TO_STAND, "rule (unlearnt)")
 
 
 def test_windows_and_cells_cover_the_trial_without_overlap(seen):
     for motion in seen.values():
-        windows = windows_of(motion, ACTIVITIES)
+        windows = windows_of(motion)
         assert windows.cells[0][0] == 0
         assert windows.cells[-1][1] == motion.frames
         assert all(a[1] == b[0] for a, b in pairwise(windows.cells))
@@ -103,7 +102,7 @@ def test_windows_and_cells_cover_the_trial_without_overlap(seen):
 def test_features_do_not_depend_on_heading_place_and_floor(seen):
     motion = seen["floor"]
     moved = replace(motion, pelvis=motion.pelvis + np.array([5.0, 1.0, -3.0]), soles=motion.soles + 1.0)
-    for span in windows_of(motion, ACTIVITIES).spans:
+    for span in windows_of(motion).spans:
         np.testing.assert_allclose(features_of(moved, span), features_of(motion, span), atol=1e-12)
 
 
@@ -132,7 +131,7 @@ def every_time_history(probabilities, change):
 def test_smoothing_finds_the_likeliest_of_all_time_histories(seed):
     sharp = np.random.default_rng(seed).dirichlet([0.2, 0.2, 0.2], 8) ** 3
     probabilities = sharp / sharp.sum(axis=1, keepdims=True)
-    assert smoothed(probabilities, ACTIVITIES).tolist() == every_time_history(probabilities, np.log(9))
+    assert smoothed(probabilities).tolist() == every_time_history(probabilities, np.log(9))
 
 
 def test_learnt_classes_come_first():
@@ -180,9 +179,9 @@ def climber(riser):
 def test_stairs_are_told_by_two_risers_of_one_sign():
     whole = (0, 400)
     for riser, kind in ((0.17, Kind.UP), (-0.17, Kind.DOWN)):
-        assert unlearnt(climber(riser), whole, ACTIVITIES)[Activity.STAIRS] > 0.95
-        assert kind_of(climber(riser), Activity.STAIRS, whole, ACTIVITIES) is kind
-    assert unlearnt(climber(0.01), whole, ACTIVITIES)[Activity.STAIRS] < 0.05
+        assert unlearnt(climber(riser), whole)[Activity.STAIRS] > 0.95
+        assert kind_of(climber(riser), Activity.STAIRS, whole) is kind
+    assert unlearnt(climber(0.01), whole)[Activity.STAIRS] < 0.05
 
 
 def test_the_speed_over_the_floor_is_within_two_per_cent(trials):

@@ -6,7 +6,6 @@ import pytest
 from solver.gait.cycles import cycles_of, mean_nearby
 from solver.gait.events import Source, Stance
 from solver.gait.foot_motion import FootMotion
-from solver.gait.settings import GAIT
 
 
 def test_stances_far_away_weigh_nothing_and_the_nearest_counts_where_none_is_near():
@@ -30,4 +29,4 @@ def test_who_gets_on_slowly_walks_and_who_moves_to_and_fro_does_not(progress_m_s
     motion = FootMotion(times, still, still, fast, np.zeros((len(times), 2, 2)))
     stances = [Stance(0, t, t + 0.7, Source.FEET) for t in (0.2, 1.2, 2.2)]
     heel = np.column_stack([progress_m_s * np.round(times - 0.2), 0 * times, 0 * times])
-    assert len(cycles_of(stances, motion, (heel,), times, GAIT)) == count
+    assert len(cycles_of(stances, motion, (heel,), times)) == count

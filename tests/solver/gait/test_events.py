@@ -63,7 +63,7 @@ def test_soles_of_a_long_trial_move_as_by_one_spline(monkeypatch):
 
 def test_slip_alone_finds_every_stance(walk):
     times, _, _, motion = walk
-    stances = stances_from_feet(motion, GAIT)
+    stances = stances_from_feet(motion)
     for foot, phase in ((0, 0.0), (1, 0.55)):
         own = [stance for stance in stances if stance.foot == foot]
         contacts = [s.contact_s for s in own if s.contact_s is not None]
@@ -81,7 +81,7 @@ def test_slip_alone_finds_every_stance(walk):
 def test_figures_are_the_walk_that_was_made(walk):
     """Over a belt as over a floor: a foot's travel is the surface's and its own."""
     times, _, heels, motion = walk
-    cycles = cycles_of(stances_from_feet(motion, GAIT), motion, heels, times, GAIT)
+    cycles = cycles_of(stances_from_feet(motion), motion, heels, times)
     assert len(cycles) >= 4
     for cycle in cycles:
         assert cycle.duration_s == pytest.approx(STRIDE_S, abs=0.01)

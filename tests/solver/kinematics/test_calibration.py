@@ -1,8 +1,8 @@
 import numpy as np
 
-from solver.kinematics.calibration import calibrate, choose_frames
+from solver.kinematics.calibration import EFFECTIVE_STATIC_FRAMES, calibrate, choose_frames
 from solver.kinematics.scale_prior import scale_groups, without_side
-from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.settings import EFFECTIVE_FRAMES, KinematicsSettings
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import scaled, with_offsets
 
@@ -52,4 +52,4 @@ def test_calibration_frames_are_spread_over_all_trials_and_skip_gaps(crane, cran
     chosen = choose_frames([first, second], first[:10], SETTINGS)
     assert np.isfinite(chosen.observed_ground).all()
     assert len(chosen.observed_ground) == len(chosen.weight)
-    assert abs(chosen.weight.sum() - SETTINGS.effective_frames - SETTINGS.effective_static_frames) < 1e-9
+    assert abs(chosen.weight.sum() - EFFECTIVE_FRAMES - EFFECTIVE_STATIC_FRAMES) < 1e-9

@@ -8,7 +8,6 @@ import pytest
 from solver.capture.capture import Markers
 from solver.kinematics.default_body_naming import on_flat_feet, resting_heights
 from solver.kinematics.marker_matching import match_markers
-from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 
@@ -39,7 +38,7 @@ def heights(skeleton):
 
 def laid(body, recordings):
     match = match_markers(body, recordings)
-    return on_flat_feet(body, match, recordings, KinematicsSettings())
+    return on_flat_feet(body, match, recordings)
 
 
 def test_a_heel_marker_that_sits_high_is_found_high(body):

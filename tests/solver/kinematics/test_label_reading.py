@@ -5,9 +5,9 @@ import pytest
 
 from solver.capture.capture import Markers
 from solver.common.errors import FitError
+from solver.kinematics import label_reading
 from solver.kinematics.label_reading import LEG, read_labels
 from solver.kinematics.marker_naming import name_markers
-from solver.kinematics.unnamed.settings import NamingSettings
 from solver.skeleton.default_body import default_skeleton
 
 
@@ -76,13 +76,13 @@ def test_a_person_may_say_what_a_label_is(walker, body):
     assert any("marker map" in note and c7 in note for note in named.match.notes)
 
 
-def test_the_subjects_settings_say_how_many_markers_make_a_person(walker, body):
+def test_few_markers_make_no_person(walker, body, monkeypatch):
+    """With as many as usual they are found: see the first test."""
     markers, _ = walker
-    usual = NamingSettings()  # with these they are found: see the first test
-    more = replace(usual, unnamed=replace(usual.unnamed, fewest_markers=len(markers.names) + 1))
-    assert not read_labels(body, [markers], settings=more).found
+    monkeypatch.setattr(label_reading, "FEWEST_MARKERS", len(markers.names) + 1)
+    assert not read_labels(body, [markers]).found
     with pytest.raises(FitError):
-        name_markers(body, [markers], default_body=True, settings=more)
+        name_markers(body, [markers], default_body=True)
 
 
 def test_labels_given_anew_in_another_recording_are_refused(walker, body):

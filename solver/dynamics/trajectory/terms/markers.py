@@ -12,6 +12,10 @@ from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics, Poses, cross
 
+# standard deviation of a single frame's error over the slow level, as if errors forgot within a hundredth
+# of a second times its square: weaker, forces would pull postures away from the markers
+SLOW_ERROR_FACTOR = 1.8
+
 
 class SubtreeTerms:
     """The tree of one skeleton with its markers, or with other points on its bodies.
@@ -267,7 +271,7 @@ class Markers:
         self.tree = SubtreeTerms(kinematics)
         self.seen = np.isfinite(observed_ground).all(axis=2)
         self.observed = np.where(self.seen[:, :, None], observed_ground, 0.0)
-        self.precision = (settings.slow_error_factor * levels.slow_m) ** -2
+        self.precision = (SLOW_ERROR_FACTOR * levels.slow_m) ** -2
         self.scale2 = settings.marker_robust_scale_m**2
         _, squares = self._errors(kinematics.markers(kinematics.poses(start.q)))
         trust = self.seen / (1 + squares / self.scale2)

@@ -19,6 +19,12 @@ from solver.kinematics.motion import Motion
 from solver.kinematics.unseen_bodies import untold_dofs
 from solver.skeleton.skeleton import Skeleton
 
+JERK_CUTOFF_HZ = 8.0  # [Hz] a dof's own jerk level is taken below it: above, marker noise dominates
+LEAST_JERK_SHARE = 0.05  # of the mean level, for dofs that hardly move: they may still have to
+# [rad] 3.4°: likewise for dofs that move no marker, which are neutral there. A trunk without markers else
+# bends by 20 to 40° in place of what forces, clocks and masses have wrong
+UNTOLD_STD_RAD = 0.06
+
 HELD_STD = 1e-9  # [rad or m] less than anybody measures; its square is far from what doubles resolve
 
 
@@ -35,7 +41,7 @@ def pull_precision(
         settings: how far dofs may leave the marker fit that markers see, and those that none sees.
     """
     untold = untold_dofs(skeleton, observed_ground)
-    std = np.where(untold, settings.untold_std_rad, settings.pose_std_rad)
+    std = np.where(untold, UNTOLD_STD_RAD, settings.pose_std_rad)
     return np.where(root_dofs(skeleton), 0.0, std**-2)
 
 
@@ -96,15 +102,15 @@ class Smoothness:
         system.cost += self.cost(at)
 
 
-def jerk_level(motion: Motion, settings: TrajectorySettings) -> Float[np.ndarray, " dofs"]:
+def jerk_level(motion: Motion) -> Float[np.ndarray, " dofs"]:
     """RMS third derivative of each dof in the marker fit below its noise [rad/s³ or m/s³].
 
     Running jerks ten times as much as walking; a smoothness that fits one would bend the other.
     """
-    jerk = motion.low_passed(settings.jerk_cutoff_Hz).derivative(3)
+    jerk = motion.low_passed(JERK_CUTOFF_HZ).derivative(3)
     inner = jerk[len(jerk) // 10 : len(jerk) - len(jerk) // 10]
     own = np.sqrt((inner**2).mean(axis=0))
-    return np.maximum(own, settings.least_jerk_share * np.sqrt((own**2).mean()))
+    return np.maximum(own, LEAST_JERK_SHARE * np.sqrt((own**2).mean()))
 
 
 class HeldEnds:

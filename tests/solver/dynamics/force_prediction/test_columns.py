@@ -43,13 +43,13 @@ def turned(skeleton, motion, degrees):
 def all_columns(walk, motion):
     skeleton, frame = walk.skeleton, heading_frame(walk.skeleton, motion)
     known = np.ones(motion.frames, dtype=bool)
-    falls = footfalls(skeleton, motion, frame, SETTINGS, feet=FEET, in_contact=walk.in_contact, known=known)
-    phases = step_phases(falls, motion.frames, SETTINGS)
-    demand = smooth_demand(skeleton, motion, frame, SETTINGS)
+    falls = footfalls(skeleton, motion, frame, feet=FEET, in_contact=walk.in_contact, known=known)
+    phases = step_phases(falls, motion.frames)
+    demand = smooth_demand(skeleton, motion, frame)
     return [
-        step_columns(phases, frame, 800.0, SETTINGS),
+        step_columns(phases, frame, 800.0),
         gain_columns(demand, motion.rate, frame, SETTINGS),
-        constant_columns(frame, 700.0, SETTINGS),
+        constant_columns(frame, 700.0),
     ]
 
 
@@ -95,7 +95,7 @@ def test_a_left_step_is_the_right_one_in_a_mirror(hidden_wrench_walk):
     walk = hidden_wrench_walk
     frame = heading_frame(walk.skeleton, walk.motion)
     falls = Footfalls(np.array([50.0, 100.0, 150.0, 200.0]), np.array([0, 1, 0, 1]))
-    columns = step_columns(step_phases(falls, walk.motion.frames, SETTINGS), frame, 800.0, SETTINGS)
+    columns = step_columns(step_phases(falls, walk.motion.frames), frame, 800.0)
     x = np.random.default_rng(3).normal(size=len(columns.prior_std))
     wrench = frame.from_ground(columns.ground @ x)
     right, left = wrench[50:100], wrench[100:150]
@@ -109,20 +109,20 @@ def test_where_nobody_steps_there_is_no_curve(hidden_wrench_walk):
     """After a pause, and where the same foot falls twice."""
     frame = heading_frame(hidden_wrench_walk.skeleton, hidden_wrench_walk.motion)
     falls = Footfalls(np.array([20.0, 70.0, 120.0, 240.0, 290.0, 340.0]), np.array([0, 1, 0, 1, 1, 0]))
-    columns = step_columns(step_phases(falls, 401, SETTINGS), frame, 800.0, SETTINGS)
+    columns = step_columns(step_phases(falls, 401), frame, 800.0)
     stepping = columns.ground.any(axis=(1, 2))
     assert stepping[20:120].all()
     assert not stepping[120:290].any()
     assert stepping[290:390].all()
     assert not stepping[391:].any()
-    assert step_phases(Footfalls(np.array([20.0]), np.array([0])), 401, SETTINGS) is None
+    assert step_phases(Footfalls(np.array([20.0]), np.array([0])), 401) is None
 
 
 def test_gains_are_a_heavier_and_a_later_body(hidden_wrench_walk):
     """A share more, and a delay, of the demand are the gains' own columns; by a shifted motion."""
     walk = hidden_wrench_walk
     frame = heading_frame(walk.skeleton, walk.motion)
-    demand = smooth_demand(walk.skeleton, walk.motion, frame, SETTINGS)
+    demand = smooth_demand(walk.skeleton, walk.motion, frame)
     columns = gain_columns(demand, RATE, frame, SETTINGS)
     heavier = frame.from_ground(columns.ground @ (0.05 * np.tile([1.0, 0, 0], 6)))
     np.testing.assert_allclose(heavier, 0.05 * demand, atol=1e-8)
@@ -144,8 +144,8 @@ def test_demand_is_what_the_ground_gives(hidden_wrench_walk):
 
 def test_notes_name_a_gain_and_a_lag_beyond_their_uncertainty():
     x, std = np.zeros(18), np.tile([0.01, 0.001, 1e-5], 6)
-    assert gain_notes(x, std, SETTINGS) == ()
+    assert gain_notes(x, std) == ()
     x[3], x[4] = 0.05, 0.006  # vertical
-    (note,) = gain_notes(x, std, SETTINGS)
+    (note,) = gain_notes(x, std)
     assert "vertical force -5 ± 2 %, vertical force 6 ± 2 ms late" in note
-    assert gain_notes(x, 5 * std, SETTINGS) == ()
+    assert gain_notes(x, 5 * std) == ()

@@ -3,7 +3,6 @@
 import numpy as np
 
 from solver.dynamics.force_prediction.learnt_columns import footfalls, heading_frame
-from solver.dynamics.force_prediction.settings import PredictionSettings
 from tests.solver.dynamics.force_prediction.conftest import FEET
 
 
@@ -12,7 +11,6 @@ def falls(walk, known, in_contact=None):
         walk.skeleton,
         walk.motion,
         heading_frame(walk.skeleton, walk.motion),
-        PredictionSettings(),
         feet=FEET,
         in_contact=walk.in_contact if in_contact is None else in_contact,
         known=known,

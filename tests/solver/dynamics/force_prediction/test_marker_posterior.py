@@ -53,7 +53,7 @@ class Case:
         return np.where(root_dofs(self.skeleton), 0.0, TRUSTING.pose_std_rad**-2)
 
     def jerk_weight(self, settings, smoothness=SMOOTHNESS):
-        return smoothness / jerk_level(self.start, settings) ** 2
+        return smoothness / jerk_level(self.start) ** 2
 
     def markers(self, c):
         return self.kinematics.markers(self.kinematics.poses(self.design[0] @ c))

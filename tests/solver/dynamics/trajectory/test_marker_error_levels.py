@@ -5,14 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.trajectory.marker_error_levels import marker_error_levels
+from solver.dynamics.trajectory import marker_error_levels as levels_module
+from solver.dynamics.trajectory.marker_error_levels import (
+    USUAL_MARKER_GROWTH_M,
+    USUAL_MARKER_SLOW_M,
+    marker_error_levels,
+)
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 
 RATE, FRAMES = 100.0, 4000
-# The motion is exact here: no fit has taken a share of the errors, and none is given back.
-SETTINGS = TrajectorySettings(segment_prior_markers=1e-6, marker_robust_scale_m=1e3)
+SETTINGS = TrajectorySettings(marker_robust_scale_m=1e3)
+
+
+@pytest.fixture(autouse=True)
+def each_segment_for_itself(monkeypatch):
+    """The motion is exact here: no fit has taken a share of the errors, and none is given back."""
+    monkeypatch.setattr(levels_module, "SEGMENT_PRIOR_MARKERS", 1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -96,5 +106,5 @@ def test_a_trial_too_short_to_tell_has_what_is_usual(crane_at_work):
     markers = len(kinematics.marker_bodies)
     short = replace(motion, q=motion.q[:8])
     levels = marker_error_levels(kinematics, observed(np.zeros((FRAMES, markers, 3)))[:8], short, SETTINGS)
-    np.testing.assert_allclose(levels.slow_m, SETTINGS.usual_marker_slow_m)
-    np.testing.assert_allclose(levels.growth_m, SETTINGS.usual_marker_growth_m)
+    np.testing.assert_allclose(levels.slow_m, USUAL_MARKER_SLOW_M)
+    np.testing.assert_allclose(levels.growth_m, USUAL_MARKER_GROWTH_M)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.momentum_terms import momentum_terms
+from solver.dynamics.trajectory import trajectory_solver
 from solver.dynamics.trajectory.spline_band import CoefficientBand, from_blocks, in_blocks
 from solver.dynamics.trajectory.spline_basis import spline_basis
 from solver.dynamics.trajectory.terms import term
@@ -144,13 +145,14 @@ def test_hidden_frames_stay_near_the_truth_and_do_not_jump(light_capped, crane_q
     assert error[25:35].max() < 3 * error[8:52][trial.counts[8:52]].max() + 1.0
 
 
-def test_what_repeats_teaches_inertias_no_more_than_once(light_capped, trial):
+def test_what_repeats_teaches_inertias_no_more_than_once(light_capped, trial, monkeypatch):
     """Beyond the time in which inertias are learnt, three times the same stride says what one says."""
     known_s = trial.counts.sum() / RATE
-    learnt, learning = (replace(SETTINGS, inertia_lesson_s=s) for s in (known_s, 3 * known_s))
-    once = fit_trajectories(light_capped, [trial], learnt).phi
-    np.testing.assert_allclose(fit_trajectories(light_capped, [trial] * 3, learnt).phi, once, atol=1e-9)
-    thrice = fit_trajectories(light_capped, [trial] * 3, learning).phi
+    monkeypatch.setattr(trajectory_solver, "INERTIA_LESSON_S", known_s)
+    once = fit_trajectories(light_capped, [trial], SETTINGS).phi
+    np.testing.assert_allclose(fit_trajectories(light_capped, [trial] * 3, SETTINGS).phi, once, atol=1e-9)
+    monkeypatch.setattr(trajectory_solver, "INERTIA_LESSON_S", 3 * known_s)
+    thrice = fit_trajectories(light_capped, [trial] * 3, SETTINGS).phi
     assert np.linalg.norm(thrice) > 1.5 * np.linalg.norm(once)
 
 

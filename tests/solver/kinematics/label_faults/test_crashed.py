@@ -14,7 +14,7 @@ MARKER, OTHER = 1, 12  # on the pelvis, on the foot
 @pytest.fixture
 def found(swinging, crane):
     def look(x, beside=None):
-        rigid = rigid_neighbours(x, crane, SETTINGS)
+        rigid = rigid_neighbours(x, crane)
         all_labels = x if beside is None else np.concatenate([x, beside[:, None]], axis=1)
         own = tuple(range(x.shape[1]))
         return [

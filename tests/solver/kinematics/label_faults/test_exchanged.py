@@ -21,7 +21,7 @@ def on_the_model(crane):
 @pytest.fixture
 def found(swinging, crane):
     def look(x, elsewhere_m=None):
-        rigid = rigid_neighbours(x, crane, SETTINGS)
+        rigid = rigid_neighbours(x, crane)
         nowhere = np.full(rigid.usual_m.shape, np.nan)
         return exchanged_pairs(rigid, nowhere if elsewhere_m is None else elsewhere_m, swinging.rate)
 

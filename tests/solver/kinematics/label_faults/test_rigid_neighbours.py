@@ -15,7 +15,7 @@ SETTINGS = LabelRepairSettings()
 
 @pytest.fixture
 def rigid(swinging, crane):
-    return rigid_neighbours(swinging.positions_ground, crane, SETTINGS)
+    return rigid_neighbours(swinging.positions_ground, crane)
 
 
 def test_usual_distances_are_those_on_the_segment(rigid, crane):
@@ -60,7 +60,7 @@ def test_a_neighbour_that_left_its_own_neighbours_has_no_say(swinging, crane):
     x = swinging.positions_ground.copy()
     x[100:150, 1] += 1.0
     x[120, 2] = np.nan
-    rigid = rigid_neighbours(x, crane, SETTINGS)
+    rigid = rigid_neighbours(x, crane)
     off, known = rigid.off_m(0, x[:, 0])
     assert np.nanmax(off) < 0.008
     assert (known[100:120] == 2).all()

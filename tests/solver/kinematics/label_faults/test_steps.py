@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from solver.kinematics.label_faults.rigid_neighbours import Stretch, edges, rigid_neighbours, step_m
-from solver.kinematics.label_faults.settings import LabelRepairSettings
 
 STEP = np.array([0.03, -0.04, 0.12])  # 13 cm
 
@@ -14,7 +13,7 @@ def rigid(swinging, crane):
     x = swinging.positions_ground.copy()
     x[100:160, 0] += STEP
     x[155:170, 1] = np.nan
-    return rigid_neighbours(x, crane, LabelRepairSettings())
+    return rigid_neighbours(x, crane)
 
 
 def test_a_step_is_that_of_the_label_not_of_the_body(rigid):

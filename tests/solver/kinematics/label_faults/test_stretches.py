@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from solver.kinematics.label_faults.rigid_neighbours import RIGHT, UNCLEAR, UNKNOWN, WRONG, stretches
-from solver.kinematics.label_faults.settings import LabelRepairSettings
 
 STATE = {"r": RIGHT, "W": WRONG, "?": UNCLEAR, ".": UNKNOWN}
 OFF_M = {"r": 0.002, "W": 0.08, "?": 0.02, ".": np.nan}
@@ -14,7 +13,7 @@ RATE = 10.0  # [Hz] so that a gap of one second is ten frames
 def found(spelled, off=OFF_M):
     state = np.array([STATE[letter] for letter in spelled], dtype=np.int8)
     off_m = np.array([off[letter] for letter in spelled])
-    return [(s.start, s.end) for s in stretches(state, off_m, RATE, LabelRepairSettings())]
+    return [(s.start, s.end) for s in stretches(state, off_m, RATE)]
 
 
 @pytest.mark.parametrize(

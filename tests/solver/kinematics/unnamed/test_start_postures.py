@@ -1,7 +1,7 @@
 import numpy as np
 
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
-from solver.kinematics.unnamed.single_frame import ABOVE_SOLE_M, first_guesses, postures
+from solver.kinematics.unnamed.single_frame import ABOVE_SOLE_M, HEADINGS, first_guesses, postures
 
 
 def test_guesses_stand_on_the_ground_below_the_cloud_in_every_heading():
@@ -13,7 +13,7 @@ def test_guesses_stand_on_the_ground_below_the_cloud_in_every_heading():
     assert np.abs(x[:, :, 1].min(axis=1) - 0.13).max() < 2 * ABOVE_SOLE_M
     R = mixture.kinematics.poses(upright.q).R_ground_body[:, mixture.root.body]
     headings = np.unique(np.round(np.degrees(np.arctan2(R[:, 2, 0], R[:, 0, 0])) % 360))
-    assert len(headings) == mixture.settings.headings
+    assert len(headings) == HEADINGS
     assert guesses.arms.sum() * 2 == len(guesses.arms)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
-from solver.kinematics.unnamed.whole_recording import Attachment, Followed, forwards
+from solver.kinematics.unnamed.whole_recording import FORWARDS_LOG_ODDS, Attachment, Followed, forwards
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def ahead():
 def test_walking_ahead_speaks_for_the_front_and_walking_back_against_it(ahead):
     followed, mixture = ahead
     one = np.zeros(10, dtype=int)
-    most = mixture.settings.forwards_log_odds
+    most = FORWARDS_LOG_ODDS
     assert forwards(followed, one, mixture) == pytest.approx(most)
     assert forwards(replace(followed, q=followed.q[::-1]), one, mixture) == pytest.approx(-most)
 

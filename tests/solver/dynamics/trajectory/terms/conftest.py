@@ -117,7 +117,7 @@ def case(crane, crane_q):
         extra_wrench_ground=rng.normal(0, 2, (FRAMES, 6)),
         extra_columns_ground=rng.normal(0, 1, (FRAMES, 6, EXTRA)),
     )
-    inertias = inertia_parameters(crane, SETTINGS)
+    inertias = inertia_parameters(crane)
     c = nearest_spline(spline_basis(FRAMES, RATE, SPACING), start.q)
     shared = np.concatenate([rng.normal(0, 0.02, inertias.count), [1.5, -0.5]])
     return Case(crane, data, inertias, c + rng.normal(0, 0.003, c.shape), shared)

@@ -7,7 +7,7 @@ import pytest
 
 from solver.dynamics.trajectory.bordered_system import TrialGradient
 from solver.dynamics.trajectory.marker_error_levels import marker_error_levels
-from solver.dynamics.trajectory.terms.markers import Markers
+from solver.dynamics.trajectory.terms.markers import SLOW_ERROR_FACTOR, Markers
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.skeleton.forward import ForwardKinematics, marker_positions
 
@@ -36,7 +36,7 @@ def test_gauss_newton_is_that_of_dense_rows(case, shared):
 
     def rows(iterate):
         error = marker_positions(case.skeleton, case.at(iterate).q) - observed
-        slow = error / (settings.slow_error_factor * levels.slow_m[:, None]) * np.sqrt(case.frame_weight)
+        slow = error / (SLOW_ERROR_FACTOR * levels.slow_m[:, None]) * np.sqrt(case.frame_weight)
         changes = [whitened(error[t + 1] - error[t], t) for t in range(len(error) - 1)]
         return np.concatenate([slow[np.isfinite(slow)], *changes])
 

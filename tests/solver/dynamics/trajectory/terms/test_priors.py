@@ -67,7 +67,7 @@ def test_counterparts_both_weigh(crane):
         joints=(*crane.joints, replace(shoulder, name="shoulder_l", axes=axes)),
         coordinates=(*crane.coordinates, angle),
     )
-    inertias = inertia_parameters(two_armed, SETTINGS)
+    inertias = inertia_parameters(two_armed)
     assert (inertias.group[5], len(inertias.names)) == (inertias.group[6], len(two_armed.bodies) - 1)
     prior = InertiaPrior(inertias, WEIGHT, SETTINGS)
 

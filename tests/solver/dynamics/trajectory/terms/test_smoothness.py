@@ -11,7 +11,7 @@ SETTINGS = TrajectorySettings()
 
 
 def test_gauss_newton_is_that_of_dense_rows(case):
-    basis, level = case.basis, jerk_level(case.data.start, SETTINGS)
+    basis, level = case.basis, jerk_level(case.data.start)
     width, pieces = basis.spacing / basis.rate, basis.coefficients - DEGREE
     knots = width * np.arange(-DEGREE, pieces + DEGREE + 1)
     nodes, weights = np.polynomial.legendre.leggauss(3)  # exact: squares of parabolas
