@@ -2,11 +2,9 @@
 
 import html
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import viser
 
@@ -25,65 +23,46 @@ from solver.common.errors import SolverError
 ALL, SHOWN = "all", "the one on the screen"
 
 
-@dataclass(frozen=True)
 class RecordPanel:
     """Handles of the panel."""
 
-    trials: viser.GuiDropdownHandle[str]
-    report: viser.GuiButtonHandle
-    one_page: viser.GuiButtonHandle
-    rrd: viser.GuiButtonHandle
-    mcap: viser.GuiButtonHandle
-    cancel: viser.GuiButtonHandle
-    bar: Any  # viser exports no name for its class
-    status: viser.GuiHtmlHandle
-    written: viser.GuiHtmlHandle
-    which: viser.GuiDropdownHandle[str]
-    download: viser.GuiButtonHandle
-
-    @property
-    def writing(self) -> tuple[viser.GuiButtonHandle, ...]:
-        """The buttons that write a file."""
-        return self.report, self.one_page, self.rrd, self.mcap
-
-
-def build_record(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> RecordPanel:
-    """Lay out the panel; nothing is bound to anything yet."""
-    with tab, gui.add_folder("The fit on the screen as a file"):
-        trials = gui.add_dropdown("Trials", (ALL, SHOWN))
-        report = gui.add_button(
-            "Write a report (.html)",
-            icon=viser.Icon.REPORT,
-            hint="One page to hand over: usable frames, bounds, diagnosis, and the motion to play",
-        )
-        one_page = gui.add_button(
-            "Write the form on one page (.html)",
-            icon=viser.Icon.FILE_CHECK,
-            hint="One A4 page for a folder: what is usable, bounds, causes, who reviewed, a line to sign",
-        )
-        rrd = gui.add_button(
-            "Write for rerun (.rrd)",
-            icon=viser.Icon.TIMELINE,
-            hint="Scene, residuals, flags, causes, before and after",
-        )
-        mcap = gui.add_button(
-            "Write for Foxglove (.mcap)",
-            icon=viser.Icon.FILE_EXPORT,
-            hint="The same, with settings, model and review attached",
-        )
-        bar = gui.add_progress_bar(0.0, visible=False, animated=True)
-        status = gui.add_html("", visible=False)
-        cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
-        written = gui.add_html("")
-        which = gui.add_dropdown("File", ("–",), visible=False)
-        download = gui.add_button(
-            "Download",
-            icon=viser.Icon.DOWNLOAD,
-            visible=False,
-            color="gray",
-            hint="To the machine of this browser",
-        )
-    return RecordPanel(trials, report, one_page, rrd, mcap, cancel, bar, status, written, which, download)
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
+        """Lay out the panel; nothing is bound to anything yet."""
+        with tab, gui.add_folder("The fit on the screen as a file"):
+            self.trials = gui.add_dropdown("Trials", (ALL, SHOWN))
+            report = gui.add_button(
+                "Write a report (.html)",
+                icon=viser.Icon.REPORT,
+                hint="One page to hand over: usable frames, bounds, diagnosis, and the motion to play",
+            )
+            one_page = gui.add_button(
+                "Write the form on one page (.html)",
+                icon=viser.Icon.FILE_CHECK,
+                hint="One A4 page for a folder: what is usable, bounds, causes, who reviewed, a line to sign",
+            )
+            rrd = gui.add_button(
+                "Write for rerun (.rrd)",
+                icon=viser.Icon.TIMELINE,
+                hint="Scene, residuals, flags, causes, before and after",
+            )
+            mcap = gui.add_button(
+                "Write for Foxglove (.mcap)",
+                icon=viser.Icon.FILE_EXPORT,
+                hint="The same, with settings, model and review attached",
+            )
+            self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+            self.status = gui.add_html("", visible=False)
+            self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
+            self.written = gui.add_html("")
+            self.which = gui.add_dropdown("File", ("–",), visible=False)
+            self.download = gui.add_button(
+                "Download",
+                icon=viser.Icon.DOWNLOAD,
+                visible=False,
+                color="gray",
+                hint="To the machine of this browser",
+            )
+        self.writing = (report, one_page, rrd, mcap)  # the buttons that write a file
 
 
 OPENED_WITH = {
@@ -130,7 +109,7 @@ class RecordController:
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, screen: Screen, notices: Notices) -> None:
         self.screen, self.notices = screen, notices
-        self.panel = build_record(gui, tab)
+        self.panel = RecordPanel(gui, tab)
         self._listed: dict[str, Path] = {}
         for button, kind in zip(self.panel.writing, KINDS, strict=True):
             button.on_click(notices.in_order("Recording", partial(self.write, kind)))

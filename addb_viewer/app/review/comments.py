@@ -2,7 +2,6 @@
 
 import html
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import viser
 
@@ -16,25 +15,18 @@ NEW = "new, at this frame"
 LONGEST = 40  # letters of a comment in the list of those that can be answered
 
 
-@dataclass(frozen=True)
 class CommentsPanel:
     """Handles of the panel."""
 
-    shown: viser.GuiHtmlHandle
-    about: viser.GuiDropdownHandle[str]
-    words: viser.GuiTextHandle
-    say: viser.GuiButtonHandle
-    settle: viser.GuiButtonHandle
-
-
-def build_comments(gui: viser.GuiApi) -> CommentsPanel:
-    """Lay out the panel; nothing is bound to anything yet."""
-    shown = gui.add_html("")
-    about = gui.add_dropdown("About", (NEW,), hint="A new comment, or the one that is answered")
-    words = gui.add_text("Comment", "", multiline=True)
-    say = gui.add_button("Say it", color="gray", hint="At this frame, or as an answer")
-    settle = gui.add_button("Settled, or open again", color="gray", hint="The comment that is chosen")
-    return CommentsPanel(shown, about, words, say, settle)
+    def __init__(self, gui: viser.GuiApi) -> None:
+        """Lay out the panel; nothing is bound to anything yet."""
+        self.shown = gui.add_html("")
+        self.about = gui.add_dropdown("About", (NEW,), hint="A new comment, or the one that is answered")
+        self.words = gui.add_text("Comment", "", multiline=True)
+        self.say = gui.add_button("Say it", color="gray", hint="At this frame, or as an answer")
+        self.settle = gui.add_button(
+            "Settled, or open again", color="gray", hint="The comment that is chosen"
+        )
 
 
 class Comments:

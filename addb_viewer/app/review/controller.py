@@ -1,12 +1,12 @@
 """Reviewing in one browser: what keys and buttons mean for the range, the proposal and the trial at hand."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from functools import partial
+from typing import Any
 
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.review.activities import ActivityLabels
 from addb_viewer.app.review.comments import Comments
 from addb_viewer.app.review.html import (
     history_html,
@@ -16,7 +16,7 @@ from addb_viewer.app.review.html import (
     status_html,
     suggested_html,
 )
-from addb_viewer.app.review.panel import ReviewPanel, feet_words
+from addb_viewer.app.review.panel import ReviewPanel, activity_named, feet_words
 from addb_viewer.app.review.what_if import WhatIfQuestions
 from addb_viewer.jobs.force_reviews import left_undecided
 from addb_viewer.trial_view.disagreements import news
@@ -32,6 +32,7 @@ from addb_viewer.trial_view.frame_ranges import (
 )
 from addb_viewer.trial_view.lanes import Lane, lanes_of, reviewed_ranges
 from addb_viewer.trial_view.proposals import Pending, State, pending, still_open
+from annotations.activities import ACTIVITIES, activity_words
 from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
@@ -40,50 +41,100 @@ from annotations.events import (
     Event,
     FlagRange,
     Proposal,
+    RefuseActivity,
     RejectProposal,
+    SetActivity,
     SetStatus,
     Status,
 )
 from annotations.foot_names import foot_words, next_foot
 from annotations.reasons import FORCE_COUNTS, reason_named
+from annotations.suggested_activity import SuggestedActivity, open_suggestions
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
 
 
-class Review(Protocol):
-    """The review of the trial on the screen, as far as steps need it."""
+class ActivityLabels:
+    """Labels the activities of the trial on the screen."""
 
-    screen: Screen
-    notices: Notices
-    proposals: tuple[Pending, ...]
-    stop: Stop | None
+    def __init__(self, review: "ReviewController") -> None:
+        self._of = review
 
     @property
-    def review(self) -> TrialReview:
-        """The present state."""
+    def suggested(self) -> tuple[SuggestedActivity, ...]:
+        """Activities that wait for a person."""
+        replay = self._of.screen.replay
+        return () if replay is None else open_suggestions(replay.suggested, self._of.review)
 
     @property
-    def chosen(self) -> tuple[int, int] | None:
-        """The selected range."""
+    def suggestion(self) -> SuggestedActivity | None:
+        """The one that is selected; where nothing is selected, the one under the cursor."""
+        chosen, frame = self._of.chosen, self._of.screen.frame
+        if chosen is not None:
+            return next((s for s in self.suggested if (s.start, s.end) == chosen), None)
+        return next((s for s in self.suggested if s.start <= frame < s.end), None)
 
-    @property
-    def current(self) -> Pending | None:
-        """The proposal that Enter and Backspace are about."""
+    def label(self) -> None:
+        """Say what the person does in the range, or in the whole trial."""
+        replay = self._of.screen.replay
+        assert replay is not None
+        start, end = self._of.chosen or (0, replay.frames)
+        activity, subclass = activity_named(self._of.panel.activity.value)
+        note = self._of.panel.next_note
+        self._of.record(SetActivity(start, end, activity, subclass, note))
+        self._of.note_went(note)
 
-    def record(self, event: Event) -> None:
-        """Record an edit."""
+    def label_whole(self) -> None:
+        """A: choose what is done in the whole trial; Y takes the longest suggestion."""
+        replay = self._of.screen.replay
+        if replay is None:
+            raise ReviewError("no trial is open")
+        keys = "1234567890"
+        options = [
+            (keys[i : i + 1], activity, partial(self._label_whole, activity, None))
+            for i, activity in enumerate(ACTIVITIES)
+        ]
+        longest = max(self.suggested, key=lambda s: s.end - s.start, default=None)
+        yes = None
+        if longest is not None:
+            yes = (
+                f"{longest.label}, as suggested",
+                partial(self._label_whole, longest.activity, longest.subclass),
+            )
+        self._of.screen.questions.offer(f"What does the person do in {replay.name}?", options, yes)
 
-    def stop_at(self, stop: Stop | None, selection: Selection) -> None:
-        """Select frames."""
+    def _label_whole(self, activity: str, subclass: str | None) -> None:
+        replay = self._of.screen.replay
+        assert replay is not None
+        note = self._of.panel.next_note
+        self._of.record(SetActivity(0, replay.frames, activity, subclass, note))
+        self._of.note_went(note)
+        self._of.screen.notices.tell("Labelled", f"The whole trial: {activity_words(activity, subclass)}.")
 
-    def drop(self) -> None:
-        """Nothing is selected any more."""
+    def confirm(self) -> None:
+        """The person does what is suggested."""
+        s = self._at_hand()
+        note = self._of.panel.next_note
+        self._of.record(SetActivity(s.start, s.end, s.activity, s.subclass, note))
+        self._of.note_went(note)
+
+    def refuse(self) -> None:
+        """The person does not do what is suggested."""
+        s = self._at_hand()
+        self._of.record(RefuseActivity(s.start, s.end, s.activity, s.subclass))
+
+    def _at_hand(self) -> SuggestedActivity:
+        found = self.suggestion
+        if found is None:
+            where = "here" if self._of.chosen is None else "on exactly the selected frames"
+            raise ReviewError(f"no activity is suggested {where}; click one of the list")
+        return found
 
 
 class Steps:
     """Of one reviewer."""
 
-    def __init__(self, review: Review) -> None:
+    def __init__(self, review: "ReviewController") -> None:
         self._review, self._screen = review, review.screen
 
     def on(self) -> None:

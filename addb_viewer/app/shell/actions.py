@@ -231,7 +231,7 @@ def _bind_controls(s: Session) -> None:
     on(c.frame, "Moving", partial(_scrub, s))
     on(c.go_to, "Going there", lambda: go_to(s, c.go_to.value))
     on(c.speed, "Setting the speed", lambda: s.playback.play_at(SPEED_NAMES[c.speed.value]))
-    for switch in c.show.switches:
+    for switch in c.show.switches.values():
         on(switch, "Showing", partial(_show_options, s))
     on(c.show.follow, "Following", partial(_follow, s))
     on(c.show.measure, "Measuring", lambda: _measure(s, c.show.measure.value))
@@ -377,16 +377,9 @@ def _scrub(s: Session) -> None:
 
 
 def _show_options(s: Session) -> None:
-    show, o = s.controls.show, s.scene.options
-    o.bones, o.see_through, o.model_markers = (
-        show.bones.value,
-        show.see_through.value,
-        show.model_markers.value,
-    )
-    o.forces, o.required, o.residual = show.forces.value, show.required.value, show.residual.value
-    o.total = show.total.value
-    o.tint = show.tint.value
-    o.causes, o.trail_seconds = show.causes.value, float(show.trails.value)
+    show = s.controls.show
+    for option, switch in show.switches.items():
+        setattr(s.scene.options, option, switch.value)
     show.legend.content = s.scene.legend
     s.playback.redraw()
 

@@ -3,7 +3,6 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 import viser
 
@@ -19,45 +18,24 @@ from addb_viewer.app.queue.controller import Finishing, QueueController
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.record.controller import RecordController
 from addb_viewer.app.review.controller import ReviewController
-from addb_viewer.app.review.panel import build_review
+from addb_viewer.app.review.panel import ReviewPanel
 from addb_viewer.app.scene.camera import VIEWS, eye_of, fit, look, when_at_rest
 from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.security.trial_address import TrialAddress
 from addb_viewer.app.shell.bar import Bar, TimelineController
-from addb_viewer.app.shell.controls import build_controls, layout_for, speed_name
+from addb_viewer.app.shell.controls import Controls, layout_for, speed_name
 from addb_viewer.app.shell.playback import Pace, Playback, Position
-from addb_viewer.app.solve.controller import SolveController, build_solve
+from addb_viewer.app.solve.controller import SolveController, SolvePanel
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.video.controller import VideoController
 from addb_viewer.trial_view.replay import Replay
 from annotations.events import Edit
 
 
-class Showing(Protocol):
-    """A session, as far as updates need it: each method draws what has changed."""
-
-    notices: Notices
-
-    def show_edits(self, edits: Sequence[Edit], *, unreadable: bool) -> None:
-        """Somebody recorded edits of the subject, or rows came that cannot be read."""
-
-    def show_fit(self) -> None:
-        """Another fit is on the screen, or is compared with."""
-
-    def show_progress(self, progress: TaskProgress) -> None:
-        """Something is at work."""
-
-    def show_outcome(self, task: Task, outcome: Outcome) -> None:
-        """Nothing is at work any more."""
-
-    def show_queue(self) -> None:
-        """Rows of the queue, or who is where, are others now."""
-
-
 class Updates:
     """Listens to the subject on the screen, and to the queue, for one session."""
 
-    def __init__(self, session: Showing, pace: Pace) -> None:
+    def __init__(self, session: "Session", pace: Pace) -> None:
         """Hear nothing before somebody tells it.
 
         Args:
@@ -173,7 +151,7 @@ class Session:
         self.playback = Playback(self.notices.guard("Drawing", self._draw), pace=pace)
         when_at_rest(client, self.playback.redraw)
         gui = client.gui
-        self.controls = build_controls(gui, tuple(VIEWS), dark=self.memory.dark)
+        self.controls = Controls(gui, tuple(VIEWS), dark=self.memory.dark)
         gui.main_panel.dock_left()
         gui.main_panel.set_width(self.layout.controls_width)
         panel = gui.add_panel()
@@ -190,15 +168,15 @@ class Session:
             self.keys_page = gui.add_html("")
         panel.dock_right()
         panel.set_width(self.layout.timeline_width)
-        tabs, feet = self.controls.tabs, shared.subject.foot_bodies
-        self.review = ReviewController(self, build_review(gui, tabs.review, feet), self.notices)
+        tabs, feet = self.controls, shared.subject.foot_bodies
+        self.review = ReviewController(self, ReviewPanel(gui, tabs.review, feet), self.notices)
         author = self.review.panel.author
         self.reviewer = Reviewer(memory, self.questions, self.people, self.page, author)
         self.notices.unnamed = self.reviewer.ask
         self.queue = QueueController(gui, tabs.queue, trials, self, self.notices)
         self.finishing = Finishing(self, self.review, self.queue)
         self.video = VideoController(gui, tabs.view, self, self.notices)
-        self.solving: SolveController = SolveController(self, build_solve(gui, tabs.solve), self.notices)
+        self.solving: SolveController = SolveController(self, SolvePanel(gui, tabs.solve), self.notices)
         self.people.listen(self.page, self.updates)
         self.playback.start()
 
