@@ -20,9 +20,8 @@ from addb_viewer.app.queue.page_channel import QueuePage
 from addb_viewer.app.queue.rows import next_trial
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.scene.camera import first_sight
-from addb_viewer.app.security.access import Access, is_loopback
+from addb_viewer.app.security.access import Access, TrialAddress, is_loopback
 from addb_viewer.app.security.server import AppServer, address, guard_controls, open_server
-from addb_viewer.app.security.trial_address import TrialAddress
 from addb_viewer.app.shell.actions import connect
 from addb_viewer.app.shell.commands import COMMANDS, Command
 from addb_viewer.app.shell.keys import chosen_commands

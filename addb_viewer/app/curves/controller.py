@@ -253,6 +253,7 @@ class CurvesController:
 
     def _choose(self, choice: Choice) -> None:
         self._memory.curves = asdict(choice)
+        self._memory.keep()
         self.show()
 
 

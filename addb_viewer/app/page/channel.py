@@ -31,9 +31,9 @@ import viser
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from addb_viewer.app.security.access import TrialAddress, address_in
 from addb_viewer.app.security.file_parts import ServedFile
 from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
-from addb_viewer.app.security.trial_address import TrialAddress, address_in
 
 LOG = logging.getLogger("addb_viewer")
 FILES, CONNECTION = "/addb", "/addb/page"

@@ -15,7 +15,7 @@ from addb_viewer.trial_view.html_pieces import boxed
 
 
 class BrowserMemory:
-    """One browser's memory."""
+    """What one browser remembers; `keep` after a change."""
 
     def __init__(self, channel: Channel, suggested: str) -> None:
         """Ask the browser.
@@ -26,74 +26,22 @@ class BrowserMemory:
         """
         self._channel, self.suggested = channel, suggested
         kept = channel.greeting().memory
-        self._author = str(kept.get("reviewer") or "")
-        self._browser = str(kept.get("browser") or "") or secrets.token_hex(8)
-        self._dark = kept.get("dark") is True
-        place = kept.get("place")
-        known = isinstance(place, list) and len(place) == 2 and all(isinstance(part, str) for part in place)
-        self._place: tuple[str, str] | None = (
-            (place[0], place[1]) if known and isinstance(place, list) else None
-        )
-        curves = kept.get("curves")
-        self._curves: dict[str, Any] = curves if isinstance(curves, dict) else {}
-        self._keep()
+        self.author = str(kept.get("reviewer") or "")  # who decides here; empty where nobody has said
+        # A random name of the browser itself: two of its pages have the same one.
+        self.browser = str(kept.get("browser") or "") or secrets.token_hex(8)
+        self.dark = kept.get("dark") is True
+        self.place: tuple[str, str] | None = None  # subject and trial that were on the screen last
+        match kept.get("place"):
+            case [str(subject), str(trial)]:
+                self.place = (subject, trial)
+        curves = kept.get("curves")  # what was chosen in the tab of curves, as the browser gave it
+        self.curves: dict[str, Any] = curves if isinstance(curves, dict) else {}
+        self.keep()
 
-    @property
-    def browser(self) -> str:
-        """A random name of the browser itself: two of its pages have the same one."""
-        return self._browser
-
-    @property
-    def author(self) -> str:
-        """Who decides here; empty where nobody has said."""
-        return self._author
-
-    @author.setter
-    def author(self, name: str) -> None:
-        if name != self._author:
-            self._author = name
-            self._keep()
-
-    @property
-    def dark(self) -> bool:
-        """Whether the dark theme is on."""
-        return self._dark
-
-    @dark.setter
-    def dark(self, dark: bool) -> None:
-        self._dark = dark
-        self._keep()
-
-    @property
-    def place(self) -> tuple[str, str] | None:
-        """Subject and trial that were on the screen last; None where nothing was."""
-        return self._place
-
-    @place.setter
-    def place(self, place: tuple[str, str]) -> None:
-        if place != self._place:
-            self._place = place
-            self._keep()
-
-    @property
-    def curves(self) -> dict[str, Any]:
-        """What was chosen in the tab of curves, as the browser gave it; empty where nothing was."""
-        return self._curves
-
-    @curves.setter
-    def curves(self, curves: dict[str, Any]) -> None:
-        self._curves = curves
-        self._keep()
-
-    def _keep(self) -> None:
-        kept = {
-            "reviewer": self._author,
-            "browser": self._browser,
-            "dark": self._dark,
-            "place": self._place,
-            "curves": self._curves,
-        }
-        self._channel.show("memory", kept)
+    def keep(self) -> None:
+        """Let the browser remember what is known now."""
+        kept = {"reviewer": self.author, "browser": self.browser, "dark": self.dark}
+        self._channel.show("memory", kept | {"place": self.place, "curves": self.curves})
 
 
 class Reviewer:
@@ -136,6 +84,7 @@ class Reviewer:
 
         def named(name: str) -> None:
             self._memory.author = name
+            self._memory.keep()
             self._show()
             self._people.rename(self._page, name)
             then()

@@ -9,8 +9,10 @@ from annotations.activities import ACTIVITIES
 from annotations.foot_names import foot_words
 from annotations.reasons import OTHER_WORDS
 
-FOOT, DECIDE, FINISH = "Foot", ("Accept", "Reject", "Next"), ("Finish", "Second look")
-EDITS = ("Undo", "Redo")
+FOOT = "Foot"
+DECIDE = {"Accept": "accept_proposal", "Reject": "reject_proposal", "Next": "next"}  # button: action
+FINISH = {"Finish": "finish", "Second look": "second_look"}
+EDITS = {"Undo": "undo", "Redo": "redo"}
 SUGGESTION = ("Confirm", "Refuse")
 WHOLE = "whole trial"
 
@@ -28,15 +30,17 @@ class ReviewPanel:
         """
         with tab:
             self.status = gui.add_html("")
-            self.finish = gui.add_button_group("Trial", FINISH, hint="Key T finishes and goes on to the next")
+            self.finish = gui.add_button_group(
+                "Trial", tuple(FINISH), hint="Key T finishes and goes on to the next"
+            )
             self.selection = gui.add_html("")
             self.foot = gui.add_dropdown(FOOT, feet_words(feet), initial_value="both", hint="Key F")
             with gui.add_folder("Proposals"):
-                self.decide = gui.add_button_group("Decide", DECIDE, hint="Keys Enter, Backspace, N")
+                self.decide = gui.add_button_group("Decide", tuple(DECIDE), hint="Keys Enter, Backspace, N")
                 self.proposals = gui.add_html("")
             with gui.add_folder("Flags"):
                 self.ranges = gui.add_html("")
-                self.edits = gui.add_button_group("Edits", EDITS, hint="Keys U and R")
+                self.edits = gui.add_button_group("Edits", tuple(EDITS), hint="Keys U and R")
                 self.what_if = gui.add_button(
                     "What if flipped?",
                     icon=viser.Icon.QUESTION_MARK,

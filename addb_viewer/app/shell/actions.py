@@ -136,17 +136,8 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
         session: of the browser.
         commands: with their keys.
     """
-    capturing = Capturing(session)
-    _bind_controls(session)
-    saves = dict(zip(SAVE, (capturing.picture, capturing.film), strict=True))
-    _bind_group(session, session.controls.show.save, "Saving", saves)
-    _bind_review(session)
-    _bind_solve(session)
-    listen(session)
-    session.channel.on(
-        "pick", lambda place: session.notices.obey("Measuring", partial(_pick, session, place))
-    )
-    s, help_page = session, keys.page_html(commands, str(keys.key_file()))
+    s, capturing = session, Capturing(session)
+    help_page = keys.page_html(commands, str(keys.key_file()))
     s.keys_page.content = help_page
     actions = {
         **actions_of(s),
@@ -154,6 +145,10 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
         "film": capturing.film,
         "help": lambda: _toggle_help(s, help_page),
     }
+    _bind_buttons(s, actions)
+    _bind_fields(s)
+    listen(s)
+    s.channel.on("pick", lambda place: s.notices.obey("Measuring", partial(_pick, s, place)))
     keys.register(s.client.gui, s.channel, commands, keys.Acting(actions, s.notices, s.questions))
 
 
@@ -217,71 +212,58 @@ def moves_of(session: Session) -> Mapping[str, Action]:
     }
 
 
-def _bind_controls(s: Session) -> None:
-    c, in_order, moves = s.controls, s.notices.in_order, moves_of(s)
-
-    def on(handle: viser.GuiInputHandle, doing: str, action: Action) -> None:
-        handle.on_update(in_order(doing, action))
-
-    on(
-        c.trial,
-        "Opening the trial",
-        lambda: s.open_trial(c.trial.value) if c.trial.value != s.shown else None,
-    )
-    on(c.frame, "Moving", partial(_scrub, s))
-    on(c.go_to, "Going there", lambda: go_to(s, c.go_to.value))
-    on(c.speed, "Setting the speed", lambda: s.playback.play_at(SPEED_NAMES[c.speed.value]))
-    for switch in c.show.switches.values():
-        on(switch, "Showing", partial(_show_options, s))
-    on(c.show.follow, "Following", partial(_follow, s))
-    on(c.show.measure, "Measuring", lambda: _measure(s, c.show.measure.value))
-    on(c.show.dark, "Turning the theme", lambda: s.set_dark(c.show.dark.value))
-    c.play.on_click(in_order("Playing", s.playback.toggle))
-    _bind_group(s, c.move, "Moving", {name: moves[action] for name, action in MOVES.items()})
-    _bind_group(s, c.show.view, "Turning the camera", {name: partial(s.view, name) for name in VIEWS})
-
-
-def _bind_review(s: Session) -> None:
-    p, review, in_order = s.review.panel, s.review, s.notices.in_order
-    feet = {"both": None, **dict(zip(p.foot.options, s.shared.subject.foot_bodies, strict=False))}
-    p.foot.on_update(in_order("Choosing the foot", lambda: review.set_foot(feet.get(p.foot.value))))
-    _bind_group(
-        s,
-        p.decide,
-        "Deciding",
-        dict(zip(DECIDE, (review.steps.accept, review.steps.reject, review.steps.on), strict=True)),
-    )
-    _bind_group(s, p.edits, "Undoing", dict(zip(EDITS, (s.finishing.undo, review.redo), strict=True)))
-    second_look = partial(review.set_status, Status.SECOND_LOOK)
-    _bind_group(s, p.finish, "Finishing", dict(zip(FINISH, (s.finishing.finish, second_look), strict=True)))
-    p.paint.on_click(in_order("Flagging", lambda: review.flag(reason_named(str(p.reason.value)))))
-    _bind_group(
-        s,
-        p.suggestion,
-        "Labelling",
-        dict(zip(SUGGESTION, (review.activities.confirm, review.activities.refuse), strict=True)),
-    )
-    p.label.on_click(in_order("Labelling", review.activities.label))
-    p.comments.say.on_click(in_order("Commenting", review.comments.say))
-    p.comments.settle.on_click(in_order("Settling the comment", review.comments.settle))
-    p.rename.on_click(in_order("Changing your name", s.reviewer.ask))
-    p.what_if.on_click(in_order("Asking what if", review.what_if))
-
-
-def _bind_solve(s: Session) -> None:
-    p, solving, in_order = s.solving.panel, s.solving, s.notices.in_order
-    for button, doing, action in (
-        (p.solve, "Solving", solving.solve),
-        (p.hold_out, "Judging held-out forces", solving.hold_out),
-        (p.cancel, "Cancelling", solving.cancel),
-        (p.keep, "Keeping", solving.keep),
-        (p.discard, "Discarding", solving.discard),
+def _bind_buttons(s: Session, actions: Mapping[str, Action]) -> None:
+    """Those that do what a command does, and those that no command stands for."""
+    c, review, solving, in_order = s.controls, s.review, s.solving.panel, s.notices.in_order
+    panel = review.panel
+    views = {name: f"view_{name.lower()}" for name in VIEWS}
+    for group, doing, names in (
+        (c.move, "Moving", MOVES),
+        (c.show.view, "Turning the camera", views),
+        (c.show.save, "Saving", SAVE),
+        (panel.decide, "Deciding", DECIDE),
+        (panel.edits, "Undoing", EDITS),
+        (panel.finish, "Finishing", FINISH),
     ):
-        button.on_click(in_order(doing, action))
-    p.compare.on_update(
-        in_order("Comparing", _then(lambda: solving.compare(p.compare.value), s.compare_changed))
-    )
-    p.other.on_update(in_order("Comparing", solving.choose))
+        _bind_group(s, group, doing, {label: actions[action] for label, action in names.items()})
+    suggestion = dict(zip(SUGGESTION, (review.activities.confirm, review.activities.refuse), strict=True))
+    _bind_group(s, panel.suggestion, "Labelling", suggestion)
+    for button, doing, act in (
+        (c.play, "Playing", actions["toggle"]),
+        (panel.paint, "Flagging", lambda: review.flag(reason_named(str(panel.reason.value)))),
+        (panel.label, "Labelling", review.activities.label),
+        (panel.comments.say, "Commenting", review.comments.say),
+        (panel.comments.settle, "Settling the comment", review.comments.settle),
+        (panel.rename, "Changing your name", actions["rename"]),
+        (panel.what_if, "Asking what if", actions["what_if"]),
+        (solving.solve, "Solving", actions["solve"]),
+        (solving.hold_out, "Judging held-out forces", s.solving.hold_out),
+        (solving.cancel, "Cancelling", actions["cancel"]),
+        (solving.keep, "Keeping", actions["keep"]),
+        (solving.discard, "Discarding", actions["discard"]),
+    ):
+        button.on_click(in_order(doing, act))
+
+
+def _bind_fields(s: Session) -> None:
+    c, review, solving = s.controls, s.review, s.solving
+    foot, compare, feet = review.panel.foot, solving.panel.compare, s.shared.subject.foot_bodies
+    by_words = {"both": None, **dict(zip(foot.options, feet, strict=False))}
+    fields: list[tuple[viser.GuiInputHandle[Any], str, Action]] = [
+        (c.trial, "Opening the trial", partial(_open_chosen, s)),
+        (c.frame, "Moving", partial(_scrub, s)),
+        (c.go_to, "Going there", lambda: go_to(s, c.go_to.value)),
+        (c.speed, "Setting the speed", lambda: s.playback.play_at(SPEED_NAMES[c.speed.value])),
+        *((switch, "Showing", partial(_show_options, s)) for switch in c.show.switches.values()),
+        (c.show.follow, "Following", partial(_follow, s)),
+        (c.show.measure, "Measuring", lambda: _measure(s, c.show.measure.value)),
+        (c.show.dark, "Turning the theme", lambda: s.set_dark(c.show.dark.value)),
+        (foot, "Choosing the foot", lambda: review.set_foot(by_words.get(foot.value))),
+        (compare, "Comparing", _then(lambda: solving.compare(compare.value), s.compare_changed)),
+        (solving.panel.other, "Comparing", solving.choose),
+    ]
+    for field, doing, act in fields:
+        field.on_update(s.notices.in_order(doing, act))
 
 
 def _bind_group(
@@ -369,6 +351,11 @@ def _pick(s: Session, place: Any) -> None:
                 s.playback.redraw()
             else:
                 s.notices.tell("Nothing is there", HOW)
+
+
+def _open_chosen(s: Session) -> None:
+    if s.controls.trial.value != s.shown:
+        s.open_trial(s.controls.trial.value)
 
 
 def _scrub(s: Session) -> None:

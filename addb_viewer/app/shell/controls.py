@@ -12,7 +12,7 @@ from addb_viewer.app.shell.playback import SPEEDS
 SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
 TRAIL_LONGEST = 2.0  # [s]
 MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"}  # button: action
-SAVE = ("PNG", "Film")
+SAVE = {"PNG": "picture", "Film": "film"}  # likewise
 CONTROLS, CONTROLS_WIDTH = 0.3, 320  # the controls' share of a narrow window; [pixel] at most
 NARROWEST, WIDEST = 372, 660  # [pixel] of the timeline
 OF_WINDOW = 0.34  # the timeline's share of it
@@ -27,7 +27,9 @@ class Show:
             "Measure", False, hint="Distances and angles by clicks in the scene; key D"
         )
         self.measured = gui.add_html("")
-        self.save = gui.add_button_group("Save", SAVE, hint="A picture of the scene, or the selected frames")
+        self.save = gui.add_button_group(
+            "Save", tuple(SAVE), hint="A picture of the scene, or the selected frames"
+        )
         self.follow = gui.add_checkbox("Follow", True, hint="Keep the pelvis in the middle")
         bones = gui.add_checkbox("Bones", True)
         tint = gui.add_dropdown("Bones show", TINTS, hint="What their colour says; the legend has the scale")

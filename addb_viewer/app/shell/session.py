@@ -21,7 +21,7 @@ from addb_viewer.app.review.controller import ReviewController
 from addb_viewer.app.review.panel import ReviewPanel
 from addb_viewer.app.scene.camera import VIEWS, eye_of, fit, look, when_at_rest
 from addb_viewer.app.scene.scene import TrialScene, heading
-from addb_viewer.app.security.trial_address import TrialAddress
+from addb_viewer.app.security.access import TrialAddress
 from addb_viewer.app.shell.bar import Bar, TimelineController
 from addb_viewer.app.shell.controls import Controls, layout_for, speed_name
 from addb_viewer.app.shell.playback import Pace, Playback, Position
@@ -267,8 +267,9 @@ class Session:
             self.review.open(self._shared.subject.foot_bodies)
             self.diagnosis.show_trial(replay)
             self.video.open()
-            self.memory.place = (self._shared.name, name)
-            self.people.go(self.page, self.memory.place)
+            place = self.memory.place = (self._shared.name, name)
+            self.memory.keep()
+            self.people.go(self.page, place)
             self.show_queue()
             if not self._looked:  # later trials are seen from where the reviewer went
                 self.view("Reset")
@@ -307,6 +308,7 @@ class Session:
     def set_dark(self, dark: bool) -> None:
         """Turn the theme."""
         self.memory.dark = dark
+        self.memory.keep()
         put(self.controls.show.dark, dark)
         self._turn_theme()
 

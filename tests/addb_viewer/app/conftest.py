@@ -123,7 +123,8 @@ def open_page(browser):
         page.goto(f"http://127.0.0.1:{app.server.get_port()}")
         page.wait_for_selector("#root canvas")
         if page.evaluate(SOFTWARE_RENDERED):  # viser's word on that lies over the scene until it is read
-            page.get_by_role("alert").filter(has_text="Software WebGL").get_by_role("button").click()
+            said = page.get_by_role("alert").filter(has_text="Software WebGL")
+            said.get_by_role("button").evaluate("(close) => close.click()")
         (client,) = _until(lambda: set(app.sessions) - before, "the session")
         page.session = app.sessions[client]
         _SESSIONS.add(page.session)

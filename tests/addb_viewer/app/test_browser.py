@@ -1,18 +1,11 @@
 """The app in a real browser: Debian's Chromium, headless, software rendering."""
 
-import http.server
-import threading
 import time
 from dataclasses import replace
 
 import pytest
 
-from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.queue.trial_queue import TrialQueue
-from addb_viewer.app.security.access import Access
-from addb_viewer.app.security.server import address, open_server
 from solver.common.errors import CaptureError
-from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
 
@@ -207,34 +200,6 @@ def test_following_keeps_the_person_in_the_middle_and_stops_without_a_jump(sessi
     session.playback.redraw()
 
 
-def test_another_web_page_cannot_connect(app, browser, tmp_path):
-    (tmp_path / "index.html").write_text("<p>a page of somebody else</p>")
-
-    class Quiet(http.server.SimpleHTTPRequestHandler):
-        def __init__(self, *args):
-            super().__init__(*args, directory=str(tmp_path))
-
-        def log_message(self, *args):
-            pass
-
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Quiet) as stranger:
-        threading.Thread(target=stranger.serve_forever, daemon=True).start()
-        page = browser.new_page()
-        page.set_default_timeout(PATIENCE_MS)
-        page.goto(f"http://127.0.0.1:{stranger.server_address[1]}")
-        outcome = page.evaluate(
-            """port => new Promise(done => {
-                const socket = new WebSocket(`ws://127.0.0.1:${port}`, "viser-v1.1.1");
-                socket.onopen = () => done("open");
-                socket.onerror = () => done("refused");
-            })""",
-            app.server.get_port(),
-        )
-        page.close()
-        stranger.shutdown()
-    assert outcome == "refused"
-
-
 def frame_box(page):
     return page.locator("input[inputmode]").first
 
@@ -242,24 +207,3 @@ def frame_box(page):
 def choose(page, trial):
     page.get_by_text("Trial", exact=True).first.click()
     page.get_by_role("option", name=trial).click()
-
-
-def test_with_a_token_the_page_opens_and_without_it_nothing_does(
-    browser, tmp_path, make_replay, make_library, until
-):
-    access = Access("127.0.0.1", "right-token")
-    guarded = ReviewApp(
-        open_server(port=0, access=access),
-        TrialQueue.of(make_library(tmp_path, [make_replay()])),
-        access=access,
-    )
-    page = browser.new_page()
-    page.set_default_timeout(PATIENCE_MS)
-    try:
-        assert page.goto(f"http://127.0.0.1:{guarded.server.get_port()}").status == 403
-        assert page.goto(address(guarded.server, access)).status == 200
-        until(lambda: guarded.sessions, "the session")
-        assert "token" not in page.url
-    finally:
-        page.close()
-        guarded.close()

@@ -76,28 +76,6 @@ def test_the_cursor_goes_ahead_of_the_server_and_never_back(page, until):
     until(lambda: page.session.frame == 7 and shown() == 7)
 
 
-PICTURES = """() => {
-    window.pictures = 0;
-    const { clear } = WebGL2RenderingContext.prototype;
-    WebGL2RenderingContext.prototype.clear = function (...buffers) {
-        window.pictures += 1;
-        return clear.apply(this, buffers);
-    };
-}"""
-
-
-def test_without_a_graphics_card_the_scene_is_not_drawn_again_and_again(page, until):
-    """Viser's heartbeat of one a second aside. It would draw for a quarter of a second after each step."""
-    page.keyboard.press("Home")
-    until(lambda: page.session.frame == 0)
-    page.wait_for_timeout(1000)
-    page.evaluate(PICTURES)
-    page.keyboard.press(".")
-    until(lambda: page.session.frame == 1)
-    page.wait_for_timeout(1000)
-    assert 1 <= page.evaluate("window.pictures") <= 7
-
-
 def left_of(page, what):
     """Where the cursor or the selection stands [pixel]; far off while the page just puts it elsewhere."""
     box = page.locator(f"[data-addb-{what}]").first.bounding_box()

@@ -29,6 +29,7 @@ def serving(folder):
         stderr=subprocess.DEVNULL,
         text=True,
         env={name: value for name, value in os.environ.items() if name != "DISPLAY"},
+        start_new_session=True,
     )
     port = int(re.search(r":(\d+) ", process.stdout.readline())[1])
     return process, port

@@ -1,7 +1,6 @@
 """Killed while a solve runs or is written: what is shown is whole, and the present fit stays."""
 
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -18,6 +17,7 @@ from solver.capture.subject.subject import open_subject
 from solver.fitting.results.store import load_fit, save_fit
 from solver.simulate.demo import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
+from tests.addb_viewer.app.test_kill import serving
 
 ROUNDS, LONGEST_S = 6, 0.4
 RUNNING = (0.1, 3.5)  # [s] after G; the solve takes about three
@@ -79,18 +79,6 @@ def subject(tmp_path_factory):
     write_demo_subject(folder, np.random.default_rng(1), trials=("static", "squat"))
     solved(job_for(folder))
     return folder
-
-
-def serving(folder):
-    process = subprocess.Popen(
-        [sys.executable, "-m", "addb_viewer", "open", str(folder), "--port", "0"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        env={name: value for name, value in os.environ.items() if name != "DISPLAY"},
-        start_new_session=True,
-    )
-    return process, int(re.search(r":(\d+) ", process.stdout.readline())[1])
 
 
 @pytest.mark.slow

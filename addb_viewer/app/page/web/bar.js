@@ -1,20 +1,15 @@
 // The bar at the lower edge: where one is, what the next key is about, the solve, work under way, and what was told.
 // Everything that is shown is set as text.
-import { element } from "./elements.js";
+import { button, element } from "./elements.js";
 
-export const strip = element("footer", { id: "addb-strip" });
-strip.setAttribute("aria-label", "Timeline and state");
+export const strip = element("footer", { id: "addb-strip", "aria-label": "Timeline and state" });
 const where = element("span");
 const chips = element("span", { id: "addb-chips" });
 const solve = element("span", { id: "addb-solve" });
 const work = element("span");
-const notice = element("span", { id: "addb-notice" });
-notice.setAttribute("role", "status");
-notice.setAttribute("aria-live", "polite");
-const opener = element("button", { id: "addb-notices", textContent: "Notices" });
-const notes = element("ul", { id: "addb-notes", hidden: true });
-notes.setAttribute("aria-label", "Notices, newest first");
-opener.setAttribute("aria-expanded", "false");
+const notice = element("span", { id: "addb-notice", role: "status", "aria-live": "polite" });
+const opener = button("Notices", () => open(notes.hidden), { id: "addb-notices", "aria-expanded": "false" });
+const notes = element("ul", { id: "addb-notes", hidden: true, "aria-label": "Notices, newest first" });
 const bar = element("div", { id: "addb-bar" }, where, chips, solve, work, notice, opener);
 strip.append(bar);
 document.body.prepend(strip);
@@ -27,18 +22,12 @@ const key = (action) => keyOf.get(action)?.replace("+", " ");
 const word = (text, bold) => element(bold ? "b" : "span", { textContent: text });
 const chip = ({ text, keys }) => {
   const made = element("span", { className: "addb-chip", title: text }, text);
-  for (const [action, what] of keys ?? []) made.append(" · ", ...(key(action) ? [element("kbd", { textContent: key(action) })] : []), what);
+  for (const [action, what] of keys ?? []) made.append(" · ", ...keyed(action), what);
   return made;
 };
-const button = ([action, what, shown = action]) => {
-  const made = element("button", {}, ...(key(shown) ? [element("kbd", { textContent: key(shown) })] : []), what);
-  made.setAttribute("aria-label", key(shown) ? `${what} (${key(shown)})` : what);
-  made.onclick = () => {
-    window.addb.send("do", action);
-    made.blur();
-  };
-  return made;
-};
+const keyed = (action) => (key(action) ? [element("kbd", {}, key(action))] : []);
+const act = ([action, what, shown = action]) =>
+  button([...keyed(shown), what], () => window.addb.send("do", action), { "aria-label": key(shown) ? `${what} (${key(shown)})` : what });
 
 const draw = () => {
   if (!state) return;
@@ -47,11 +36,10 @@ const draw = () => {
   chips.replaceChildren(...state.chips.map(chip), ...people.map((text) => chip({ text })));
   solve.title = state.solve?.text ?? "";
   where.title = [place, of, open].filter(Boolean).join(" · ");
-  solve.replaceChildren(...(state.solve ? [word(state.solve.text, true), ...state.solve.keys.map(button)] : []));
+  solve.replaceChildren(...(state.solve ? [word(state.solve.text, true), ...state.solve.keys.map(act)] : []));
   work.replaceChildren(
     ...state.work.flatMap(({ text, seconds, share }) => {
-      const shown = element("progress", share === null ? {} : { value: share, max: 1 });
-      shown.setAttribute("aria-label", text);
+      const shown = element("progress", { "aria-label": text, ...(share === null ? {} : { value: share, max: 1 }) });
       return [shown, word(` ${text} ${seconds} s `)];
     }),
   );
@@ -112,9 +100,5 @@ const open = (on) => {
   notes.hidden = !on;
   opener.setAttribute("aria-expanded", String(on));
   drawList();
-};
-opener.onclick = () => {
-  open(notes.hidden);
-  opener.blur();
 };
 window.addEventListener("keydown", (event) => event.key === "Escape" && open(false), true);

@@ -20,10 +20,8 @@ const axis = element("div", { id: "addb-plots-axis" });
 const cursors = element("div", { id: "addb-plots-cursor" }), band = element("div", { id: "addb-plots-selection", hidden: true });
 const pointed = element("div", { id: "addb-plots-pointer", hidden: true });
 const where = element("div", { id: "addb-plots-where" });
-const area = element("div", { id: "addb-plots-area" }, plots, band, pointed, cursors, axis, where);
-Object.assign(area.dataset, { gutter: GUTTER, margin: MARGIN });
-const root = element("section", { id: "addb-charts" }, ...chooser.parts, options.part, note, area);
-root.setAttribute("aria-label", "Curves");
+const area = element("div", { id: "addb-plots-area", dataset: { gutter: GUTTER, margin: MARGIN } }, plots, band, pointed, cursors, axis, where);
+const root = element("section", { id: "addb-charts", "aria-label": "Curves" }, ...chooser.parts, options.part, note, area);
 
 const width = () => Math.max(plots.clientWidth - GUTTER - MARGIN, 1);
 const shown = () => (cycles ? { first: 0, last: 100 } : view().span);
@@ -44,9 +42,7 @@ function build() {
   plots.replaceChildren(
     ...charts.map((chart) => {
       const name = element("b", { textContent: `${chart.title} [${chart.unit}]` }), values = element("span", { className: "addb-plot-values" });
-      const canvas = element("canvas");
-      canvas.setAttribute("role", "img");
-      canvas.setAttribute("aria-label", `${chart.title} ${cycles ? "by gait cycle, mean and standard deviation" : "over time"}`);
+      const canvas = element("canvas", { role: "img", "aria-label": `${chart.title} ${cycles ? "by gait cycle, mean and standard deviation" : "over time"}` });
       const keys = chart.lines.filter(({ label, style, trial }) => label && style !== "before" && !trial).map(key);
       return element("figure", {}, element("figcaption", {}, name, element("span", { className: "addb-plot-keys" }, ...keys), values), canvas);
     }),
@@ -54,8 +50,7 @@ function build() {
   draw();
 }
 const key = ({ label, short, color, style, count }) => {
-  const sample = element("i", { className: `addb-key ${style}` });
-  sample.style.borderColor = color;
+  const sample = element("i", { className: `addb-key ${style}`, style: { borderColor: color } });
   const made = element("span", {}, sample, count === undefined ? (short ?? label) : `${label} (${count})`);
   if (short !== undefined && short !== label) made.title = label;
   if (count !== undefined) made.title = count === 1 ? "1 stride" : `${count} strides`;
@@ -78,11 +73,9 @@ function draw() {
   const [start, end] = cycles ? [0, 100] : [second(span.first), second(span.last)];
   axis.replaceChildren(
     ...niceTicks(start, end, Math.max(width() / 90, 2)).map((at) => {
-      const tick = element("span", { textContent: tickText(at, end - start) });
       const share = (at - start) / (end - start);
-      tick.style.left = `${GUTTER + width() * share}px`;
-      if (share > 0.96) tick.style.transform = "translateX(-100%)";
-      return tick;
+      const style = { left: `${GUTTER + width() * share}px`, transform: share > 0.96 ? "translateX(-100%)" : "" };
+      return element("span", { style }, tickText(at, end - start));
     }),
     element("span", { className: "addb-axis-name", textContent: cycles ? "%" : "s", title: cycles ? "of the stride" : "" }),
   );
@@ -105,10 +98,8 @@ function mark() {
     ...places
       .filter(([, at]) => at !== null && share(at) >= 0 && share(at) <= 1 && charts.length)
       .map(([side, at]) => {
-        const line = element("i");
-        line.style.left = `${x(at)}px`;
-        line.style.borderColor = charts.flatMap(({ lines }) => lines).find(({ label }) => side && label === side)?.color ?? "";
-        return line;
+        const borderColor = charts.flatMap(({ lines }) => lines).find(({ label }) => side && label === side)?.color ?? "";
+        return element("i", { style: { left: `${x(at)}px`, borderColor } });
       }),
   );
   tellWhere(trial, pointer ?? (cycles ? null : frame));

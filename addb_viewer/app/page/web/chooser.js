@@ -1,20 +1,16 @@
 // The search of curves: a box that finds quantities by their words, and what is chosen as chips that a click takes away.
-import { element } from "./elements.js";
+import { button, element } from "./elements.js";
 
 const MOST_FOUND = 60;
 
 /** Makes box, list and chips. changed: called with the ids that are to be shown, in their order. */
 export function makeChooser(changed) {
-  const box = element("input", { type: "search", id: "addb-curve-search", placeholder: "Add a curve: knee torque, hip angle …", autocomplete: "off" });
-  const list = element("ul", { id: "addb-curve-list", hidden: true });
-  const chips = element("div", { id: "addb-curve-chips" });
-  for (const [name, value] of Object.entries({
+  const list = element("ul", { id: "addb-curve-list", hidden: true, role: "listbox", "aria-label": "Curves" });
+  const chips = element("div", { id: "addb-curve-chips", role: "group", "aria-label": "Curves that are shown" });
+  const box = element("input", {
+    type: "search", id: "addb-curve-search", placeholder: "Add a curve: knee torque, hip angle …", autocomplete: "off",
     role: "combobox", "aria-label": "Add a curve", "aria-controls": list.id, "aria-expanded": "false", "aria-autocomplete": "list",
-  })) box.setAttribute(name, value);
-  list.setAttribute("role", "listbox");
-  list.setAttribute("aria-label", "Curves");
-  chips.setAttribute("role", "group");
-  chips.setAttribute("aria-label", "Curves that are shown");
+  });
 
   let choices = [], chosen = [], at = 0, found = [];
   const words = (id) => choices.find((choice) => choice.id === id)?.words;
@@ -32,10 +28,8 @@ export function makeChooser(changed) {
   function draw() {
     chips.replaceChildren(
       ...chosen.filter(words).map((id) => {
-        const chip = element("button", { className: "addb-curve-chip", title: "Take it away" }, words(id), element("span", { textContent: " ×" }));
-        chip.setAttribute("aria-label", `Take away ${words(id)}`);
-        chip.onclick = () => toggle(id);
-        return chip;
+        const told = { className: "addb-curve-chip", title: "Take it away", "aria-label": `Take away ${words(id)}` };
+        return button([words(id), element("span", {}, " ×")], () => toggle(id), told);
       }),
     );
     if (list.hidden) return;
@@ -43,10 +37,8 @@ export function makeChooser(changed) {
     at = Math.min(at, Math.max(found.length - 1, 0));
     list.replaceChildren(
       ...found.map(({ id, words, unit }, i) => {
-        const option = element("li", { id: `addb-curve-${i}` }, element("span", { textContent: words }), element("small", { textContent: unit }));
-        option.setAttribute("role", "option");
-        option.setAttribute("aria-selected", String(chosen.includes(id)));
-        if (i === at) option.dataset.at = "";
+        const told = { id: `addb-curve-${i}`, role: "option", "aria-selected": String(chosen.includes(id)), dataset: i === at ? { at: "" } : {} };
+        const option = element("li", told, element("span", {}, words), element("small", {}, unit));
         option.onclick = (event) => {
           event.stopPropagation(); // the box keeps the focus, for the next one
           at = i;

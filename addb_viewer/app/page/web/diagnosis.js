@@ -1,35 +1,24 @@
 // The tab "Diagnosis" on one screen: verdict, one card a cause, before and after. viser makes the tab, with a place
 // for us in it that comes and goes. Everything that is shown is set as text.
-import { element, keepIn } from "./elements.js";
+import { button as plain, element, keepIn } from "./elements.js";
 import { view, watch } from "./timeline.js";
 
 const WIDE = 400, HIGH = 60; // of a curve's own coordinates
 const SVG = "http://www.w3.org/2000/svg";
 let state = null, picture = null;
 const parts = element("div"), drawn = element("div", { id: "addb-before-after" });
-const root = element("section", { id: "addb-diagnosis" }, parts, drawn);
-root.setAttribute("aria-label", "Diagnosis");
+const root = element("section", { id: "addb-diagnosis", "aria-label": "Diagnosis" }, parts, drawn);
 
 const say = (does, card) => window.addb.send("cause", [does, card.key]);
-const button = (text, act, { title = "", off = false, name = text } = {}) => {
-  const made = element("button", { textContent: text, title, disabled: off });
-  made.setAttribute("aria-label", name);
-  made.onclick = () => {
-    act();
-    made.blur();
-  };
-  return made;
-};
+const button = (text, act, { title = "", off = false, name = text } = {}) => plain(text, act, { title, disabled: off, "aria-label": name });
 const line = (className, text, title = text) => (text ? [element("p", { className, textContent: text, title })] : []);
 
 function verdict({ verdict: { sign, word, color, ink }, text, use, changed, fit, fit_again }) {
-  const mark = element("i", { textContent: sign });
-  Object.assign(mark.style, { background: color, color: ink });
+  const mark = element("i", { style: { background: color, color: ink } }, sign);
   const again = button("Diagnose again", () => window.addb.send("do", "diagnose"), { title: "Key X" });
   const solve = fit_again ? [button("Solve again", () => window.addb.send("do", "solve"), { title: "Key G" })] : [];
   const head = element("h3", {}, mark, word, element("small", { textContent: fit_again ? "not in the fit" : fit, title: fit }), ...solve, again);
-  const box = element("header", {}, head, ...line("text", text), ...line("text", use));
-  box.style.borderColor = color;
+  const box = element("header", { style: { borderColor: color } }, head, ...line("text", text), ...line("text", use));
   if (changed.length) box.append(...line("warn", `⚠ Out of date. Changed since: ${changed.join(", ")}. Diagnose again.`));
   return box;
 }
@@ -60,17 +49,15 @@ function card(of, i) {
     }),
   ];
   const decided = element("span", { className: `decided ${of.standing}`, textContent: of.decided, title: `${of.decided}, ${of.when}` });
-  const made = element(
+  return element(
     "article",
-    {},
+    { "aria-label": name },
     element("h4", {}, element("b", { textContent: `${i + 1} · ${of.title}`, title: of.title }), element("span", { textContent: of.sure, title: of.certainty })),
     ...line("size", of.size, of.sizes),
     ...line("else", of.else && `or else: ${of.else}`),
     ...line("todo", of.todo),
     element("div", { className: "keys" }, ...keys, decided),
   );
-  made.setAttribute("aria-label", name);
-  return made;
 }
 
 const shape = (tag, attributes) => {
@@ -107,11 +94,7 @@ function chart({ title, unit, lines }) {
   }
   svg.append(shape("line", { y1: 0, y2: HIGH, class: "cursor" }));
   const [before, ...others] = lines, after = others.find(({ dashed }) => !dashed), ordinary = lines.at(-1);
-  const number = (of) => {
-    const made = element("b", { textContent: figure(of.rms) });
-    made.style.color = of.text;
-    return made;
-  };
+  const number = (of) => element("b", { style: { color: of.text } }, figure(of.rms));
   const words = element("figcaption", {}, `${title.replace("Residual ", "")} `, number(before), ...(after ? [" → ", number(after)] : []), ` ${unit}`);
   words.append(element("small", { textContent: ` ordinary ${figure(ordinary.rms)}` }));
   svg.setAttribute("aria-label", `${title} over time, as recorded${after ? " and with the named causes" : ""}: ${words.textContent}`);

@@ -1,29 +1,19 @@
 // How curves are shown: over time or by gait cycle, and which other trials of the subject lie over them.
-import { element } from "./elements.js";
+import { button, element } from "./elements.js";
 import { dashOf } from "./multiples.js";
 
 /** Makes the row of switches. choose: called with what was chosen, {by} or {over}. */
 export function makeOptions(choose) {
-  const switches = Object.entries({ time: "over time", cycle: "by gait cycle" }).map(([by, words]) => {
-    const button = element("button", { textContent: words });
-    button.onclick = () => choose({ by });
-    return [by, button];
-  });
-  const group = element("span", { className: "addb-switch" }, ...switches.map(([, button]) => button));
-  group.setAttribute("role", "group");
-  group.setAttribute("aria-label", "Curves over");
-  const opener = element("button", { textContent: "Other trials" });
-  const list = element("fieldset", { id: "addb-curve-trials", hidden: true });
-  list.setAttribute("aria-label", "Trials drawn over this one");
-  opener.onclick = () => {
+  const switches = Object.entries({ time: "over time", cycle: "by gait cycle" }).map(([by, words]) => [by, button(words, () => choose({ by }))]);
+  const group = element("span", { className: "addb-switch", role: "group", "aria-label": "Curves over" }, ...switches.map(([, made]) => made));
+  const list = element("fieldset", { id: "addb-curve-trials", hidden: true, "aria-label": "Trials drawn over this one" });
+  const unfold = () => {
     list.hidden = !list.hidden;
     opener.setAttribute("aria-expanded", String(!list.hidden));
   };
-  opener.setAttribute("aria-expanded", "false");
-  const perKg = element("button", { textContent: "per kg", title: "Torques and powers for each kilogram of the person" });
-  perKg.onclick = () => choose({ per_kg: perKg.getAttribute("aria-pressed") !== "true" });
-  const writer = element("button", { textContent: "CSV", title: "Write what is shown into results/curves" });
-  writer.onclick = () => window.addb.send("do", "curves_csv");
+  const opener = button("Other trials", unfold, { "aria-expanded": "false" });
+  const perKg = button("per kg", () => choose({ per_kg: perKg.getAttribute("aria-pressed") !== "true" }), { title: "Torques and powers for each kilogram of the person" });
+  const writer = button("CSV", () => window.addb.send("do", "curves_csv"), { title: "Write what is shown into results/curves" });
   const legend = element("span", { id: "addb-curve-over" });
   let over = [], trials = [], lying = []; // lying: over the charts, in the order of their dashes
 
@@ -40,10 +30,10 @@ export function makeOptions(choose) {
     numberOf: (name) => lying.indexOf(name),
     show(told) {
       [over, trials] = [told.over, told.trials];
-      for (const [by, button] of switches) {
-        button.setAttribute("aria-pressed", String(by === told.by));
-        button.disabled = !told.cycles && by === "cycle";
-        button.title = button.disabled ? "Gait cycles need a fit" : "";
+      for (const [by, made] of switches) {
+        made.setAttribute("aria-pressed", String(by === told.by));
+        made.disabled = !told.cycles && by === "cycle";
+        made.title = made.disabled ? "Gait cycles need a fit" : "";
       }
       perKg.setAttribute("aria-pressed", String(told.per_kg));
       perKg.hidden = !told.cycles;

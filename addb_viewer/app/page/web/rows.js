@@ -1,48 +1,29 @@
 // Rows of the timeline: a label, and blocks that the timeline puts where their frames are.
+import { element } from "./elements.js";
+
 const FOOT = 32, ROW = 18; // [pixel] heights: three things lie in a foot's
 
 export const heightOf = (row) => (row.foot ? FOOT : ROW);
 
 export function rowOf(row) {
-  const line = document.createElement("div");
-  line.className = "addb-row";
-  line.style.height = `${heightOf(row)}px`;
-  const label = document.createElement("div");
-  label.className = "addb-label";
-  label.textContent = label.title = row.label;
-  const blocks = document.createElement("div");
-  blocks.className = "addb-blocks";
-  blocks.setAttribute("role", row.blocks.length ? "list" : "group");
-  blocks.setAttribute("aria-label", row.label);
-  blocks.append(...row.blocks.map((block) => blockOf(block, row)));
-  line.append(label, blocks);
-  return line;
+  const label = element("div", { className: "addb-label", title: row.label }, row.label);
+  const told = { className: "addb-blocks", role: row.blocks.length ? "list" : "group", "aria-label": row.label };
+  const blocks = element("div", told, ...row.blocks.map((block) => blockOf(block, row)));
+  return element("div", { className: "addb-row", style: { height: `${heightOf(row)}px` } }, label, blocks);
 }
 
 function blockOf(block, row) {
-  const made = document.createElement("div");
-  made.className = `addb-block${block.outlined ? " outlined" : ""}`;
-  made.setAttribute("role", "listitem");
-  made.setAttribute("aria-label", `${block.start} to ${block.end - 1}: ${block.told}`);
-  Object.assign(made.dataset, { start: block.start, end: block.end, foot: row.foot ?? "" });
-  made.textContent = block.text;
   const faded = (percent) => `color-mix(in srgb, ${block.color} ${percent}%, transparent)`;
-  Object.assign(made.style, {
+  const style = {
     top: `${100 * block.top}%`,
     height: `${100 * block.height}%`,
     borderColor: block.color,
     color: block.hatched ? "var(--addb-ink)" : block.ink,
     background: block.hatched ? `repeating-linear-gradient(135deg, ${faded(55)} 0 3px, ${faded(15)} 3px 7px)` : block.color,
-  });
-  made.block = block;
-  if (block.flag) made.append(edge("start"), edge("end"));
-  return made;
+  };
+  const told = { className: `addb-block${block.outlined ? " outlined" : ""}`, role: "listitem", "aria-label": `${block.start} to ${block.end - 1}: ${block.told}` };
+  const dataset = { start: block.start, end: block.end, foot: row.foot ?? "" };
+  return element("div", { ...told, dataset, style, block }, block.text, ...(block.flag ? [edge("start"), edge("end")] : []));
 }
 
-function edge(side) {
-  const made = document.createElement("div");
-  made.className = "addb-edge";
-  made.style[side === "start" ? "left" : "right"] = 0;
-  made.dataset.side = side;
-  return made;
-}
+const edge = (side) => element("div", { className: "addb-edge", dataset: { side }, style: { [side === "start" ? "left" : "right"]: 0 } });

@@ -2,6 +2,7 @@
 // and only what was decided by them goes to the server: a frame, a range, another border of a flag.
 import { strip } from "./bar.js";
 import { drawCurves, titles, told } from "./curves.js";
+import { element } from "./elements.js";
 import { heightOf, rowOf } from "./rows.js";
 
 const GUTTER = 96, MARGIN = 12, AXIS = 16, BAR = 30; // [pixel]; as in strip.css
@@ -10,29 +11,25 @@ const FEWEST_FRAMES = 8; // that zoom leaves
 const TICK_PIXELS = 130;
 const WAITED_MS = 2000; // for the server's word on a frame that the cursor went to ahead of it
 
-const make = (id, parent, tag = "div") => {
-  const made = document.createElement(tag);
-  made.id = id;
+const make = (id, parent, tag = "div", options = {}) => {
+  const made = element(tag, { id, ...options });
   parent.append(made);
   return made;
 };
-const area = document.createElement("section");
-area.id = "addb-timeline";
-area.tabIndex = 0;
-area.setAttribute("aria-label", "Timeline: plus and minus zoom, the keys of the app move, select and flag");
-area.dataset.addbTimeline = "";
-Object.assign(area.dataset, { gutter: GUTTER, margin: MARGIN });
-strip.prepend(area);
-const grip = document.createElement("div");
-grip.id = "addb-grip";
-grip.title = "Drag: height of the timeline";
-strip.prepend(grip);
+const area = element("section", {
+  id: "addb-timeline",
+  tabIndex: 0,
+  "aria-label": "Timeline: plus and minus zoom, the keys of the app move, select and flag",
+  dataset: { addbTimeline: "", gutter: GUTTER, margin: MARGIN },
+});
+const grip = element("div", { id: "addb-grip", title: "Drag: height of the timeline" });
+strip.prepend(grip, area);
 const rowsBox = make("addb-rows", area);
 const canvas = make("addb-curves", area, "canvas");
 const over = make("addb-over", area);
-const selectionMark = make("addb-selection", over), pointerMark = make("addb-pointer", over), cursorMark = make("addb-cursor", over);
-cursorMark.dataset.addbCursor = "";
-selectionMark.dataset.addbSelection = "";
+const selectionMark = make("addb-selection", over, "div", { dataset: { addbSelection: "" } });
+const pointerMark = make("addb-pointer", over);
+const cursorMark = make("addb-cursor", over, "div", { dataset: { addbCursor: "" } });
 const values = make("addb-values", area);
 const axis = make("addb-axis", area);
 const readout = make("addb-readout", strip);
@@ -98,11 +95,9 @@ function drawAxis() {
   const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000].find((s) => (span.last - span.first) / s <= most) ?? 100000;
   const ticks = [];
   for (let at = Math.ceil(span.first / step) * step; at <= span.last; at += step) {
-    const tick = document.createElement("span");
-    tick.textContent = `${at} · ${time(at)} s`;
     const shift = x(at) < GUTTER + TICK_PIXELS / 2 ? 0 : x(at) > GUTTER + width() - TICK_PIXELS / 2 ? -100 : -50;
-    Object.assign(tick.style, { left: `${x(at)}px`, transform: `translateX(${shift}%)` });
-    ticks.push(tick);
+    const style = { left: `${x(at)}px`, transform: `translateX(${shift}%)` };
+    ticks.push(element("span", { style }, `${at} · ${time(at)} s`));
   }
   axis.replaceChildren(...ticks);
 }
@@ -116,13 +111,9 @@ function drawMarks() {
   if (selection) put(selectionMark, ...selection);
   values.replaceChildren(
     ...titles(curves, place()).map(({ top, curve }) => {
-      const line = document.createElement("div"), title = document.createElement("span"), value = document.createElement("b");
-      title.textContent = `${curve.title} [${curve.unit}]${curve.bound_label ? `, dashed: ${curve.bound_label}` : ""}`;
-      value.textContent = `${told(curve.values[frame])} ${curve.unit}`;
-      line.className = "addb-title";
-      line.style.top = `${top}px`;
-      line.append(title, value);
-      return line;
+      const title = element("span", {}, `${curve.title} [${curve.unit}]${curve.bound_label ? `, dashed: ${curve.bound_label}` : ""}`);
+      const value = element("b", {}, `${told(curve.values[frame])} ${curve.unit}`);
+      return element("div", { className: "addb-title", style: { top: `${top}px` } }, title, value);
     }),
   );
 }

@@ -1,17 +1,11 @@
 // The video beside the scene follows the cursor: it is sought while that rests, and plays along while it runs forwards.
 import { strip } from "./bar.js";
+import { element } from "./elements.js";
 
-const box = document.createElement("figure");
-box.id = "addb-video";
-box.hidden = true;
-box.setAttribute("aria-label", "Video of the recording");
-const film = document.createElement("video");
-film.muted = true; // so that it may play unasked
-film.playsInline = true;
-film.preload = "auto";
-film.disablePictureInPicture = true;
-const words = document.createElement("figcaption");
-box.append(film, words);
+// Muted, so that it may play unasked.
+const film = element("video", { muted: true, playsInline: true, preload: "auto", disablePictureInPicture: true });
+const words = element("figcaption");
+const box = element("figure", { id: "addb-video", hidden: true, "aria-label": "Video of the recording" }, film, words);
 strip.after(box);
 
 const JUST_AFTER_S = 0.001; // so that rounding does not show the picture before

@@ -5,8 +5,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from websockets.datastructures import Headers
 
-from addb_viewer.app.security.access import Access
-from addb_viewer.app.security.trial_address import TrialAddress, address_in
+from addb_viewer.app.security.access import Access, TrialAddress, address_in
 
 
 def answer(access, headers, *, websocket=True, path="/"):

@@ -111,15 +111,6 @@ def test_the_whole_trial_gets_its_activity_by_two_keys_and_y_takes_what_is_sugge
         app.close()
 
 
-def test_the_keys_are_shown_by_one_and_taken_away_by_it_and_by_esc(app, enter):
-    browser = enter(app)
-    for away in ("Keys", "No, to the question"):
-        browser.press("Keys")
-        browser.until(lambda: browser.asked("Ctrl+K"))
-        browser.press(away)
-        browser.until(lambda: not browser.questions)
-
-
 def test_the_worst_frame_that_counts_is_gone_to_and_said(app, enter, make_replay):
     residual = make_replay().residual
     over = np.fmax(

@@ -11,7 +11,7 @@ import pytest
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.trial_view.missing_force import MissingForce
 from annotations.errors import ReviewError
-from annotations.events import FlagRange, SetStatus, Status
+from annotations.events import SetStatus, Status
 from annotations.suggested_activity import SuggestedActivity
 from tests.patience import PATIENCE_S
 
@@ -241,28 +241,6 @@ def test_a_trial_without_a_fit_is_said_before_it_is_finished(tmp_path, make_repl
         assert edit.event == SetStatus(Status.FINISHED), "detection is still asked"
     finally:
         app.close()
-
-
-def test_edits_of_others_show_by_themselves_with_a_note_where_both_worked(app, enter, stored):
-    browser = enter(app)
-    browser.put("Go to", "120:140")
-    browser.press("Flag: not over a plate")
-    browser.until(lambda: flags(stored()))
-    with open_log(app.subjects.loaded[0].subject.folder) as log:  # as the command line does
-        log.append("walk", FlagRange(130, 150, "forceDiscrepancy", None), "Bo")
-    browser.until(lambda: browser.told("Bo says 'force wrong'"))
-    browser.until(lambda: "130–149" in browser.html())
-
-
-def test_two_browsers_see_each_other_at_once(app, enter, stored):
-    one, other = enter(app), enter(app, name="Bo", at="walk")
-    one.put("Go to", "30:50")
-    one.press("Flag: moment wrong")
-    other.until(lambda: "30–49" in other.html())
-    other.put("Go to", "40:60")
-    other.press("Flag: force wrong")
-    one.until(lambda: one.told("You and Bo disagree"))
-    assert {f[-1] for f in flags(stored())} == {"Zoë", "Bo"}
 
 
 def test_a_name_is_asked_for_once_before_the_first_decision_which_is_then_done(app, enter, stored):
