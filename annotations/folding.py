@@ -242,20 +242,11 @@ def _stays_out(kept: Sequence[Edit], review: TrialReview) -> tuple[FlaggedRange,
     assert isinstance(finishing.event, SetStatus)
     if finishing.event.left_out is None:
         return None
+    whose = (finishing.number, finishing.author)
     found = [
-        FlaggedRange(
-            start=start,
-            end=end,
-            foot=foot,
-            reason=p.reason,
-            source=Source.UNDECIDED,
-            author=finishing.author,
-            edit=finishing.number,
-            confidence=p.confidence,
-            detector=p.detector,
-        )
+        _flag(run, foot, Decision(*run, foot, p.reason, *whose, source=Source.UNDECIDED, proposal=p))
         for p in finishing.event.left_out
-        for (start, end), foot in _undecided(p, review)
+        for run, foot in _undecided(p, review)
     ]
     return tuple(sorted(found, key=lambda flag: (flag.start, flag.end)))
 

@@ -17,8 +17,7 @@ from urllib.parse import quote
 
 from annotations.errors import LostLogError, ReviewError
 from annotations.events import Edit, Event
-from annotations.folding import folded
-from annotations.log import ReviewLog, opinion, unreadable_by
+from annotations.log import ReviewLog, review_of
 from annotations.reading import Reading
 from annotations.trial_review import TrialReview
 from annotations.unreadable import UnreadableRow, listed
@@ -136,11 +135,11 @@ class LiveReview:
         Raises:
             ReviewError: an edit is about a foot that the subject does not have.
         """
-        edits, unreadable = self.history(trial), unreadable_by(self.unreadable(trial), by)
+        edits, unreadable = self.history(trial), self.unreadable(trial)
         made_from = (edits[-1].number if edits else 0, len(unreadable))
         kept = self._states.get((trial, by))
         if kept is None or kept[0] != made_from:
-            kept = (made_from, folded(trial, opinion(edits, by), self._feet, unreadable))
+            kept = (made_from, review_of(trial, edits, unreadable, self._feet, by))
             self._states[trial, by] = kept
         return kept[1]
 

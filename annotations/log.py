@@ -200,7 +200,7 @@ class ReviewLog(SubjectRows):
             ReviewError: an edit is about a foot that the subject does not have.
         """
         found = self.reading(trial)
-        return folded(trial, opinion(found.edits, by), feet, unreadable_by(found.unreadable, by))
+        return review_of(trial, found.edits, found.unreadable, feet, by)
 
     def _read(self, connection: Connection, trial: str | None, after: int | None = None) -> Reading:
         wanted = self._wanted()
@@ -211,14 +211,29 @@ class ReviewLog(SubjectRows):
         return Reading(*self._each(connection, wanted, _edit))
 
 
-def opinion(edits: Sequence[Edit], by: str | None) -> tuple[Edit, ...]:
-    """The edits that make one reviewer's opinion, on top of what was imported; all of them for None."""
-    return tuple(edit for edit in edits if by is None or edit.author in (by, IMPORTED))
+def review_of(
+    trial: str,
+    edits: Sequence[Edit],
+    unreadable: Sequence[UnreadableRow],
+    feet: Sequence[str],
+    by: str | None = None,
+) -> TrialReview:
+    """The state that a trial's rows make: of all reviewers, or one's opinion on top of what was imported.
 
+    Args:
+        trial: its name.
+        edits: of the trial, in order.
+        unreadable: rows that may be about it.
+        feet: names of the subject's foot bodies.
+        by: the one reviewer; None for everybody.
 
-def unreadable_by(rows: Sequence[UnreadableRow], by: str | None) -> tuple[UnreadableRow, ...]:
-    """The rows that may belong to that opinion."""
-    return tuple(row for row in rows if by is None or row.may_be_of(by, IMPORTED))
+    Raises:
+        ReviewError: an edit is about a foot that the subject does not have.
+    """
+    if by is not None:
+        edits = [edit for edit in edits if edit.author in (by, IMPORTED)]
+        unreadable = [row for row in unreadable if row.may_be_of(by, IMPORTED)]
+    return folded(trial, edits, feet, unreadable)
 
 
 def _edit(number: int, trial: str, author: str, made_at: datetime, event: Event) -> Edit:

@@ -57,7 +57,10 @@ def tables_from_csv(
         if "trial" not in columns or not set(LABELS) & set(columns):
             raise ReviewError(f"{file}: needs a header row with 'trial' and one of {', '.join(LABELS)}")
         for row in reader:
-            trial, label = _label(row, frames, known, f"{file}, line {reader.line_num}")
+            try:
+                trial, label = _read(row, frames, known)
+            except ReviewError as error:
+                raise ReviewError(f"{file}, line {reader.line_num}: {error}") from error
             found.setdefault(trial, []).append(label)
     except csv.Error as error:
         raise ReviewError(f"{file}, after line {reader.line_num}: not CSV ({error})") from error
@@ -97,16 +100,6 @@ def _row(labelled: FlaggedRange | ClearedRange | ActivityRange) -> Row:
         return row | {"reason": FORCE_COUNTS}
     confidence = "" if labelled.confidence is None else f"{labelled.confidence:.3g}"
     return row | {"reason": labelled.reason, "confidence": confidence, "detector": labelled.detector}
-
-
-def _label(
-    row: Mapping[str, str | None], frames: Mapping[str, int], feet: tuple[str, ...], where: str
-) -> tuple[str, Label]:
-    """A row's trial and label; what is wrong with it is said with where it stands."""
-    try:
-        return _read(row, frames, feet)
-    except ReviewError as error:
-        raise ReviewError(f"{where}: {error}") from error
 
 
 def _read(

@@ -51,7 +51,7 @@ def test_readers_remember_for_themselves_what_they_have_seen(live):
 
 def test_a_trial_is_folded_once_for_each_of_its_edits(live, monkeypatch):
     folds = []
-    monkeypatch.setattr(live_review, "folded", lambda trial, *_: folds.append(trial))
+    monkeypatch.setattr(live_review, "review_of", lambda trial, *_: folds.append(trial))
     for _ in range(3):
         live.review("walk")
     live.log.append("run", FLAG, "anna")
