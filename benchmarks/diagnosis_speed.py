@@ -61,7 +61,7 @@ def fit_case(folder: Path) -> Fitted:
     """The markers alone, repaired, and the balance's rows."""
     settings = settings_for(folder)
     began = time.process_time()
-    subject = open_subject(folder, settings.reading)
+    subject = open_subject(folder)
     balance, seen, _ = repaired_balance(subject, settings, trials=None, reviews={}, progress=silent)
     return Fitted(balance.trials, balance.settings, seen, time.process_time() - began)
 

@@ -20,7 +20,7 @@ from annotations.reasons import REASONS, key_of, reason_words
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.catalogue import ABOUT
 from solver.diagnosis.checks import CHECKS
-from solver.export.b3d.reasons import NEAREST
+from solver.export.b3d.from_fit import NEAREST
 
 DOCS = Path(__file__).parent.parent / "docs"
 OF_EVERY_COMMAND = {"--help", "--debug"}  # the page explains them once

@@ -34,32 +34,16 @@ MADE_HERE = {
     ("addb_viewer/dataset/synthesis/synthetic_subject.py", "MeasurementSettings"): "likewise",
     ("addb_viewer/benchmark/predictors.py", "ContactSettings"): "a baseline is the same for every release",
     ("addb_viewer/benchmark/learnt/predictor.py", "TrainingSettings"): "made of the command's options",
-    ("addb_viewer/api/recording.py", "LengthUnitSettings"): "arrays are checked before they are a subject",
-    (
-        "solver/skeleton/bones.py",
-        "CapsuleSettings",
-    ): "how bones without a mesh look; nothing is computed from it",
 }
 FALLS_BACK = {
     (
-        "solver/capture/formats/storage.py",
-        "find_clock",
-    ): "a table's rate, to be shown; reading forces finds their clock",
-    (
         "solver/export/conversion/convert.py",
-        "read_opensim_set",
+        "read_marker_file",
     ): "files by themselves, which no subject is about",
-    ("solver/export/conversion/convert.py", "read_marker_file"): "likewise",
-    ("addb_viewer/api/recording.py", "vertical_axis"): "arrays are checked before they are a subject",
 }
 
 READS_THEM = {"job_for": "where none are handed over, it reads the subject's own"}
 
-OPENS_FOLDERS = (  # which files belong together is found out before any settings are read
-    "solver/capture/subject/force_pairing.py",
-    "solver/capture/subject/same_motion.py",
-    "solver/capture/subject/subject_layout.py",
-)
 CHANGEABLE = {type(table).__name__ for _, table in tables(Settings())} | {
     "Settings",
     "ReadingSettings",
@@ -143,8 +127,6 @@ def falling_back(trees: dict[str, ast.AST]) -> set[tuple[str, str]]:
     }
     found = set()
     for file, tree in trees.items():
-        if file in OPENS_FOLDERS:
-            continue
         known = _module_names(tree)
         for call in _calls(tree):
             if _name(call.func) not in known or (asked := optional.get(_name(call.func))) is None:

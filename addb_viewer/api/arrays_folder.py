@@ -11,7 +11,7 @@ from pathlib import Path
 from solver.capture.atomic import made_folder, write_whole
 from solver.capture.capture import Capture, PlateWord, Subject, TrialFiles
 from solver.capture.formats.trc import write_trc
-from solver.capture.subject.subject_toml_writing import described_as_toml
+from solver.capture.subject.subject_toml import described_as_toml
 from solver.common.errors import CaptureError
 from solver.common.file_names import distinct
 from solver.export.places import file_stem

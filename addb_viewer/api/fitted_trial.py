@@ -8,7 +8,7 @@ import numpy as np
 
 from addb_viewer.api.labelled import AXES, Series, Table
 from solver.common.notes import Note
-from solver.export.column_units import UNITS
+from solver.export.gait_tables import UNITS
 from solver.export.tables import trial_columns
 from solver.fitting.fit import TrialFit
 from solver.fitting.seen_part import in_view, without_guesses

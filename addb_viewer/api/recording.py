@@ -9,16 +9,21 @@ import numpy as np
 from addb_viewer.api.labelled import AXES, Series
 from solver.capture.axes import vertical_axis, vertical_axis_named
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.clock_settings import CLOCK
-from solver.capture.formats.length_units import METRES_PER_UNIT, LengthUnitSettings
+from solver.capture.clock import JITTER
+from solver.capture.formats.length_units import (
+    LARGEST_PERSON_M,
+    LARGEST_SPREAD_M,
+    METRES_PER_UNIT,
+    SMALLEST_PERSON_M,
+    SMALLEST_SPREAD_M,
+)
+from solver.capture.marker_cleaning import unseen_as_nan
 from solver.capture.plates.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
 from solver.capture.subject.subject_toml import can_name_a_trial
-from solver.capture.unseen_markers import unseen_as_nan
 from solver.common.errors import CaptureError
 
 LOADED_N = 20.0  # [N] below it a centre of pressure is noise: gait laboratories' contact threshold
 PRESSED_N = 150.0  # [N] of a step; whoever stands on a plate reads more
-LENGTHS = LengthUnitSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +132,7 @@ def _clock(times: Any, count: int, what: str) -> tuple[float, float]:
         raise CaptureError(f"{what}: one row is no recording.")
     rate = (count - 1) / (t[-1] - t[0])
     off = float(np.max(np.abs(t - t[0] - np.arange(count) / rate)) * rate)
-    if off > CLOCK.jitter:
+    if off > JITTER:
         raise CaptureError(
             f"{what}: times are not uniform; a row is {off:.2f} of a step away from a clock of {rate:.6g} "
             "Hz. Resample it, with NaN for markers in gaps."
@@ -174,12 +179,12 @@ def _check_size(positions: np.ndarray, name: str) -> None:
     if not len(seen):
         return
     extent = float(np.median(np.linalg.norm(np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1), axis=1)))
-    if LENGTHS.smallest_m <= extent <= LENGTHS.largest_m:
+    if SMALLEST_SPREAD_M <= extent <= LARGEST_SPREAD_M:
         return
     fitting = [
         unit
         for unit, metres in METRES_PER_UNIT.items()
-        if LENGTHS.smallest_person_m <= extent * metres <= LENGTHS.largest_person_m
+        if SMALLEST_PERSON_M <= extent * metres <= LARGEST_PERSON_M
     ]
     hint = f" They look like {fitting[0]}: multiply by {METRES_PER_UNIT[fitting[0]]:g}." if fitting else ""
     raise CaptureError(f"{name}: the markers of a frame span {extent:.4g} m; metres are needed.{hint}")

@@ -17,11 +17,10 @@ from solver.capture.atomic import write_whole
 from solver.capture.capture import Markers, Subject
 from solver.capture.formats.b3d.places import subject_folder_of
 from solver.capture.formats.text_table import some_of
-from solver.capture.subject.readable_trials import read_trials
 from solver.capture.subject.same_motion import markers_of
-from solver.capture.subject.subject import MARKER_MAP, open_subject, subjects_in
+from solver.capture.subject.subject import MARKER_MAP, open_subject, read_trials, subjects_in
 from solver.capture.subject.subject_layout import DESCRIBED_BY_HAND
-from solver.capture.subject.subject_toml_writing import described_as_toml
+from solver.capture.subject.subject_toml import described_as_toml
 from solver.capture.trial import read_static, read_trial
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note
@@ -77,7 +76,7 @@ def init(folder: Folder, recursive: Recursive = False, debug: Debug = False) -> 
 
 def _subjects(folder: Path, recursive: bool) -> tuple[Sequence[Subject], Sequence[str]]:
     """The subject of a folder, or the only one in it; all of them where they are asked for."""
-    found, notes = subjects_in(folder, settings_of=lambda place: settings_for(place).reading)
+    found, notes = subjects_in(folder)
     if len(found) > 1 and not recursive:
         names = some_of([subject.folder.relative_to(folder).as_posix() for subject in found])
         raise CaptureError(f"{folder}: {len(found)} subjects: {names}. Give one of them, or add --recursive.")
@@ -168,7 +167,7 @@ def markers(
     with errors_as_lines(debug):
         check_folder(subject)
         chosen = settings_for(subject, settings)
-        who = open_subject(subject, chosen.reading)
+        who = open_subject(subject)
         recordings = _recordings(who, chosen)
         model = None if who.model is None else load_subject_model(who.model)
         on_model = None if model is None or is_bare(model) else own_names(model, recordings)

@@ -22,7 +22,7 @@ from rich.text import Text
 from addb_viewer.commands.options import written
 from addb_viewer.jobs.errors import FAILED, STOPPED, check_folder
 from addb_viewer.jobs.processes import THREADS, Processes, Start
-from addb_viewer.jobs.root_folder import RootFolder, open_root, reading_of
+from addb_viewer.jobs.root_folder import RootFolder, open_root
 from solver.capture.atomic import write_whole
 from solver.capture.formats.b3d.places import is_b3d, recording_of, subject_folder_of
 from solver.capture.formats.recording_files import is_recording
@@ -145,7 +145,7 @@ def several(folder: Path) -> RootFolder | None:
     if any((folder / name).is_file() for name in DESCRIPTIONS):
         return None
     try:
-        open_subject(folder, reading_of(folder))
+        open_subject(folder)
     except CaptureError:
         pass
     else:

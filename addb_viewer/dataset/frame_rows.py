@@ -16,7 +16,7 @@ from addb_viewer.dataset.parquet_files import Values, repeated, table_of
 from addb_viewer.dataset.schema import FRAMES, JOINT_CENTRES, KINEMATICS, MARKERS, PLATES
 from solver.capture.formats.b3d.schema import PassFrames, SensorFrames
 from solver.common.frames_at_once import FRAMES_AT_ONCE, by_frames
-from solver.export.b3d.model import joints_in_order
+from solver.export.b3d.pass_frames import joints_in_order
 from solver.fitting.settings import Settings
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion

@@ -8,14 +8,14 @@ from jaxtyping import Bool, Float, UInt8
 
 from addb_viewer.dataset.grid import Grid
 from solver.capture.capture import Capture
-from solver.capture.formats.b3d.reasons import REASONS
+from solver.capture.formats.b3d.schema import REASONS
 from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure, surface_of
 from solver.capture.plates.conditioning import condition
 from solver.contact.assignment import lies_there
 from solver.contact.mask import ERRONEOUS, frame_mask
 from solver.contact.proposals import UNMEASURED_EXTERNAL_FORCE, sure_ranges
 from solver.contact.wrenches import DETECTION, FILE, NO_FOOT, PERSON, ContactWrenches, FrameMask
-from solver.export.b3d.reasons import decisive_reasons, reasons_per_frame
+from solver.export.b3d.from_fit import decisive_reasons, reasons_per_frame
 from solver.fitting.fit import TrialFit
 from solver.fitting.settings import Settings
 
@@ -77,7 +77,7 @@ def surfaces_under(contacts: ContactWrenches, capture: Capture, settings: Settin
     point, normal = np.zeros((2, frames, feet, 3))
     normal[..., 1] = 1.0
     for k in range(contacts.plate.shape[1] - 1, -1, -1):
-        surface = surface_of(capture.plates[k], settings.conditioning)
+        surface = surface_of(capture.plates[k])
         for foot in range(feet):
             own = contacts.plate[:, k] == foot
             point[own, foot], normal[own, foot] = surface.point_ground, surface.normal_ground

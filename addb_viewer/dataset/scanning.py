@@ -24,10 +24,9 @@ from addb_viewer.dataset.trial_labels import labels_of, named_causes
 from addb_viewer.text.note_words import by_kind
 from annotations.errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
-from solver.capture.reading_settings import ReadingSettings
 from solver.capture.subject.subject import subjects_in
 from solver.capture.subject.unused_files import MARKERS
-from solver.capture.trial import read_trial
+from solver.capture.trial import ReadingSettings, read_trial
 from solver.common.errors import SolverError
 from solver.common.file_names import readable
 from solver.common.notes import Note
@@ -99,7 +98,7 @@ def scan(
     strange: list[LeftOut] = []
     shown = _Shown()
     for root in roots:
-        found, notes = subjects_in(root, settings_of=lambda folder: settings_for(folder).reading)
+        found, notes = subjects_in(root)
         source = readable(root.resolve().name)
         for note in notes:
             place, _, why = note.partition(" is left out: ")

@@ -43,16 +43,14 @@ from addb_viewer.jobs.accepted_extension import extension_for_solve
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.suggested_activities import suggestions_of
 from solver.capture.atomic import write_whole
-from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
+from solver.capture.formats.b3d.frames import cut
 from solver.capture.formats.b3d.schema import B3dFile, B3dTrial, TrialType
 from solver.capture.subject.subject import open_subject
 from solver.common.memory_release import release_memory
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.trajectory.extension import Extension
-from solver.export.b3d.cutting import cut
-from solver.export.b3d.from_fit import fit_to_b3d, unfitted
-from solver.export.b3d.passes import LowPassed
-from solver.export.b3d.writer import write_b3d
+from solver.export.b3d.from_fit import LowPassed, fit_to_b3d, unfitted
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import default_folder
@@ -374,7 +372,7 @@ def write_subject_files(task: Task) -> Receipt:
         ReviewError: the reviews cannot be read.
     """
     settings = settings_for(task.place)
-    subject = open_subject(task.place, settings.reading)
+    subject = open_subject(task.place)
     chosen = [trial for trial in subject.trials if trial.name in task.trials]
     reviews, _ = reviews_for_solve(subject, chosen)
     extension, _ = extension_for_solve(subject, chosen, default_folder(subject.folder))

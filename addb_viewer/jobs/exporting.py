@@ -7,7 +7,7 @@ from pathlib import Path
 from solver.capture.atomic import files_together
 from solver.common.errors import CaptureError
 from solver.export.b3d.from_fit import export_b3d
-from solver.export.c3d import export_c3d
+from solver.export.c3d_file import export_c3d
 from solver.export.opensim import export_opensim
 from solver.export.places import renamed
 from solver.export.tables import export_csv, export_parquet
@@ -68,7 +68,7 @@ def _written(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
 
             files = export_gltf(fit, folder / "gltf")
         case Format.mujoco:
-            from solver.export.mujoco import export_mujoco  # noqa: PLC0415 (likewise)
+            from solver.export.mjcf import export_mujoco  # noqa: PLC0415 (likewise)
 
             files, notes = export_mujoco(fit, folder / "mujoco")
             return files, (*renamed(fit), *notes)

@@ -27,7 +27,7 @@ def subject_in(folder: Path) -> Subject:
         CaptureError: no such folder, or nothing in it.
     """
     check_folder(folder)
-    return open_subject(folder, settings_for(folder).reading)
+    return open_subject(folder)
 
 
 def trial_of(subject: Subject, name: str) -> TrialFiles:

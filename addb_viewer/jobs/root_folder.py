@@ -7,11 +7,9 @@ from pathlib import Path
 from solver.capture.capture import Subject
 from solver.capture.formats.b3d.places import recording_of, subject_folder_of
 from solver.capture.formats.qtm_tsv import force_files
-from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject.subject import open_subject, subjects_in
-from solver.common.errors import CaptureError, SettingsError
+from solver.common.errors import CaptureError
 from solver.fitting.fit import Fit
-from solver.fitting.settings import settings_for
 
 
 class OutsideError(CaptureError):
@@ -36,7 +34,7 @@ class RootFolder:
         if name not in self.names:
             raise OutsideError(f"{self.path}: has no subject '{name}'")
         check_links(self.path, self.path / name)
-        subject = open_subject(self.path / name, reading_of(self.path / name))
+        subject = open_subject(self.path / name)
         check_inside(self.path, subject)
         return subject
 
@@ -51,9 +49,7 @@ def open_root(folder: Path) -> RootFolder:
     if not folder.is_dir() and recording_of(folder) is None:
         raise CaptureError(f"{folder}: no such folder; give a subject's folder, or one that holds several")
     path = folder.resolve()
-    subjects, left_out = subjects_in(
-        path, may_be_read=lambda place: check_links(path, place), settings_of=reading_of
-    )
+    subjects, left_out = subjects_in(path, may_be_read=lambda place: check_links(path, place))
     names, notes = [], list(left_out)
     for subject in subjects:
         name = subject.folder.relative_to(path).as_posix()
@@ -68,14 +64,6 @@ def open_root(folder: Path) -> RootFolder:
     if not names:
         raise OutsideError(f"{path}: no subject in it whose files lie inside. {' '.join(notes)}")
     return RootFolder(path, tuple(names), tuple(notes))
-
-
-def reading_of(subject_folder: Path) -> ReadingSettings:
-    """How a subject's files are read; by the defaults where its settings.toml is not valid."""
-    try:
-        return settings_for(subject_folder).reading
-    except SettingsError:
-        return READING
 
 
 def check_links(root: Path, folder: Path) -> None:

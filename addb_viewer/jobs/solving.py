@@ -79,7 +79,7 @@ def job_for(
     """
     check_folder(folder)
     settings = settings or settings_for(folder, settings_file)
-    subject = open_subject(folder, settings.reading)
+    subject = open_subject(folder)
     if map_file is not None:
         subject = replace(subject, marker_map=map_file)
     chosen_for(subject)

@@ -130,9 +130,7 @@ def _plate(
     force = clock.floats(lowered.force_ground)
     cop = clock.floats(plate.cop_ground)
     if lowered is not plate:
-        centre = centre_of_pressure(
-            force, clock.floats(lowered.moment_ground), surface_of(plate, conditioning)
-        )
+        centre = centre_of_pressure(force, clock.floats(lowered.moment_ground), surface_of(plate))
         cop = np.where(force[:, 1:2] >= SMALLEST_N, centre, np.nan)
     cop[~carrying] = np.nan
     return PlateReplay(plate.name, force, cop, np.full(len(times), -1), plate.corners_ground)

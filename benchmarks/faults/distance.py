@@ -46,7 +46,7 @@ def undecidable(out: Path, truth: Mapping[str, Any], figures: Mapping[str, Any])
     if not kept.exists():
         folder = out / "subjects" / str(truth["case"])
         settings = settings_for(folder)
-        subject = open_subject(folder, settings.reading)
+        subject = open_subject(folder)
         balance, _, _ = repaired_balance(subject, settings, trials=None, reviews={}, progress=silent)
         by_key = {f"{c.id} {c.target}": c for c in catalogue(balance.scenes)}
         true, named = by_key[f"{id} all"], by_key[_key(names[0])]

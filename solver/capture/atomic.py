@@ -77,7 +77,7 @@ def whole_file(path: Path, *, overwrite: bool = False) -> Iterator[BinaryIO]:
         if name is not None:
             name.unlink(missing_ok=True)
         if isinstance(error, OSError):
-            raise CaptureError(_told(path, error)) from error
+            raise CaptureError(_writing_error(path, error)) from error
         raise
 
 
@@ -132,7 +132,7 @@ def files_together(
 
     Args:
         home: where they belong; made where it is missing.
-        before_moving: told the places; raises where one must not be replaced.
+        before_moving: given the places; raises where one must not be replaced.
         overwrite: also what was measured, because a person said so.
 
     Raises:
@@ -177,7 +177,7 @@ def move_draft_folder(draft: Path, place: Path) -> None:
 
 def clear_drafts(folder: Path) -> None:
     """Remove the drafts in a folder that killed runs left behind; those of living ones stay."""
-    with suppress(OSError):  # a folder that cannot be read: whoever writes into it will be told
+    with suppress(OSError):  # a folder that cannot be read: whoever writes into it gets the error
         drafts = [Path(entry.path) for entry in os.scandir(folder) if entry.name.startswith(DRAFT)]
         for draft in drafts:
             with suppress(OSError):  # one that cannot be opened or removed stays
@@ -188,7 +188,7 @@ clear_drafts_once = cache(clear_drafts)  # a thousand files into one folder: loo
 
 
 def on_disk(file: BinaryIO) -> None:
-    """Wait until what was written is on the disk; one that is full, or a quota, is heard of by now."""
+    """Wait until what was written is on the disk; one that is full, or a quota, is known by now."""
     file.flush()
     os.fsync(file.fileno())
 
@@ -231,7 +231,7 @@ def _moved(draft: Path, path: Path) -> None:
         ) from error
 
 
-def _told(path: Path, error: OSError) -> str:
+def _writing_error(path: Path, error: OSError) -> str:
     """Names the file that was meant, or another one that the block met trouble with."""
     named = Path(error.filename) if isinstance(error.filename, str | Path) else path
     in_draft = any(part.startswith(DRAFT) for part in named.parts)

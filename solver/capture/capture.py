@@ -83,7 +83,7 @@ class ForcePlate:
         """Time of each sample on the recording's clock [s]."""
         return self.start_time + np.arange(self.samples) / self.rate
 
-    def unmeasured_at(self, samples: Bool[np.ndarray, " samples"]) -> "ForcePlate":
+    def unrecorded_at(self, samples: Bool[np.ndarray, " samples"]) -> "ForcePlate":
         """The plate with NaN for everything that it read at these samples."""
         known = np.where(samples, np.nan, 1.0)[:, None]
         return replace(

@@ -9,11 +9,18 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
-from solver.capture.clock_settings import CLOCK, ClockSettings
-from solver.capture.clock_steps import fits, hides_gaps, off_beat, resolution_of, uneven, with_gaps
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
 from solver.common.runs import runs
+
+FINEST_DECIMALS = 9  # time columns are printed with at most so many decimals; beyond is float noise
+JITTER = 0.05  # [samples] how far a time may be off beyond its rounding: clocks are that good
+# [samples] rows off the uniform clock by less are moved onto it; from half on, their order is a guess
+LARGEST_JITTER = 0.45
+RATE_TOLERANCE = 5e-4  # header and time column that differ by less say the same
+FEWEST_JITTERING = 10  # [rows] that jitter about a clock: fewer may fit a clock by chance
+SINGLE_STEPS = 0.8  # share of steps by one sample in a recording that jitters; events come at any time
+GAP_LIMIT = 10.0  # missing rows per present row; with more, two recordings are in one file
 
 
 @dataclass(frozen=True)
@@ -69,12 +76,7 @@ class Clock:
 
 
 def find_clock(
-    times: Float[np.ndarray, " rows"],
-    *,
-    path: Path,
-    lines: Sequence[int],
-    header_rate: float | None = None,
-    settings: ClockSettings = CLOCK,
+    times: Float[np.ndarray, " rows"], *, path: Path, lines: Sequence[int], header_rate: float | None = None
 ) -> Clock:
     """Rate from the first and last time and the number of samples between them; the header's only in need.
 
@@ -85,7 +87,6 @@ def find_clock(
         path: the file, for messages.
         lines: line number in the file of each row, for messages.
         header_rate: what the header claims [Hz].
-        settings: what counts as uniform.
 
     Raises:
         CaptureError: times run backwards, or step so irregularly that they are no recording's, or
@@ -95,7 +96,7 @@ def find_clock(
     if rows == 1 or not np.isfinite(times).any() or np.ptp(times[np.isfinite(times)]) == 0:
         return _header_clock(times, path, header_rate)
     if not np.isfinite(times).all():
-        return _with_stamps_missing(times, path, lines, header_rate, settings)
+        return _with_stamps_missing(times, path, lines, header_rate)
     steps = np.diff(times)
     if steps.min() < 0:
         back = np.flatnonzero(steps < 0)
@@ -112,21 +113,21 @@ def find_clock(
         )
         return Clock(header_rate, 0.0, np.arange(rows), np.ones(rows, bool), (note,))
 
-    resolution = resolution_of(times, settings.finest_decimals)
-    sample, rows_lie = _on_samples(times, resolution, header_rate, settings)
+    resolution = resolution_of(times)
+    sample, rows_lie = _on_samples(times, resolution, header_rate)
     if sample is None:
         raise _irregular(times, path, lines)
-    _refuse_two_recordings(times, sample, path, lines, settings)
+    _refuse_two_recordings(times, sample, path, lines)
     keep = np.r_[True, np.diff(sample) > 0]
     notes = _gap_notes(times, sample, keep, lines, path.name)
 
     span = float(times[-1] - times[0])
-    rate = round(float(sample[-1]) / span, settings.finest_decimals)
+    rate = round(float(sample[-1]) / span, FINEST_DECIMALS)
     if rows_lie is _Rows.ABOUT:
-        rate = round(float(np.polyfit(times[keep], sample[keep], 1)[0]), settings.finest_decimals)
+        rate = round(float(np.polyfit(times[keep], sample[keep], 1)[0]), FINEST_DECIMALS)
     if header_rate and abs(header_rate - rate) <= max(1e-9, rate * resolution / span):
         rate = header_rate  # the same within what rounding of the times can tell
-    elif header_rate and abs(header_rate / rate - 1) > settings.rate_tolerance:
+    elif header_rate and abs(header_rate / rate - 1) > RATE_TOLERANCE:
         notes += noted(
             Kind.OTHER,
             f"{path.name}: the header says {header_rate:g} Hz, the time column {rate:.6g} Hz; "
@@ -157,42 +158,34 @@ class _Rows(Enum):
 
 
 def _on_samples(
-    times: Float[np.ndarray, " rows"],
-    resolution: float,
-    header_rate: float | None,
-    settings: ClockSettings,
+    times: Float[np.ndarray, " rows"], resolution: float, header_rate: float | None
 ) -> tuple[Int[np.ndarray, " rows"] | None, _Rows]:
     """The sample of each row, and how the rows lie to the clock; None where they are no recording's."""
     in_order = np.arange(len(times))
-    if fits(times, in_order, resolution, settings) and not hides_gaps(times, resolution, header_rate):
+    if fits(times, in_order, resolution) and not hides_gaps(times, resolution, header_rate):
         return in_order, _Rows.ON
-    sample, found = with_gaps(times, resolution, settings), _Rows.ON
+    sample, found = with_gaps(times, resolution), _Rows.ON
     if sample is None:
-        sample, found = off_beat(times, header_rate, settings), _Rows.ABOUT
+        sample, found = off_beat(times, header_rate), _Rows.ABOUT
     if sample is None:
-        sample, found = uneven(times, settings), _Rows.ADRIFT
+        sample, found = uneven(times), _Rows.ADRIFT
     return sample, found
 
 
 def _with_stamps_missing(
-    times: Float[np.ndarray, " rows"],
-    path: Path,
-    lines: Sequence[int],
-    header_rate: float | None,
-    settings: ClockSettings,
+    times: Float[np.ndarray, " rows"], path: Path, lines: Sequence[int], header_rate: float | None
 ) -> Clock:
     """The clock of a file in which some rows have no time.
 
     Where the rows with a time on both sides are as many steps apart as there are rows between, these stand
     evenly between them. Elsewhere nothing tells when they were taken: they are left out, and leave a gap.
     """
-    filled, known = _between_neighbours(times, settings)
+    filled, known = _between_neighbours(times)
     clock = find_clock(
         filled[known],
         path=path,
         lines=[line for line, is_known in zip(lines, known, strict=True) if is_known],
         header_rate=header_rate,
-        settings=settings,
     )
     place = np.maximum(np.cumsum(known) - 1, 0)  # a row left out stands with the one before it, not kept
     notes: tuple[Note, ...] = ()
@@ -213,7 +206,7 @@ def _with_stamps_missing(
 
 
 def _between_neighbours(
-    times: Float[np.ndarray, " rows"], settings: ClockSettings
+    times: Float[np.ndarray, " rows"],
 ) -> tuple[Float[np.ndarray, " rows"], Bool[np.ndarray, " rows"]]:
     """The times with missing ones put in where their neighbours decide; and which are known then."""
     filled, known = times.copy(), np.isfinite(times)
@@ -226,7 +219,7 @@ def _between_neighbours(
         if start == 0 or end == len(times):
             continue
         apart = times[end] - times[start - 1]
-        if step > 0 and abs(apart / step - (end - start + 1)) <= settings.largest_jitter:
+        if step > 0 and abs(apart / step - (end - start + 1)) <= LARGEST_JITTER:
             filled[start:end] = np.linspace(times[start - 1], times[end], end - start + 2)[1:-1]
     return filled, np.isfinite(filled)
 
@@ -262,14 +255,10 @@ def _irregular(times: Float[np.ndarray, " rows"], path: Path, lines: Sequence[in
 
 
 def _refuse_two_recordings(
-    times: Float[np.ndarray, " rows"],
-    sample: Int[np.ndarray, " rows"],
-    path: Path,
-    lines: Sequence[int],
-    settings: ClockSettings,
+    times: Float[np.ndarray, " rows"], sample: Int[np.ndarray, " rows"], path: Path, lines: Sequence[int]
 ) -> None:
     k = int(np.argmax(np.diff(sample)))
-    if sample[-1] + 1 > (1 + settings.gap_limit) * len(times):
+    if sample[-1] + 1 > (1 + GAP_LIMIT) * len(times):
         raise CaptureError(
             f"{path}: line {lines[k + 1]}: time jumps from {times[k]:.6g} to {times[k + 1]:.6g} s. "
             "Are these two recordings in one file? Export them one by one."
@@ -308,3 +297,100 @@ def _listed(lines: Sequence[int]) -> str:
     shown = ", ".join(str(line) for line in lines[:5])
     more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
     return f"line{'s' if len(lines) > 1 else ''} {shown}{more}"
+
+
+def resolution_of(times: Float[np.ndarray, " rows"]) -> float:
+    """Smallest power of ten that all times are multiples of [s]: how far they were rounded."""
+    for decimals in range(FINEST_DECIMALS):
+        if np.allclose(times, np.round(times, decimals), rtol=0, atol=10.0**-FINEST_DECIMALS):
+            return float(10.0**-decimals)
+    return float(10.0**-FINEST_DECIMALS)
+
+
+def fits(times: Float[np.ndarray, " rows"], sample: Int[np.ndarray, " rows"], resolution: float) -> bool:
+    """Whether the times are a uniform clock's at these samples, but for rounding and jitter."""
+    period = (times[-1] - times[0]) / sample[-1]
+    error = np.abs(times - times[0] - sample * period).max()
+    return bool(error <= 1.01 * resolution + JITTER * period)
+
+
+def hides_gaps(times: Float[np.ndarray, " rows"], resolution: float, header_rate: float | None) -> bool:
+    """Whether missing or repeated rows could pass as rounding, where one period is about the last digit.
+
+    Rounding leaves a residual no wider than the last digit and comes back in regular intervals; rows that
+    were lost don't, except where there is but one.
+    """
+    steps = np.diff(times)
+    period = float(np.median(steps))
+    if period <= 0 or (header_rate and abs(period * header_rate - 1) > 0.01):
+        return False
+    multiples = steps / period
+    odd = np.round(multiples) != 1
+    if not np.allclose(multiples, np.round(multiples), atol=1e-3) or not odd.any():
+        return False
+    if header_rate:
+        return True
+    order = np.arange(len(times))
+    residual = times - np.polyval(np.polyfit(order, times, 1), order)
+    return bool(odd.sum() == 1 or (odd.mean() < 0.1 and np.ptp(residual) > 1.1 * resolution))
+
+
+def with_gaps(times: Float[np.ndarray, " rows"], resolution: float) -> Int[np.ndarray, " rows"] | None:
+    """The sample of each row, where steps are whole multiples of one period; None where they are not."""
+    steps = np.diff(times)
+    median = float(np.median(steps))
+    single = steps[(steps > 0.5 * median) & (steps < 1.5 * median)]
+    if not len(single):
+        return None
+    period = float(single.mean())
+    jumps = np.round(steps / period).astype(int)
+    if np.abs(steps - jumps * period).max() > 1.01 * resolution + JITTER * period:
+        return None
+    return np.r_[0, np.cumsum(jumps)]
+
+
+def off_beat(times: Float[np.ndarray, " rows"], header_rate: float | None) -> Int[np.ndarray, " rows"] | None:
+    """The sample of each row, where rows lie about a uniform clock by less than half a step; else None."""
+    moving = np.diff(times, prepend=-np.inf) > 0
+    own = times[moving]
+    if len(own) < FEWEST_JITTERING:
+        return None
+    median = float(np.median(np.diff(own)))
+    periods = [median * (1 + percent / 100) for percent in range(-6, 7)]
+    periods += [1 / header_rate] if header_rate else []
+    best, least = None, LARGEST_JITTER
+    for period in periods:
+        sample, off = _settled(own, period)
+        steps = np.diff(sample)
+        if off <= least and (steps > 0).all() and (steps == 1).mean() >= SINGLE_STEPS:
+            best, least = sample, off
+    return None if best is None else (best - best[0])[np.cumsum(moving) - 1]
+
+
+def uneven(times: Float[np.ndarray, " rows"]) -> Int[np.ndarray, " rows"] | None:
+    """The sample of each row by their order, where most steps are near the usual one; else None.
+
+    A step of one and a half and more leaves a gap. The rows may drift about a uniform clock by any amount.
+    """
+    moving = np.diff(times, prepend=-np.inf) > 0
+    steps = np.diff(times[moving])
+    if len(steps) < FEWEST_JITTERING:
+        return None
+    multiples = steps / np.median(steps)
+    if np.mean((multiples > 0.5) & (multiples < 1.5)) < SINGLE_STEPS:
+        return None
+    return np.r_[0, np.cumsum(np.maximum(np.round(multiples), 1).astype(int))][np.cumsum(moving) - 1]
+
+
+def _settled(times: Float[np.ndarray, " rows"], period: float) -> tuple[Int[np.ndarray, " rows"], float]:
+    """Samples of a clock fitted to ever longer beginnings, and how far the worst row is off [samples]."""
+    offset, used = float(times[0]), min(16, len(times))
+    while True:
+        for _ in range(4):
+            sample = np.round((times[:used] - offset) / period).astype(int)
+            if sample[-1] <= sample[0]:
+                return sample, np.inf
+            period, offset = (float(x) for x in np.polyfit(sample, times[:used], 1))
+        if used == len(times):
+            return sample, float(np.abs((times - offset) / period - sample).max())
+        used = min(2 * used, len(times))

@@ -1,19 +1,13 @@
 """One trial from its files: read, turned to y up, cleaned, with everything that was assumed on the way."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from solver.capture.axes import (
-    VerticalAxis,
-    markers_y_up,
-    plate_y_up,
-    vertical_axis,
-    vertical_axis_named,
-)
+from solver.capture.axes import VerticalAxis, markers_y_up, plate_y_up, vertical_axis, vertical_axis_named
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
-from solver.capture.clock import ClockSettings
+from solver.capture.clock import RATE_TOLERANCE
 from solver.capture.formats.b3d.places import SUFFIX
 from solver.capture.formats.b3d.recording import B3dReview, read_b3d_trial
 from solver.capture.formats.b3d.stored import StoredPass
@@ -27,31 +21,44 @@ from solver.capture.formats.recording_files import (
     read_markers,
 )
 from solver.capture.formats.storage import Storage
-from solver.capture.marker_cleaning import clean_markers
+from solver.capture.marker_cleaning import MarkerCleaningSettings, clean_markers, join_trajectories
 from solver.capture.plates.conditioning import of_a_person, plate_loads
-from solver.capture.plates.edge_zeros import without_edge_zeros
 from solver.capture.plates.force_columns import find_plates, turned
+from solver.capture.plates.force_settings import ConditioningSettings
 from solver.capture.plates.loads_under_feet import (
+    CONTRADICTION_NATS,
     Feet,
-    UnderFeetSettings,
     best_lag_s,
     feet_of,
     loads_of,
     under_feet,
 )
 from solver.capture.plates.moment_convention import plates_from_storage
-from solver.capture.plates.plate_copies import without_copies
 from solver.capture.plates.plate_levels import levelled
-from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.plates.program_artefacts import without_copies, without_edge_zeros
 from solver.capture.subject.body_lengths import refuse_no_markers
-from solver.capture.subject.review import imported_review
-from solver.capture.subject.trial_ranges import outside_ranges
-from solver.capture.trajectory_joining import join_trajectories
+from solver.capture.subject.review import imported_review, outside_ranges
 from solver.common.errors import CaptureError
 from solver.common.file_names import readable
 from solver.common.notes import Kind, Note, noted
+from solver.common.plate_figures import JUDGED_N
 
 STANDING_M_S, STEP_S = 0.2, 0.3  # of a marker of a foot that stands, and for how long a step does
+# a foot's markers are within 0.2 m of its centre of pressure; this far off it isn't under it
+NEAR_MARKER_M = 0.5
+NEARER_SHARE = 0.5  # of the distance in common axes: only so much nearer do axes of their own count as true
+JUDGED_SAMPLES = 50  # loaded ones of a plate, evenly spread, whose distance to markers is judged
+
+
+@dataclass(frozen=True)
+class ReadingSettings:
+    """How files become markers and plates."""
+
+    cleaning: MarkerCleaningSettings = field(default_factory=MarkerCleaningSettings)
+    conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
+
+
+READING = ReadingSettings()
 
 
 def read_trial(
@@ -69,7 +76,7 @@ def read_trial(
     Raises:
         CaptureError: a file cannot be read, or not be understood without a guess.
     """
-    recording = read_recording(files, settings)
+    recording = read_recording(files)
     markers, cleaning_notes = _cleaned(recording.markers, files.markers, settings)
     mask, reviewed, review_notes = imported_review(files.reviews, markers)
     inner = None if files.inner_review_finished is None else recording.review
@@ -77,7 +84,7 @@ def read_trial(
         mask = inner.missing
     outside, range_notes = outside_ranges(files.ranges, markers)
     possible = [of_a_person(plate, settings.conditioning) for plate in recording.plates]
-    measured = [without_edge_zeros(plate, settings.edge_zeros) for plate, _ in possible]
+    measured = [without_edge_zeros(plate) for plate, _ in possible]
     distinct, copy_notes = without_copies([plate for plate, _ in measured])
     copies = {plate.name for plate in recording.plates} - {plate.name for plate in distinct}
     try:
@@ -85,7 +92,6 @@ def read_trial(
             distinct,
             markers,
             mass_kg,
-            settings.plate_signs,
             settings.conditioning,
             said=[word for word in files.plates if word.name not in copies],
         )
@@ -96,7 +102,7 @@ def read_trial(
         *(note for _, notes in (*possible, *measured) for note in notes),
         *level_notes,
     )
-    level_notes += _unloaded(plates, feet_of(markers, settings.under_feet), settings)
+    level_notes += _unloaded(plates, feet_of(markers), settings)
     recording = replace(recording, plates=plates)
     source = (files.forces or files.markers).name
     notes = (
@@ -104,9 +110,9 @@ def read_trial(
         *cleaning_notes,
         *(note.of(source) for note in level_notes),
         *_overlap_notes(recording),
-        *_rate_notes(recording, settings.clock),
-        *_distance_notes(recording, settings),
-        *_contradiction(recording, files, settings.under_feet),
+        *_rate_notes(recording),
+        *_distance_notes(recording),
+        *_contradiction(recording, files),
     )
     return Capture(
         name=files.name,
@@ -135,7 +141,7 @@ def read_static(path: Path, settings: ReadingSettings = READING, prefix: str | N
         CaptureError: the file cannot be read.
     """
     path = Path(path)
-    lab = read_markers(path, None, settings, prefix)
+    lab = read_markers(path, None, prefix)
     markers, notes = _cleaned(lab.upright, path, settings)
     notes = (*lab.notes, *lab.up.notes(path.name), *notes)
     said = tuple(note.reworded(readable) for note in notes)
@@ -154,12 +160,11 @@ class Recording:
     prefix: str = ""  # before the labels in the file
 
 
-def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Recording:
+def read_recording(files: TrialFiles) -> Recording:
     """Markers and plates as their files have them, but for axes and units; nothing is cleaned.
 
     Args:
         files: where they lie, and what a person said about axes and moments.
-        settings: thresholds.
 
     Raises:
         CaptureError: a file cannot be read, or not be understood without a guess.
@@ -167,14 +172,14 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
     up = vertical_axis_named(files.up) if files.up else None
     kind = files.markers.suffix.lower()
     if kind == SUFFIX:
-        b3d = read_b3d_trial(files.markers, files.name, settings.edge_zeros)
+        b3d = read_b3d_trial(files.markers, files.name)
         return Recording(b3d.markers, b3d.plates, b3d.notes, b3d.review, b3d.stored)
     if files.forces in (None, files.markers) and kind == ".c3d":
-        c3d = read_c3d(files.markers, up, settings)
+        c3d = read_c3d(files.markers, up)
         plates = tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates)
         lab = of_one_person(MarkersInLab(c3d.markers, c3d.up, c3d.notes), files.prefix, files.markers)
         return Recording(lab.upright, plates, lab.notes + c3d.up.notes(files.markers.name), prefix=lab.whose)
-    lab = read_markers(files.markers, up, settings, files.prefix)
+    lab = read_markers(files.markers, up, files.prefix)
     if files.forces is None and holds_table(files.markers):
         files = replace(files, forces=files.markers)
     if files.forces is None:
@@ -186,26 +191,24 @@ def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Re
         )
         lab = replace(lab, notes=(*lab.notes, note))
     if files.forces.suffix.lower() == ".c3d":
-        c3d = read_c3d(files.forces, up, settings)
+        c3d = read_c3d(files.forces, up)
         return Recording(
             lab.upright,
             tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates),
             lab.notes + lab.up.notes(files.markers.name) + c3d.notes + c3d.up.notes(files.forces.name),
             prefix=lab.whose,
         )
-    return _with_table(lab, files, up, settings)
+    return _with_table(lab, files, up)
 
 
 def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[Markers, tuple[Note, ...]]:
     cleaned, notes = clean_markers(markers, settings.cleaning)
     refuse_no_markers(cleaned, path)
-    joined, joining_notes = join_trajectories(cleaned, settings.joining)
+    joined, joining_notes = join_trajectories(cleaned)
     return joined, tuple(note.of(path.name) for note in (*notes, *joining_notes))
 
 
-def _with_table(
-    lab: MarkersInLab, files: TrialFiles, told: VerticalAxis | None, settings: ReadingSettings
-) -> Recording:
+def _with_table(lab: MarkersInLab, files: TrialFiles, stated: VerticalAxis | None) -> Recording:
     """Markers with the plates of a table, which mostly are in the same axes as the markers.
 
     Where markers and forces each say clearly that another axis is vertical, either somebody lies on the floor
@@ -216,37 +219,27 @@ def _with_table(
     columns = find_plates(storage)[0]
     forces = [storage.values[:, list(plate.force)] for plate in columns]
     corners = [plate.corners for plate in columns if plate.corners is not None]
-    of_forces = told or vertical_axis(None, forces, corners, default=lab.default, settings=settings.axes)
+    of_forces = stated or vertical_axis(None, forces, corners, default=lab.default)
     if files.markers.suffix.lower() == ".c3d":
-        return _turned(lab, files, storage, (lab.up, of_forces), settings)
-    both = told or vertical_axis(lab.markers, forces, corners, default=lab.default, settings=settings.axes)
-    together = _turned(lab, files, storage, (both, both), settings)
+        return _turned(lab, files, storage, (lab.up, of_forces))
+    both = stated or vertical_axis(lab.markers, forces, corners, default=lab.default)
+    together = _turned(lab, files, storage, (both, both))
     differ = (lab.up.axis, lab.up.sign) != (of_forces.axis, of_forces.sign)
     if not (differ and lab.up.certain and of_forces.certain):
         return together
-    apart = _turned(lab, files, storage, (lab.up, of_forces), settings)
-    pairing = settings.pairing
-    nearer_m = min(pairing.near_m, pairing.nearer_share * _distance(together, settings))
-    is_nearer = _distance(apart, settings) < nearer_m
+    apart = _turned(lab, files, storage, (lab.up, of_forces))
+    nearer_m = min(NEAR_MARKER_M, NEARER_SHARE * _distance(together))
+    is_nearer = _distance(apart) < nearer_m
     return apart if is_nearer else together
 
 
 def _turned(
-    lab: MarkersInLab,
-    files: TrialFiles,
-    storage: Storage,
-    ups: tuple[VerticalAxis, VerticalAxis],
-    settings: ReadingSettings,
+    lab: MarkersInLab, files: TrialFiles, storage: Storage, ups: tuple[VerticalAxis, VerticalAxis]
 ) -> Recording:
     """Markers and forces turned to y up, each from its own axes."""
     assert files.forces is not None
     upright = turned(storage, ups[1].R_ground_lab)
-    plates, plate_notes = plates_from_storage(
-        upright,
-        moment_convention=files.moments,
-        settings=settings.force_tables,
-        clock_settings=settings.clock,
-    )
+    plates, plate_notes = plates_from_storage(upright, moment_convention=files.moments)
     notes = (*lab.notes, *ups[0].notes(files.markers.name), *plate_notes)
     if ups[0] != ups[1]:
         notes += ups[1].notes(files.forces.name)
@@ -309,9 +302,9 @@ def _overlap_notes(recording: Recording) -> tuple[Note, ...]:
     )
 
 
-def _rate_notes(recording: Recording, settings: ClockSettings) -> tuple[Note, ...]:
+def _rate_notes(recording: Recording) -> tuple[Note, ...]:
     """Plates are sampled at least as fast as cameras; a slower one may have sample numbers for times."""
-    least = recording.markers.rate * (1 - settings.rate_tolerance)
+    least = recording.markers.rate * (1 - RATE_TOLERANCE)
     return tuple(
         Note(
             Kind.OTHER,
@@ -323,9 +316,9 @@ def _rate_notes(recording: Recording, settings: ClockSettings) -> tuple[Note, ..
     )
 
 
-def _distance_notes(recording: Recording, settings: ReadingSettings) -> tuple[Note, ...]:
-    distance = _distance(recording, settings)
-    if not np.isfinite(distance) or distance < settings.pairing.near_m:
+def _distance_notes(recording: Recording) -> tuple[Note, ...]:
+    distance = _distance(recording)
+    if not np.isfinite(distance) or distance < NEAR_MARKER_M:
         return ()
     return noted(
         Kind.OTHER,
@@ -334,16 +327,16 @@ def _distance_notes(recording: Recording, settings: ReadingSettings) -> tuple[No
     )
 
 
-def _contradiction(recording: Recording, files: TrialFiles, settings: UnderFeetSettings) -> tuple[Note, ...]:
+def _contradiction(recording: Recording, files: TrialFiles) -> tuple[Note, ...]:
     """Said of a force file whose loads do not lie under the feet that the markers show."""
-    loads = loads_of(recording.plates, settings)
+    loads = loads_of(recording.plates)
     if files.forces is None or loads is None:
         return ()
-    feet = feet_of(recording.markers, settings)
-    found = under_feet(feet, loads, settings)
-    if found.log_odds > settings.contradiction:
+    feet = feet_of(recording.markers)
+    found = under_feet(feet, loads)
+    if found.log_odds > CONTRADICTION_NATS:
         return ()
-    lag_s = best_lag_s(feet, loads, settings)
+    lag_s = best_lag_s(feet, loads)
     moved = f" They would fit {abs(lag_s):.2f} s {'later' if lag_s > 0 else 'earlier'}." if lag_s else ""
     return noted(
         Kind.OTHER,
@@ -353,14 +346,14 @@ def _contradiction(recording: Recording, files: TrialFiles, settings: UnderFeetS
     )
 
 
-def _distance(recording: Recording, settings: ReadingSettings) -> float:
+def _distance(recording: Recording) -> float:
     """How far loaded centres of pressure typically are from the nearest marker [m]; infinite without any."""
     markers, nearest = recording.markers, []
     for plate in recording.plates:
         frames = np.round((plate.times - markers.start_time) * markers.rate).astype(int)
         known = np.isfinite(plate.cop_ground).all(axis=1) & (frames >= 0) & (frames < markers.frames)
-        loaded = np.flatnonzero(known & (np.abs(plate.force_ground[:, 1]) > settings.axes.loaded_N))
-        sample = loaded[:: max(1, len(loaded) // settings.pairing.judged_samples)]
+        loaded = np.flatnonzero(known & (np.abs(plate.force_ground[:, 1]) > JUDGED_N))
+        sample = loaded[:: max(1, len(loaded) // JUDGED_SAMPLES)]
         away = np.linalg.norm(
             markers.positions_ground[frames[sample]] - plate.cop_ground[sample, None], axis=2
         )

@@ -3,8 +3,13 @@
 import json
 import re
 import tomllib
+from collections.abc import Callable
+from functools import lru_cache, wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 DEEPEST = 64  # brackets within brackets, and parts of a dotted key; ours have four at most
 MOST_TOML_BYTES = 1 << 20  # a `subject.toml` of a thousand trials has a tenth of that
@@ -92,6 +97,27 @@ def json_of(text: str) -> Any:
         raise BrokenFileError("nested too deeply. Write it again.") from error
     except ValueError as error:  # a number of thousands of digits
         raise BrokenFileError(f"{_lower(str(error))}. Write it again.") from error
+
+
+def kept_while_unchanged(most: int) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """A function of files that is asked again once the time or size of one of them has changed.
+
+    Args:
+        most: answers that are kept.
+    """
+
+    def decorate(function: Callable[P, T]) -> Callable[P, T]:
+        kept = lru_cache(maxsize=most)(lambda _, *args, **more: function(*args, **more))
+
+        @wraps(function)
+        def ask(*args: P.args, **more: P.kwargs) -> T:
+            found = [path.stat() for path in (*args, *more.values()) if isinstance(path, Path)]
+            stamps = tuple((file.st_mtime_ns, file.st_size) for file in found)
+            return kept(stamps, *args, **more)  # type: ignore[arg-type]
+
+        return ask
+
+    return decorate
 
 
 def _text(path: Path, most: int) -> str:

@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.subject.readable_trials import ReadTrials
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.subject import ReadTrials, open_subject
 from solver.capture.trial import read_trial
 from solver.common.errors import FitError
 from solver.common.progress import Progress, part, silent
@@ -235,7 +234,7 @@ def _no_forces(subject: Subject) -> str:
 def diagnose_subject(folder: Path) -> dict[str, object]:
     """The diagnosis of a folder with its own settings, in the shape of `diagnose --json`."""
     settings = settings_for(folder)
-    return as_json(diagnose(open_subject(folder, settings.reading), settings))
+    return as_json(diagnose(open_subject(folder), settings))
 
 
 def without_unrecorded(balance: Balance, found: Sequence[Found]) -> Balance | None:

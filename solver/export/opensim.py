@@ -12,17 +12,17 @@ TRIAL_id_setup.xml          OpenSim's inverse dynamics of the same files, withou
 
 from collections.abc import Sequence
 from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.formats.coordinates import write_coordinates
-from solver.capture.formats.storage import write_storage
+from solver.capture.atomic import write_whole
+from solver.capture.formats.storage import write_coordinates, write_storage
 from solver.common.plate_figures import CONTACT_N
 from solver.common.runs import runs
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
-from solver.export.opensim_setup import write_external_loads, write_inverse_dynamics_setup
 from solver.export.places import made, trial_stems
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
@@ -30,7 +30,8 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
 
-AXES = "xyz"
+VERSION = "40000"  # OpenSim 4.0 and every later one read it
+NO_FILTER = "-1"  # the motion is filtered as the forces are; a second filter would tear them apart
 
 
 def export_opensim(fit: Fit, folder: Path) -> list[Path]:
@@ -67,24 +68,26 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
     torques = folder / f"{stem}_id.sto"
     loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
     times = trial.dynamics.motion.times
-    told = trial.dynamics.motion.posed
+    posed = trial.dynamics.motion.posed
     shown = without_guesses(trial).dynamics or trial.dynamics
     write_motion(trial.dynamics.motion, skeleton, ik)
     predicted = trial.dynamics.wrench_predicted_ground
+    feet, name = trial.contacts.foot_bodies, ""
     if trial.forces_predicted and predicted is not None:
-        _write_predicted(trial.contacts.foot_bodies, predicted, times, forces)
+        wrenches, points = predicted, _predicted_points(predicted)
+        name = f"{forces.stem}; predicted, not measured"
     else:
         wrenches = counted_wrenches(trial.contacts.wrench_ground, trial.mask)
-        write_body_forces(forces, trial.contacts.foot_bodies, wrenches, trial.contacts.cop_ground, times)
-    name = f"{torques.stem}{_predicted(trial.dynamics)}"
-    write_torques(torques, skeleton, times[told], shown.joint_torques[told], name)
+        points = trial.contacts.cop_ground
+    write_body_forces(forces, feet, wrenches, points, times, name=name)
+    title = f"{torques.stem}{_predicted(trial.dynamics)}"
+    write_torques(torques, skeleton, times[posed], shown.joint_torques[posed], title)
     write_external_loads(loads, trial.contacts.foot_bodies, forces)
     write_inverse_dynamics_setup(
         setup,
-        model="model.osim",
         coordinates=ik,
         loads=loads,
-        span=(times[told][0], times[told][-1]),
+        span=(times[posed][0], times[posed][-1]),
         result=f"{stem}_id_opensim.sto",
     )
     return [ik, forces, torques, loads, setup]
@@ -122,6 +125,8 @@ def write_body_forces(
     wrench_ground: Float[np.ndarray, "frames bodies 6"],
     cop_ground: Float[np.ndarray, "frames bodies 3"],
     times: Float[np.ndarray, " frames"],
+    *,
+    name: str = "",
 ) -> None:
     """Force, point and remaining torque of each body, in columns with its name.
 
@@ -131,6 +136,7 @@ def write_body_forces(
         wrench_ground: force [N] and moment about the ground origin [N·m].
         cop_ground: centres of pressure [m], NaN while there is none.
         times: of the frames [s].
+        name: title in the first line; the file's name if empty.
 
     Raises:
         CaptureError: the file cannot be written.
@@ -139,32 +145,21 @@ def write_body_forces(
     for k, body in enumerate(bodies):
         point = _held(cop_ground[:, k])
         force, moment = wrench_ground[:, k, :3], wrench_ground[:, k, 3:]
-        labels += [f"ground_force_{body}_v{axis}" for axis in AXES]
-        labels += [f"ground_force_{body}_p{axis}" for axis in AXES]
-        labels += [f"ground_torque_{body}_{axis}" for axis in AXES]
+        labels += [f"ground_force_{body}_{kind}{axis}" for kind in "vp" for axis in "xyz"]
+        labels += [f"ground_torque_{body}_{axis}" for axis in "xyz"]
         columns += [force, point, moment - np.cross(point, force)]
-    write_storage(path, labels, times, np.hstack(columns))
+    write_storage(path, labels, times, np.hstack(columns), name=name)
 
 
-def _write_predicted(
-    feet: Sequence[str],
+def _predicted_points(
     wrenches: Float[np.ndarray, "frames feet 6"],
-    times: Float[np.ndarray, " frames"],
-    path: Path,
-) -> None:
-    """Forces that nobody measured, each at the point of the floor's height where it has no level moment."""
-    labels, columns = [], []
-    for f, foot in enumerate(feet):
-        labels += [f"ground_force_{foot}_v{axis}" for axis in AXES]
-        labels += [f"ground_force_{foot}_p{axis}" for axis in AXES]
-        labels += [f"ground_torque_{foot}_{axis}" for axis in AXES]
-        force, moment = wrenches[:, f, :3], wrenches[:, f, 3:]
-        loaded = force[:, 1] >= CONTACT_N
-        up = np.where(loaded, force[:, 1], 1.0)
-        point = np.column_stack([moment[:, 2] / up, np.zeros(len(up)), -moment[:, 0] / up])
-        point[~loaded] = 0.0
-        columns += [force, point, moment - np.cross(point, force)]
-    write_storage(path, labels, times, np.hstack(columns), name=f"{path.stem}; predicted, not measured")
+) -> Float[np.ndarray, "frames feet 3"]:
+    """The point of the floor's height where each wrench has no level moment [m]; 0 while it bears nothing."""
+    up, moment = wrenches[..., 1], wrenches[..., 3:]
+    loaded = up >= CONTACT_N
+    up = np.where(loaded, up, 1.0)
+    points = np.stack([moment[..., 2] / up, np.zeros(up.shape), -moment[..., 0] / up], axis=-1)
+    return np.where(loaded[..., None], points, 0.0)
 
 
 def _held(cop_ground: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3"]:
@@ -207,3 +202,67 @@ def _predicted(dynamics: Dynamics) -> str:
     stretches = runs(np.any(dynamics.wrench_is_predicted, axis=1))
     listed = ", ".join(f"{start}-{end - 1}" for start, end in stretches)
     return f"; a foot's wrench predicted from the motion on frames {listed}"
+
+
+def write_external_loads(path: Path, foot_bodies: Sequence[str], forces: Path) -> None:
+    """Say which body each foot's columns of a force file act on.
+
+    Args:
+        path: of the file to write, beside `forces`.
+        foot_bodies: names of the bodies, as in the columns.
+        forces: the .mot file.
+
+    Raises:
+        CaptureError: the file cannot be written.
+    """
+    document = Element("OpenSimDocument", Version=VERSION)
+    loads = SubElement(document, "ExternalLoads", name=path.stem)
+    objects = SubElement(loads, "objects")
+    for foot in foot_bodies:
+        force = SubElement(objects, "ExternalForce", name=foot)
+        _property(force, "applied_to_body", foot)
+        _property(force, "force_expressed_in_body", "ground")
+        _property(force, "point_expressed_in_body", "ground")
+        _property(force, "force_identifier", f"ground_force_{foot}_v")
+        _property(force, "point_identifier", f"ground_force_{foot}_p")
+        _property(force, "torque_identifier", f"ground_torque_{foot}_")
+    _property(loads, "datafile", forces.name)
+    _write(document, path)
+
+
+def write_inverse_dynamics_setup(
+    path: Path, *, coordinates: Path, loads: Path, span: tuple[float, float], result: str
+) -> None:
+    """Have OpenSim's InverseDynamicsTool compute the torques of exported files, all in one folder.
+
+    Args:
+        path: of the setup file.
+        coordinates: the motion's file.
+        loads: the external loads' file.
+        span: first and last time [s].
+        result: name of the file that the tool will write.
+
+    Raises:
+        CaptureError: the file cannot be written.
+    """
+    document = Element("OpenSimDocument", Version=VERSION)
+    tool = SubElement(document, "InverseDynamicsTool", name=path.stem)
+    _property(tool, "results_directory", ".")
+    _property(tool, "model_file", "model.osim")
+    _property(tool, "time_range", f"{span[0]:.12g} {span[1]:.12g}")
+    _property(tool, "forces_to_exclude", "Muscles")
+    _property(tool, "external_loads_file", loads.name)
+    _property(tool, "coordinates_file", coordinates.name)
+    _property(tool, "lowpass_cutoff_frequency_for_coordinates", NO_FILTER)
+    _property(tool, "output_gen_force_file", result)
+    _write(document, path)
+
+
+def _property(owner: Element, name: str, text: str) -> None:
+    SubElement(owner, name).text = text
+
+
+def _write(document: Element, path: Path) -> None:
+    indent(document, "\t")
+    declaration = '<?xml version="1.0" encoding="UTF-8"?>\n'
+    write_whole(path, declaration + tostring(document, encoding="unicode") + "\n")

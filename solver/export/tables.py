@@ -13,8 +13,7 @@ from jaxtyping import Float
 from solver.capture.atomic import whole_file
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.export.column_units import POWER, UNITS
-from solver.export.gait_tables import export_gait
+from solver.export.gait_tables import POWER, UNITS, export_gait
 from solver.export.places import made, trial_stems
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses

@@ -8,8 +8,8 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import Capture, ForcePlate, Subject, TrialFiles, UnreadTrial
 from solver.capture.plates.conditioning import condition
-from solver.capture.subject.readable_trials import read_trials
-from solver.capture.subject.statics import shown_by
+from solver.capture.subject.same_motion import shown_by
+from solver.capture.subject.subject import read_trials
 from solver.capture.trial import read_trial
 from solver.common.cpu_timer import CpuTimer
 from solver.common.errors import SolverError

@@ -9,18 +9,9 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from solver.capture.axes import AxesSettings
-from solver.capture.clock_settings import ClockSettings
-from solver.capture.formats.length_units import LengthUnitSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
-from solver.capture.plates.edge_zeros import EdgeZeroSettings
-from solver.capture.plates.force_platform import ForcePlatformSettings
-from solver.capture.plates.force_settings import ConditioningSettings, ForceTableSettings
-from solver.capture.plates.loads_under_feet import UnderFeetSettings
-from solver.capture.plates.plate_sign_settings import PlateSignSettings
-from solver.capture.plates.platform_wrench import PlatformUnitSettings
-from solver.capture.reading_settings import ForceFileSettings, PairingSettings, ReadingSettings
-from solver.capture.trajectory_joining import JoiningSettings
+from solver.capture.plates.force_settings import ConditioningSettings
+from solver.capture.trial import ReadingSettings
 from solver.common.errors import SettingsError
 from solver.common.small_files import BrokenFileError, lies_there, toml_tables
 from solver.contact.detection_settings import DetectionSettings
@@ -41,19 +32,7 @@ FILE_NAME = "settings.toml"  # in the subject's folder; read where no other file
 class Settings:
     """One frozen dataclass a stage; a table of the TOML file carries the field's name."""
 
-    length_units: LengthUnitSettings = field(default_factory=LengthUnitSettings)
-    clock: ClockSettings = field(default_factory=ClockSettings)
-    axes: AxesSettings = field(default_factory=AxesSettings)
     cleaning: MarkerCleaningSettings = field(default_factory=MarkerCleaningSettings)
-    joining: JoiningSettings = field(default_factory=JoiningSettings)
-    force_tables: ForceTableSettings = field(default_factory=ForceTableSettings)
-    platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
-    platform_units: PlatformUnitSettings = field(default_factory=PlatformUnitSettings)
-    edge_zeros: EdgeZeroSettings = field(default_factory=EdgeZeroSettings)
-    plate_signs: PlateSignSettings = field(default_factory=PlateSignSettings)
-    pairing: PairingSettings = field(default_factory=PairingSettings)
-    under_feet: UnderFeetSettings = field(default_factory=UnderFeetSettings)
-    force_files: ForceFileSettings = field(default_factory=ForceFileSettings)
     label_repair: LabelRepairSettings = field(default_factory=LabelRepairSettings)
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
     conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)

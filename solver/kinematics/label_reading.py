@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
-from solver.capture.trajectory_joining import JoiningSettings
+from solver.capture.marker_cleaning import RIGID_M, SEGMENT_REACH_M
 from solver.common.errors import FitError
 from solver.common.notes import Kind, Note, noted
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name
@@ -42,8 +42,6 @@ _REGION = {  # the landmark that stands for "somewhere on this segment"
     "hand": "hand_cluster",
 }
 FRAMES = 60  # of each recording
-RIGID_M = JoiningSettings.rigid_m  # deviation of a distance over time
-NEAR_M = JoiningSettings.reach_m  # two markers of one segment are not further apart
 SAME_M = 0.025  # skin and posture move distances within a segment by less
 FRAME_REACH_M = 0.15  # of a marker on a frame or plate from where its name says
 FEWEST_PAIRS = 10  # rigid in both recordings; fewer tell nothing
@@ -284,7 +282,7 @@ def disagreeing(recordings: Sequence[Markers]) -> str | None:
         a = np.ix_(*[[recordings[i].names.index(n) for n in shared]] * 2)
         b = np.ix_(*[[recordings[j].names.index(n) for n in shared]] * 2)
         pairs = np.triu(rigid_a[a] & rigid_b[b], k=1)
-        near = (np.minimum(mean_a[a], mean_b[b]) < NEAR_M) & pairs
+        near = (np.minimum(mean_a[a], mean_b[b]) < SEGMENT_REACH_M) & pairs
         if near.sum() < FEWEST_PAIRS:
             continue
         same = np.abs(mean_a[a] - mean_b[b])[near] < SAME_M

@@ -16,13 +16,11 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
-from solver.capture.formats.c3d_person import stated_by, stated_person
 from solver.capture.formats.text_table import some_of
 from solver.capture.subject.body_lengths import Lengths, body_lengths, odds_for_two, short_lengths
-from solver.capture.subject.description import Description
+from solver.capture.subject.description import Description, stated_by, stated_person
 from solver.capture.subject.loose_files import find_models
-from solver.capture.subject.same_motion import markers_of, people_in
-from solver.capture.subject.statics import static_among
+from solver.capture.subject.same_motion import markers_of, people_in, static_among
 from solver.capture.subject.trial_names import numbered_person
 from solver.common.errors import CaptureError
 from solver.common.file_names import distinct
@@ -325,7 +323,7 @@ def _said(
     by_names: Float[np.ndarray, "n n"],
 ) -> str:
     """That recordings are of several people, who is in which, and why."""
-    told = " | ".join(some_of([names[i] for i in group]) for group in groups)
+    listed = " | ".join(some_of([names[i] for i in group]) for group in groups)
     pairs = [(i, j) for one, other in combinations(groups, 2) for i in one for j in other]
     odds = [by_lengths[pair] for pair in pairs if np.isfinite(by_lengths[pair])]
     why = []
@@ -341,7 +339,7 @@ def _said(
     elif np.mean(of_names) > 0:
         why.append("their files' names differ, or what these say of the person")
     count = WORDS.get(len(groups), str(len(groups)))
-    return f"these trials seem to be of {count} people: {told} ({'; '.join(why)})"
+    return f"these trials seem to be of {count} people: {listed} ({'; '.join(why)})"
 
 
 def _typically_off(lengths: Sequence[Lengths], pairs: Sequence[tuple[int, int]]) -> float:

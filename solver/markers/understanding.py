@@ -7,11 +7,11 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.markers.atlas import atlas
-from solver.markers.computed_points import computed_points
 from solver.markers.distances import Candidate, apart_m, weighed
 from solver.markers.label_families import (
     WORDS,
     Meaning,
+    computed_points,
     families,
     family_name,
     meanings_in,

@@ -7,35 +7,67 @@ the heel, torso at the lumbar joint), so that bone meshes drawn for OpenSim fit.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.common.errors import ModelError
-from solver.skeleton.default_bones import DefaultBones
 from solver.skeleton.default_frames import BodyFrames, body_frames
 from solver.skeleton.default_markers import default_markers
-from solver.skeleton.default_masses import mass_elements
 from solver.skeleton.functions import CubicSpline, Linear, ScalarFunction
-from solver.skeleton.mass_elements import MassElement
+from solver.skeleton.rotations import rotation_about, skew
 from solver.skeleton.segment_tables import (
     ANKLE_AXIS,
+    BALL_ALONG_FOOT,
     KNEE_ROLL_BACK_AT_120_DEG,
     METATARSAL_BREAK_AXIS,
     PATELLA_FLEXION_RATIO,
     RANGES_DEG,
     SUBTALAR_AXIS,
     Lengths,
+    SegmentShape,
     Sex,
     lengths,
+    segment_shape,
 )
-from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Skeleton
+from solver.skeleton.skeleton import Axis, Body, Coordinate, Geometry, Joint, Skeleton
 
 X, Y, Z = np.eye(3)
 _SAME = Linear(1.0, 0.0)
 _PELVIS_REACH_M = 100.0  # a walkway's length: translations have no anatomical range
+_FILES = {
+    "pelvis": ("r_pelvis", "l_pelvis", "sacrum"),
+    "femur": ("{s}_femur",),
+    "tibia": ("{s}_tibia", "{s}_fibula"),
+    "patella": ("{s}_patella",),
+    "talus": ("{s}_talus",),
+    "calcn": ("{s}_foot",),
+    "toes": ("{s}_bofoot",),
+    "torso": ("hat_spine", "hat_jaw", "hat_skull", "hat_ribs_scap"),
+    "humerus": ("humerus_{s}v",),
+    "ulna": ("ulna_{s}v",),
+    "radius": ("radius_{s}v",),
+    "hand": tuple(
+        f"{bone}_{{s}}vs"
+        for bone in (
+            *("pisiform", "lunate", "scaphoid", "triquetrum", "hamate", "capitate", "trapezoid", "trapezium"),
+            *("metacarpal1", "thumb_proximal", "thumb_distal"),
+            *(
+                f"{part.format(finger)}"
+                for number, finger in enumerate(("index", "middle", "ring", "little"), start=2)
+                for part in (f"metacarpal{number}", "{}_proximal", "{}_medial", "{}_distal")
+            ),
+        )
+    ),
+}
+# A foot whose height falls evenly from the heel to 0.3 of it at the toes holds this share before the ball;
+# its centroid then lies at 41 % of the length, between de Leva's 40 % (women) and 44 % (men).
+_TIP = 0.3
+TOES_SHARE = 1 - (BALL_ALONG_FOOT - (1 - _TIP) * BALL_ALONG_FOOT**2 / 2) / (1 - (1 - _TIP) / 2)
+TALUS_SHARE = 0.1  # of the foot: the bone and what surrounds it; no table cuts the foot here
+PATELLA_SHARE = 0.001  # of body mass, out of the thigh: the bone and its tendon
 
 
 def default_skeleton(*, mass_kg: float = 70.0, height_m: float = 1.72, sex: str | None = None) -> Skeleton:
@@ -86,6 +118,67 @@ class _Hinge:
     centre_child: Float[np.ndarray, "3"] = field(
         default_factory=lambda: np.zeros(3)
     )  # [m] in the body carried
+
+
+@dataclass(frozen=True)
+class DefaultBones:
+    """Meshes of one person. The meshes' own sizes are those of the skeleton they were drawn from."""
+
+    lengths: Lengths
+    frames: BodyFrames
+
+    def of(self, kind: str, side: str) -> tuple[Geometry, ...]:
+        """Meshes of a body, in its own frame; side is "r", "l" or ""."""
+        scale = self._scale(kind)
+        return tuple(
+            Geometry(f"{file.format(s=side)}.vtp", scale, np.eye(3), np.zeros(3)) for file in _FILES[kind]
+        )
+
+    def _scale(self, kind: str) -> Float[np.ndarray, "3"]:
+        of, frames = self.lengths, self.frames
+        if kind == "pelvis":  # hip sockets 5.6 cm behind, 7.8 cm below the spines and 7.7 cm from the midline
+            return np.abs(frames.hip_pelvis) / (0.056, 0.078, 0.077)
+        if (
+            kind == "torso"
+        ):  # shoulder sockets 37 cm above and 17 cm beside the lumbar joint, the vertex 65 cm
+            vertex = frames.hip_pelvis[1] + of.c7_above_hips + of.head - frames.torso_pelvis[1]
+            up = (frames.shoulder_torso[1] / 0.37 + vertex / 0.65) / 2
+            return np.array([up, up, of.shoulder_half_width / 0.17])
+        if kind in (
+            "talus",
+            "calcn",
+            "toes",
+        ):  # from heel to ball 17.9 cm, from ankle down to the heel 4.2 cm
+            along = frames.toes_calcn[0] / 0.179
+            return np.array([along, -frames.calcn_talus[1] / 0.042, along])
+        length = {  # hip to knee, knee to ankle, shoulder to elbow, elbow to wrist [m]
+            "femur": of.thigh / 0.404,
+            "patella": of.thigh / 0.404,
+            "tibia": of.shank / 0.400,
+            "humerus": of.upper_arm / 0.287,
+            "ulna": of.forearm / 0.262,
+            "radius": of.forearm / 0.262,
+            "hand": of.hand / 0.086,
+        }[kind]
+        return np.full(3, length)
+
+
+@dataclass(frozen=True)
+class MassElement:
+    """A rigid part in the frame of one body. Inertia is about the centre of mass."""
+
+    mass: float  # [kg]
+    com: Float[np.ndarray, "3"]  # [m]
+    inertia: Float[np.ndarray, "3 3"]  # [kg·m²]
+
+    def inertia_about(self, point: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+        """Inertia about another point (Huygens-Steiner) [kg·m²]."""
+        offset = skew(self.com - point)
+        return self.inertia - self.mass * offset @ offset
+
+    def moved(self, by: Float[np.ndarray, "3"]) -> "MassElement":
+        """The same part elsewhere."""
+        return replace(self, com=self.com + by)
 
 
 @dataclass
@@ -221,3 +314,137 @@ def _knee_translations(knee: str, of: Lengths) -> tuple[Axis, ...]:
         Axis("translation", X, through(roll_back * np.cos(angle)), knee),
         Axis("translation", Y, through(-roll_back * np.sin(angle)), knee),
     )
+
+
+def segment_element(
+    shape: SegmentShape, body_mass: float, start: Float[np.ndarray, "3"], end: Float[np.ndarray, "3"]
+) -> MassElement:
+    """A segment of the tables laid between its end points.
+
+    Its long axis is y, turned to the line between the points by the least rotation.
+
+    Args:
+        shape: a row of the table.
+        body_mass: of the whole person [kg].
+        start: the end point that the centre of mass counts from [m].
+        end: the other [m].
+    """
+    along = end - start
+    length = float(np.linalg.norm(along))
+    mass = shape.mass * body_mass
+    radii = length * np.array([shape.radius_sagittal, shape.radius_longitudinal, shape.radius_transverse])
+    R = _least_rotation(np.array([0.0, np.sign(along[1]), 0.0]), along / length)
+    return MassElement(mass, start + shape.com * along, R @ np.diag(mass * radii**2) @ R.T)
+
+
+def ellipsoid(mass: float, com: Float[np.ndarray, "3"], half_axes: Float[np.ndarray, "3"]) -> MassElement:
+    """A solid ellipsoid along the body's axes."""
+    squares = half_axes**2
+    return MassElement(mass, com, np.diag(mass / 5 * (squares.sum() - squares)))
+
+
+def box(mass: float, com: Float[np.ndarray, "3"], edges: Float[np.ndarray, "3"]) -> MassElement:
+    """A solid cuboid along the body's axes."""
+    squares = edges**2
+    return MassElement(mass, com, np.diag(mass / 12 * (squares.sum() - squares)))
+
+
+def together(parts: Sequence[MassElement]) -> MassElement:
+    """Rigidly joined parts as one."""
+    mass = sum(part.mass for part in parts)
+    com = sum((part.mass * part.com for part in parts), np.zeros(3)) / mass
+    return MassElement(mass, com, sum((part.inertia_about(com) for part in parts), np.zeros((3, 3))))
+
+
+def without(whole: MassElement, parts: Sequence[MassElement]) -> MassElement:
+    """What is left of a whole when parts of it become bodies of their own."""
+    return together([whole, *(MassElement(-part.mass, part.com, -part.inertia) for part in parts)])
+
+
+def _least_rotation(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+    """The rotation by the least angle that takes unit vector a to unit vector b."""
+    axis = np.cross(a, b)
+    sine = float(np.linalg.norm(axis))
+    if sine < 1e-12:
+        return np.eye(3)
+    return rotation_about(axis / sine, np.array([np.arctan2(sine, a @ b)]))[0]
+
+
+def mass_elements(of: Lengths, frames: BodyFrames, mass: float, sex: Sex | None) -> dict[str, MassElement]:
+    """One element for each central or right-hand body, in its frame; left ones are the mirror image.
+
+    Args:
+        of: lengths of the person.
+        frames: of the same person.
+        mass: of the whole person [kg].
+        sex: whose tables to take.
+    """
+    return {
+        **_trunk(of, frames, mass, sex),
+        **_leg(of, frames, mass, sex),
+        **_foot(of, frames, mass, sex),
+        **_arm(of, frames, mass, sex),
+    }
+
+
+def _trunk(of: Lengths, frames: BodyFrames, mass: float, sex: Sex | None) -> dict[str, MassElement]:
+    middle, upper = of.trunk_above_navel
+    navel = of.navel_above_hips
+    ends = {
+        "lower_trunk": (navel, 0.0),
+        "middle_trunk": (navel + middle, navel),
+        "upper_trunk": (navel + middle + upper, navel + middle),
+        "head": (of.c7_above_hips + of.head, of.c7_above_hips),
+    }
+    parts = {
+        name: segment_element(
+            segment_shape(name, sex), mass, frames.trunk_line(top), frames.trunk_line(bottom)
+        )
+        for name, (top, bottom) in ends.items()
+    }
+    above = [parts[name].moved(-frames.torso_pelvis) for name in ("middle_trunk", "upper_trunk", "head")]
+    return {"pelvis": parts["lower_trunk"], "torso": together(above)}
+
+
+def _leg(of: Lengths, frames: BodyFrames, mass: float, sex: Sex | None) -> dict[str, MassElement]:
+    hip = np.zeros(3)
+    thigh = segment_element(segment_shape("thigh", sex), mass, hip, frames.knee_femur)
+    half_axes = np.array([0.006, 0.013, 0.013]) * of.stature  # a bone of 4.5 cm, 2 cm thick
+    patella = ellipsoid(PATELLA_SHARE * mass, np.array([0.0, half_axes[1], 0.0]), half_axes)
+    return {
+        "femur": without(thigh, [patella.moved(frames.patella_femur)]),
+        "patella": patella,
+        "tibia": segment_element(segment_shape("shank", sex), mass, np.zeros(3), frames.ankle_tibia),
+    }
+
+
+def _foot(of: Lengths, frames: BodyFrames, mass: float, sex: Sex | None) -> dict[str, MassElement]:
+    shape = segment_shape("foot", sex)
+    total = shape.mass * mass
+    height = 0.5 * of.ankle_height - frames.calcn_above_sole
+    com = np.array([shape.com * of.foot - frames.heel_behind_calcn, height, 0.0])
+    # along a foot the tables' longitudinal axis is x and their sagittal axis (across the segment) is z
+    radii = of.foot * np.array([shape.radius_longitudinal, shape.radius_transverse, shape.radius_sagittal])
+    foot = MassElement(total, com, np.diag(total * radii**2))
+
+    toe_length = (1 - BALL_ALONG_FOOT) * of.foot
+    toe_height = 0.4 * of.ankle_height
+    toes = box(
+        TOES_SHARE * total,
+        np.array([0.45 * toe_length, toe_height / 2 - frames.calcn_above_sole, 0.0]),
+        np.array([toe_length, toe_height, of.foot_breadth]),
+    )
+    talus = ellipsoid(TALUS_SHARE * total, np.zeros(3), np.full(3, 0.4 * of.ankle_height))
+    parts = [toes.moved(frames.toes_calcn), talus.moved(-frames.calcn_talus)]
+    return {"calcn": without(foot, parts), "toes": toes, "talus": talus}
+
+
+def _arm(of: Lengths, frames: BodyFrames, mass: float, sex: Sex | None) -> dict[str, MassElement]:
+    forearm = segment_element(segment_shape("forearm", sex), mass, np.zeros(3), frames.wrist_ulna)
+    half = MassElement(forearm.mass / 2, forearm.com, forearm.inertia / 2)  # bones share the forearm evenly
+    return {
+        "humerus": segment_element(segment_shape("upper_arm", sex), mass, np.zeros(3), frames.elbow_humerus),
+        "ulna": half,
+        "radius": half.moved(-frames.radius_ulna),
+        "hand": segment_element(segment_shape("hand", sex), mass, np.zeros(3), frames.knuckle_hand),
+    }

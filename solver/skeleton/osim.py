@@ -8,12 +8,18 @@ import numpy as np
 
 from solver.common.errors import ModelError
 from solver.common.notes import Kind, Note, noted
-from solver.skeleton import osim_current, osim_legacy
 from solver.skeleton.functions import ScalarFunction, multiplied
-from solver.skeleton.osim_document import Node, OsimDocument, read_document
-from solver.skeleton.osim_functions import find_function, function_of
-from solver.skeleton.osim_joints import joint_motion
-from solver.skeleton.osim_parts import GROUND, JointPart, MarkerPart, ModelParts
+from solver.skeleton.osim_document import (
+    GROUND,
+    JointPart,
+    MarkerPart,
+    ModelParts,
+    Node,
+    OsimDocument,
+    read_document,
+)
+from solver.skeleton.osim_joints import find_function, function_of, joint_motion
+from solver.skeleton.osim_parts import read_current_parts, read_legacy_parts
 from solver.skeleton.skeleton import Axis, Coordinate, Joint, Marker, Skeleton
 
 LEGACY_BEFORE = 30500  # joints moved out of the bodies
@@ -38,9 +44,9 @@ def load_skeleton(path: Path | str, text: str | None = None) -> Skeleton:
     """
     document = read_document(Path(path), text)
     if document.version < LEGACY_BEFORE:
-        parts = osim_legacy.read_parts(document)
+        parts = read_legacy_parts(document)
     elif document.version >= CURRENT_FROM:
-        parts = osim_current.read_parts(document)
+        parts = read_current_parts(document)
     else:
         raise ModelError(
             f"{path}: document version {document.version} is of a trial version of OpenSim 4; "

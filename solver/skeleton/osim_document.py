@@ -1,22 +1,32 @@
 """An OpenSim model file as XML: located elements, typed properties, and errors that say where."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree.ElementTree import Element, ParseError
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
 import numpy as np
 from defusedxml.common import DefusedXmlException
+from defusedxml.ElementTree import DefusedXMLParser
 from jaxtyping import Float
 
 from solver.common.errors import ModelError
-from solver.skeleton.bounded_xml import XmlBoundsError, bounded_parser
+from solver.common.notes import Note
+from solver.skeleton.rotations import body_fixed_xyz
+from solver.skeleton.skeleton import Body, Geometry
 
 OLDEST_VERSION = (
     10901  # OpenSim 1.9 gave custom joints their SpatialTransform; older ones are laid out otherwise
 )
 LARGEST_FILE = 32 * 2**20  # bytes; models with all muscles and wraps of a body have 5 MB
 LONGEST_TEXT = 1_000_000  # characters of one property; a long list of spline points has 10 000
+DEEPEST = (
+    200  # elements within one another; OpenSim's models have 20, and far deeper ones crash Python itself
+)
+MOST_PARTS = 1_000_000  # elements and attributes; the largest published models have a tenth of it
+GROUND = "ground"
+ROUNDING = 1e-6  # of the largest moment; files print as few as six digits
 
 
 class Node(Element):
@@ -210,3 +220,122 @@ def _is_number(text: str) -> bool:
         return not math.isnan(float(text))
     except ValueError:
         return False
+
+
+class XmlBoundsError(ValueError):
+    """The document is larger or deeper than any that people make."""
+
+
+class _BoundedTree(TreeBuilder):
+    """Builds the tree, and stops where it grows beyond what people make."""
+
+    def __init__(self, element_factory: Callable[[str, dict[str, str]], Element], longest_text: int) -> None:
+        super().__init__(element_factory=element_factory)
+        self._longest, self._depth, self._parts, self._text = longest_text, 0, 0, 0
+
+    def start(self, tag: str, attrs: dict[str, str]) -> Element:
+        self._depth, self._parts, self._text = self._depth + 1, self._parts + 1 + len(attrs), 0
+        if self._depth > DEEPEST:
+            raise XmlBoundsError(f"elements lie more than {DEEPEST} deep within one another")
+        if self._parts > MOST_PARTS:
+            raise XmlBoundsError(f"it holds more than {MOST_PARTS} elements and attributes")
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> Element:
+        self._depth, self._text = self._depth - 1, 0
+        return super().end(tag)
+
+    def data(self, data: str) -> None:
+        self._text += len(data)
+        if self._text > self._longest:
+            raise XmlBoundsError(f"an element holds more than {self._longest} characters")
+        super().data(data)
+
+
+def bounded_parser(
+    element_factory: Callable[[str, dict[str, str]], Element] = Element, *, longest_text: int
+) -> DefusedXMLParser:
+    """A parser to feed, which raises `XmlBoundsError` or defusedxml's errors before memory or time is gone.
+
+    Args:
+        element_factory: makes an element of tag and attributes.
+        longest_text: characters that one element may hold.
+    """
+    return DefusedXMLParser(target=_BoundedTree(element_factory, longest_text), forbid_dtd=True)
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A frame fixed on a body; `body` is "ground" for one that never moves."""
+
+    body: str
+    R: Float[np.ndarray, "3 3"]
+    p: Float[np.ndarray, "3"]  # [m]
+
+    def offset(self, translation: Float[np.ndarray, "3"], orientation: Float[np.ndarray, "3"]) -> "Placement":
+        """The frame at that place in this one: translation [m], then body-fixed x-y-z angles [rad]."""
+        return Placement(self.body, self.R @ body_fixed_xyz(orientation), self.p + self.R @ translation)
+
+
+def origin(body: str) -> Placement:
+    """A body's own frame."""
+    return Placement(body, np.eye(3), np.zeros(3))
+
+
+@dataclass(frozen=True)
+class JointPart:
+    """A joint element, the frames it connects, and its coordinate elements in the file's order."""
+
+    node: Node
+    name: str
+    parent: Placement
+    child: Placement
+    coordinates: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class MarkerPart:
+    """A marker element and the frame that carries it."""
+
+    node: Node
+    frame: Placement
+
+
+@dataclass(frozen=True)
+class ModelParts:
+    """Bodies without the ground, and joints in the order in which OpenSim lists their coordinates."""
+
+    bodies: tuple[Body, ...]
+    joints: tuple[JointPart, ...]
+    markers: tuple[MarkerPart, ...]
+    notes: tuple[Note, ...] = ()
+
+
+def body_of(
+    document: OsimDocument, node: Node, inertia: Float[np.ndarray, "6"], geometry: tuple[Geometry, ...]
+) -> Body:
+    """A body from its element, its inertia xx yy zz xy xz yz about the centre of mass [kg·m²], and meshes."""
+    mass = document.number(node, "mass")
+    if mass < 0:
+        raise document.error(node, f"its mass is {mass:g} kg; masses are zero or positive.")
+    xx, yy, zz, xy, xz, yz = inertia if mass > 0 else np.zeros(6)
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if np.diag(tensor).min() < 0 or np.linalg.eigvalsh(tensor)[0] < -ROUNDING * np.abs(tensor).max():
+        raise document.error(
+            node, "its inertia has a negative principal moment; correct its moments and products."
+        )
+    return Body(
+        name=required_name(document, node),
+        mass=mass,
+        com_body=document.numbers(node, "mass_center", 3, default=(0.0, 0.0, 0.0)),
+        inertia_body=tensor,
+        geometry=geometry,
+    )
+
+
+def required_name(document: OsimDocument, node: Node) -> str:
+    """The element's name attribute."""
+    name = node.get("name", "")
+    if not name:
+        raise document.error(node, "it has no name; give it a name attribute.")
+    return name

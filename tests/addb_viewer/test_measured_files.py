@@ -62,9 +62,9 @@ FOR_ITSELF = {
     "annotations/database.py",
     "annotations/review_json.py",
     "solver/capture/atomic.py",
-    "solver/export/conversion/formats.py",
+    "solver/export/conversion/convert.py",
     "solver/fitting/results/store.py",
-    "solver/simulate/faults/files.py",
+    "solver/simulate/faults/hidden.py",
 }
 OPENS_TO_WRITE = re.compile(
     r"""write_(text|bytes)\(|open\([^)\n]*["'][wax]b?\+?["']|savefig\((?!draft|file)"""

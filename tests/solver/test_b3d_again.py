@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
+from solver.capture.formats.b3d.b3d_file import write_b3d
 from solver.capture.subject.subject import open_subject
 from solver.export.b3d.from_fit import fit_to_b3d, unfitted
-from solver.export.b3d.writer import write_b3d
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.skeleton.subject_model import load_subject_model

@@ -7,8 +7,7 @@ import pytest
 
 from solver.capture.subject.subject import open_subject
 from solver.contact.mask import NOT_RECORDED, OUTSIDE_RANGES
-from solver.export.b3d.from_fit import fit_to_b3d
-from solver.export.b3d.reasons import reason_number
+from solver.export.b3d.from_fit import fit_to_b3d, reason_number
 from solver.export.opensim import export_opensim
 from solver.export.tables import trial_columns
 from solver.fitting.pipeline import solve

@@ -22,7 +22,7 @@ from addb_viewer.trial_view.joint_quantities import PER_KG, JointQuantity, quant
 from addb_viewer.trial_view.over_time import AT_FIRST, charts_json, choices_json
 from addb_viewer.trial_view.replay import JointReplay, Replay
 from solver.capture.atomic import whole_file
-from solver.export.cycle_tables import CycledCurve, mean_table, stride_table
+from solver.export.gait_tables import CycledCurve, mean_table, stride_table
 from solver.export.places import made
 
 UNITS = {"°": "deg", "°/s": "deg_s", "m/s": "m_s", "N·m": "moment_Nm", "N": "force_N", "W": "power_W"}

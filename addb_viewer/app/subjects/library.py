@@ -10,7 +10,7 @@ from typing import Any
 
 import trimesh
 
-from addb_viewer.jobs.root_folder import check_recorded, reading_of
+from addb_viewer.jobs.root_folder import check_recorded
 from addb_viewer.trial_view.joint_loads import large_joint_load
 from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
@@ -195,4 +195,4 @@ def open_library(subject_folder: Path, results: Path | None = None) -> Library:
         CaptureError: the folder is no subject's.
         ResultsError: there is half a fit, or one of another version.
     """
-    return library_of(open_subject(subject_folder, reading_of(subject_folder)), results)
+    return library_of(open_subject(subject_folder), results)

@@ -24,9 +24,8 @@ from addb_viewer.dataset.check.findings import (
 )
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
 from annotations.agreement import agreement
-from solver.capture.formats.b3d.reader import read_b3d
-from solver.capture.formats.b3d.reasons import REASONS
-from solver.capture.formats.b3d.schema import B3dFile, B3dTrial, Header, PassFrames, PassType
+from solver.capture.formats.b3d.b3d_file import read_b3d
+from solver.capture.formats.b3d.schema import REASONS, B3dFile, B3dTrial, Header, PassFrames, PassType
 from solver.capture.formats.b3d.stored import stored_passes
 from solver.capture.subject.subject import open_subject
 from solver.common.errors import CaptureError
@@ -259,7 +258,7 @@ def refitted(path: Path, progress: Progress = silent) -> tuple[list[Refitted], l
         SolverError: it cannot be read or fitted.
     """
     settings = settings_for(path)
-    subject = open_subject(path, settings.reading)
+    subject = open_subject(path)
     fit = solve(subject, settings, reviews={}, progress=part(progress, 0.0, FITTED))
     told: Any = summary(fit)["trials"]
     rows = [_row(trial, figures) for trial, figures in zip(fit.trials, told, strict=True)]

@@ -33,7 +33,7 @@ from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.dataset.splits import FOLDER, read_split
 from addb_viewer.dataset.task import made_file
 from addb_viewer.text.amounts import counted
-from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.capture.formats.b3d.schema import B3dTrial
 from solver.common.errors import CaptureError
 

@@ -8,16 +8,15 @@ from jaxtyping import Float
 
 from solver.capture.axes import VerticalAxis, vertical_axis
 from solver.capture.capture import ForcePlate, Markers
-from solver.capture.formats.c3d_contents import C3dContents, open_c3d
-from solver.capture.formats.c3d_events import foot_events
-from solver.capture.formats.length_units import METRES_PER_UNIT, LengthUnitSettings, metres_per_unit, unit_of
+from solver.capture.formats.c3d_contents import C3dContents, foot_events, open_c3d
+from solver.capture.formats.length_units import METRES_PER_UNIT, metres_per_unit, unit_of
 from solver.capture.formats.point_labels import marker_points
+from solver.capture.marker_cleaning import far_as_nan, unseen_as_nan
 from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure
 from solver.capture.plates.force_platform import Platform, force_platforms, plate_axes
-from solver.capture.reading_settings import READING, ReadingSettings
-from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
+from solver.common.plate_figures import CONTACT_N
 
 COMPUTED_GROUPS = frozenset(
     ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS", "MODELLED_MARKERS")
@@ -37,56 +36,50 @@ class C3dFile:
     notes: tuple[Note, ...] = ()
 
 
-def read_c3d(path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING) -> C3dFile:
+def read_c3d(path: Path, up: VerticalAxis | None = None) -> C3dFile:
     """Read markers and force plates.
 
     Args:
         path: the file.
         up: the axis that points up, where a person said so.
-        settings: thresholds.
 
     Raises:
         CaptureError: the file cannot be read, holds no marker, or has force platforms of unknown type.
     """
     path = Path(path)
     contents = open_c3d(path)
-    markers, metres, notes = _markers(contents, settings)
-    platforms, platform_notes = force_platforms(contents, metres, settings.platforms, settings.platform_units)
+    markers, metres, notes = _markers(contents)
+    platforms, platform_notes = force_platforms(contents, metres)
     if up is None:
-        up = _upwards(contents, markers, platforms, settings)
+        up = _upwards(contents, markers, platforms)
     rate = contents.rate * contents.samples_per_frame
-    plates = tuple(_force_plate(platform, up, rate, settings) for platform in platforms)
+    plates = tuple(_force_plate(platform, up, rate) for platform in platforms)
     notes += (*_rate_notes(contents, rate if platforms else 0.0), *platform_notes)
     return C3dFile(markers, plates, up, notes)
 
 
-def read_c3d_markers(
-    path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING
-) -> C3dFile:
+def read_c3d_markers(path: Path, up: VerticalAxis | None = None) -> C3dFile:
     """Read markers only, whatever the force platforms are.
 
     Raises:
         CaptureError: the file cannot be read or holds no marker.
     """
     contents = open_c3d(Path(path))
-    markers, _, notes = _markers(contents, settings)
-    return C3dFile(markers, (), up or _upwards(contents, markers, (), settings), notes)
+    markers, _, notes = _markers(contents)
+    return C3dFile(markers, (), up or _upwards(contents, markers, ()), notes)
 
 
-def _upwards(
-    contents: C3dContents, markers: Markers, platforms: tuple[Platform, ...], settings: ReadingSettings
-) -> VerticalAxis:
+def _upwards(contents: C3dContents, markers: Markers, platforms: tuple[Platform, ...]) -> VerticalAxis:
     return vertical_axis(
         markers,
         [platform.force_lab for platform in platforms],
         [platform.corners_lab for platform in platforms],
         default="z",
         screen_up=next(iter(contents.words("POINT", "Y_SCREEN")), ""),
-        settings=settings.axes,
     )
 
 
-def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers, float, tuple[Note, ...]]:
+def _markers(contents: C3dContents) -> tuple[Markers, float, tuple[Note, ...]]:
     """The markers, metres per POINT:UNITS, and notes."""
     source = contents.path.name
     groups = COMPUTED_GROUPS | set(contents.words("POINT", "TYPE_GROUPS")) - {"MARKERS", "MARKER", "LABELS"}
@@ -99,8 +92,8 @@ def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers,
             f"{contents.path}: the file holds no marker ({listed}). Export it with its trajectories."
         )
     seen, unseen_notes = unseen_as_nan(contents.points[:, list(chosen.columns)], chosen.names, source)
-    metres, unit_notes = _metres(contents, seen, settings.length_units)
-    positions, far_notes = far_as_nan(seen * metres, chosen.names, source, settings.cleaning.farthest_m)
+    metres, unit_notes = _metres(contents, seen)
+    positions, far_notes = far_as_nan(seen * metres, chosen.names, source)
     notes = (*contents.notes, *chosen.notes, *unit_notes, *unseen_notes, *far_notes)
     whose = {name for name in contents.words("EVENT", "SUBJECTS") if name}
     events = foot_events(contents)[0] if len(whose) < 2 else ()  # of several people, nobody's
@@ -109,20 +102,18 @@ def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers,
 
 
 def _metres(
-    contents: C3dContents,
-    positions: Float[np.ndarray, "frames markers 3"],
-    settings: LengthUnitSettings,
+    contents: C3dContents, positions: Float[np.ndarray, "frames markers 3"]
 ) -> tuple[float, tuple[Note, ...]]:
     claimed = next((word for word in contents.words("POINT", "UNITS") if word), None)
     where = "POINT:UNITS"
     if claimed is not None and unit_of(claimed) is None:
-        metres, notes = metres_per_unit(None, positions, contents.path, where, settings)
+        metres, notes = metres_per_unit(None, positions, contents.path, where)
         return metres, (Note(Kind.GUESS, f"{contents.path.name}: unknown POINT:UNITS '{claimed}'"), *notes)
     if claimed is None and np.isnan(positions).all():
         return METRES_PER_UNIT["mm"], noted(
             Kind.OTHER, f"{contents.path.name}: no POINT:UNITS and no marker seen; mm assumed"
         )
-    return metres_per_unit(claimed, positions, contents.path, where, settings)
+    return metres_per_unit(claimed, positions, contents.path, where)
 
 
 def _rate_notes(contents: C3dContents, rate: float) -> tuple[Note, ...]:
@@ -135,7 +126,7 @@ def _rate_notes(contents: C3dContents, rate: float) -> tuple[Note, ...]:
     return ()
 
 
-def _force_plate(platform: Platform, up: VerticalAxis, rate: float, settings: ReadingSettings) -> ForcePlate:
+def _force_plate(platform: Platform, up: VerticalAxis, rate: float) -> ForcePlate:
     """The plate with the file's sign, and centres of pressure, which are the same for either."""
     force, moment = platform.force_lab, platform.moment_lab
     normal = plate_axes(platform.corners_lab)[:, 2]
@@ -143,7 +134,7 @@ def _force_plate(platform: Platform, up: VerticalAxis, rate: float, settings: Re
     pressing = np.sign(force @ normal)[:, None]
     surface = Surface(platform.corners_lab.mean(axis=0), normal)
     centre = centre_of_pressure(pressing * force, pressing * moment, surface)
-    known = np.abs(force @ up.up_lab) >= settings.platforms.centre_known_N
+    known = np.abs(force @ up.up_lab) >= CONTACT_N
     return ForcePlate(
         name=platform.name,
         force_ground=force,

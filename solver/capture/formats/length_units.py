@@ -1,6 +1,5 @@
 """Metres from what a marker file says its numbers are, checked against the size of a person."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +7,6 @@ from jaxtyping import Float
 
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
-from solver.common.settings_field import setting
 
 METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 SPELLINGS = {
@@ -18,22 +16,10 @@ SPELLINGS = {
 }
 
 
-@dataclass(frozen=True)
-class LengthUnitSettings:
-    """How far the markers of a frame spread, as the diagonal of the box around them."""
-
-    smallest_m: float = setting(
-        0.05, unit="m", why="half of what the markers of one foot span: the header's unit is wrong below it"
-    )
-    largest_m: float = setting(
-        8.0, unit="m", why="twice a wheelchair user with the chair: the header's unit is wrong beyond it"
-    )
-    smallest_person_m: float = setting(
-        0.3, unit="m", why="a unit that makes the markers span less is not guessed: a leg is longer"
-    )
-    largest_person_m: float = setting(
-        4.0, unit="m", why="likewise beyond: arms stretched, nobody spans as much"
-    )
+SMALLEST_SPREAD_M = 0.05  # half of what the markers of one foot span: the header's unit is wrong below it
+LARGEST_SPREAD_M = 8.0  # twice a wheelchair user with the chair: the header's unit is wrong beyond it
+SMALLEST_PERSON_M = 0.3  # a unit that makes the markers span less is not guessed: a leg is longer
+LARGEST_PERSON_M = 4.0  # likewise beyond: arms stretched, nobody spans as much
 
 
 def unit_of(word: str) -> str | None:
@@ -46,7 +32,6 @@ def metres_per_unit(
     positions: Float[np.ndarray, "frames markers 3"],
     path: Path,
     place: str = "its third line",
-    settings: LengthUnitSettings = LengthUnitSettings(),
 ) -> tuple[float, tuple[Note, ...]]:
     """What to multiply with to get metres, and what had to be assumed.
 
@@ -55,14 +40,13 @@ def metres_per_unit(
         positions: as in the file, NaN where not seen.
         path: for messages.
         place: where the file names its units, for messages.
-        settings: how far markers of a frame can spread.
 
     Raises:
         CaptureError: the unit is unknown, or contradicts the size of the data and no other one fits a person.
     """
     unit = unit_of(claimed) if claimed is not None else None
     extent = _extent(positions)
-    person_m = (settings.smallest_person_m, settings.largest_person_m)
+    person_m = (SMALLEST_PERSON_M, LARGEST_PERSON_M)
     fitting = [u for u, metres in METRES_PER_UNIT.items() if _within(extent * metres, person_m)]
     if unit is None and claimed is not None:
         raise CaptureError(
@@ -77,7 +61,7 @@ def metres_per_unit(
             f"{extent * METRES_PER_UNIT[fitting[0]]:.2f} m",
         )
     metres = METRES_PER_UNIT[unit]
-    if np.isnan(extent) or _within(extent * metres, (settings.smallest_m, settings.largest_m)):
+    if np.isnan(extent) or _within(extent * metres, (SMALLEST_SPREAD_M, LARGEST_SPREAD_M)):
         return metres, ()
     if len(fitting) != 1:
         raise CaptureError(

@@ -15,7 +15,6 @@ from solver.capture.clock import find_clock
 from solver.capture.formats.text_exports import cells_of, marker_file, number_of, table_of
 from solver.capture.formats.text_table import dialect_of_rows, read_text, rows_of_numbers
 from solver.capture.formats.trc import MarkerFile
-from solver.capture.reading_settings import READING, ReadingSettings
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
 
@@ -34,7 +33,7 @@ class _Column:
     name: str
 
 
-def read_motive_markers(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
+def read_motive_markers(path: Path) -> MarkerFile:
     """The markers that cameras saw; where none was exported, those that the software placed.
 
     Raises:
@@ -48,7 +47,7 @@ def read_motive_markers(path: Path, settings: ReadingSettings = READING) -> Mark
     dialect = dialect_of_rows(text, axes_line + 1)
     separator = dialect.separator or ","
     said = cells_of(text.lines[0], separator)
-    told = dict(zip(said[::2], said[1::2], strict=False))
+    stated = dict(zip(said[::2], said[1::2], strict=False))
     head = [cells_of(line, separator) for line in text.lines[1 : axes_line + 1] if line.strip(" \t;,")]
     columns = _columns(head)
     chosen, notes = _chosen(path, columns)
@@ -60,11 +59,11 @@ def read_motive_markers(path: Path, settings: ReadingSettings = READING) -> Mark
         raise CaptureError(
             f"{path}: rows hold {values.shape[1]} numbers, their names need {width}. Export it again."
         )
-    rate = number_of(told.get("Export Frame Rate", "")) or number_of(told.get("Capture Frame Rate", ""))
-    clock = find_clock(values[:, 1], path=path, lines=lines, header_rate=rate, settings=settings.clock)
+    rate = number_of(stated.get("Export Frame Rate", "")) or number_of(stated.get("Capture Frame Rate", ""))
+    clock = find_clock(values[:, 1], path=path, lines=lines, header_rate=rate)
     written = np.stack([values[:, column.place : column.place + 3] for column in chosen], axis=1)
     names = [NUMBERED.sub(r"\1_\2", column.name) for column in chosen]
-    found = marker_file(path, names, written, clock, settings, units=told.get("Length Units") or None)
+    found = marker_file(path, names, written, clock, units=stated.get("Length Units") or None)
     return MarkerFile(found.markers, (*notes, *row_notes, *found.notes))
 
 

@@ -24,7 +24,6 @@ from solver.capture.formats.text_table import (
     starts_with_number,
 )
 from solver.capture.formats.trc import MarkerFile
-from solver.capture.reading_settings import READING, ReadingSettings
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
 
@@ -63,7 +62,7 @@ class _Section:
         return self.units[column] if column < len(self.units) else ""
 
 
-def read_nexus_markers(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
+def read_nexus_markers(path: Path) -> MarkerFile:
     """The trajectories.
 
     Raises:
@@ -78,11 +77,9 @@ def read_nexus_markers(path: Path, settings: ReadingSettings = READING) -> Marke
     if not columns:
         raise CaptureError(f"{path}: its Trajectories name no marker. Label them and export again.")
     unit = next((section.unit(k) for k in columns if section.unit(k)), "mm")
-    clock = find_clock(
-        section.times, path=path, lines=section.lines, header_rate=section.rate, settings=settings.clock
-    )
+    clock = find_clock(section.times, path=path, lines=section.lines, header_rate=section.rate)
     written = np.stack([section.values[:, k : k + 3] for k in columns], axis=1)
-    found = marker_file(path, [section.names[k] for k in columns], written, clock, settings, units=unit)
+    found = marker_file(path, [section.names[k] for k in columns], written, clock, units=unit)
     others = [each.title for each in sections if each.title not in (TRAJECTORIES, *DEVICES)]
     notes = noted(Kind.OTHER, f"{path.name}: not used: {', '.join(others)}") if others else ()
     return MarkerFile(found.markers, (*section.notes, *notes, *found.notes))

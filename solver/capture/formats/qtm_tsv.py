@@ -26,7 +26,6 @@ from solver.capture.formats.text_exports import (
 from solver.capture.formats.text_table import dialect_of_rows, read_text, rows_of_numbers, starts_with_number
 from solver.capture.formats.trc import MarkerFile
 from solver.capture.plates.force_platform import plate_axes
-from solver.capture.reading_settings import READING, ReadingSettings
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
 
@@ -86,7 +85,7 @@ def _is_clock(steps: Float[np.ndarray, " steps"], rate: float) -> bool:
     return bool(len(steps) and rate and np.all(np.abs(steps * rate - 1) < 0.5))
 
 
-def read_qtm_markers(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
+def read_qtm_markers(path: Path) -> MarkerFile:
     """The markers of X.tsv.
 
     Raises:
@@ -103,13 +102,13 @@ def read_qtm_markers(path: Path, settings: ReadingSettings = READING) -> MarkerF
             f"{path}: MARKER_NAMES holds {len(labels)} names, which need {width} columns, but rows hold "
             f"{table.values.shape[1] - lead}. Export it again."
         )
-    clock = find_clock(times, path=path, lines=table.lines, header_rate=table.rate, settings=settings.clock)
+    clock = find_clock(times, path=path, lines=table.lines, header_rate=table.rate)
     if not np.isfinite(clock.rate):
         raise CaptureError(f"{path}: no time column, and no FREQUENCY: the frame rate is unknown.")
     kinds = table.head.get("TRAJECTORY_TYPES", ())
     virtual = [label for label, kind in zip(labels, kinds, strict=False) if kind.lower() == "virtual"]
     written = table.values[:, lead : lead + width].reshape(len(table.values), len(labels), 3)
-    found = marker_file(path, labels, written, clock, settings, units="mm", computed=virtual)
+    found = marker_file(path, labels, written, clock, units="mm", computed=virtual)
     notes = (*table.notes, *found.notes)
     said = number_of(table.word("NO_OF_FRAMES"))
     if said is not None and said != len(table.values):

@@ -5,7 +5,6 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +16,10 @@ from solver.capture.formats.length_units import metres_per_unit
 from solver.capture.formats.point_labels import marker_points
 from solver.capture.formats.text_table import Row, Text, read_text
 from solver.capture.formats.trc import MarkerFile
-from solver.capture.reading_settings import ReadingSettings
-from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
+from solver.capture.marker_cleaning import far_as_nan, unseen_as_nan
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
+from solver.common.small_files import kept_while_unchanged
 
 ENDINGS = (".tsv", ".csv", ".txt")
 HEAD_BYTES = 100_000  # the longest head: some hundred events, or labels
@@ -50,15 +49,11 @@ class Export:
 
 def export_of(path: Path) -> Export | None:
     """Which program's text a file is; None for any other file."""
-    if path.suffix.lower() not in ENDINGS or not path.is_file():
-        return None
-    status = path.stat()
-    return _export(path, (status.st_mtime_ns, status.st_size))
+    return _export(path) if path.suffix.lower() in ENDINGS and path.is_file() else None
 
 
-@lru_cache(maxsize=4096)
-def _export(path: Path, stamp: tuple[int, int]) -> Export | None:
-    """Looked at again when its time or size has changed."""
+@kept_while_unchanged(most=4096)
+def _export(path: Path) -> Export | None:
     try:
         text = read_text(path, HEAD_BYTES)
         lines = [line.strip() for line in text.lines if line.strip()]
@@ -163,7 +158,6 @@ def marker_file(
     labels: Sequence[str],
     written: Float[np.ndarray, "rows points 3"],
     clock: Clock,
-    settings: ReadingSettings,
     *,
     units: str | None,
     computed: Collection[str] = (),
@@ -175,7 +169,6 @@ def marker_file(
         labels: of the points.
         written: their places in each row, as written.
         clock: where rows lie in time.
-        settings: thresholds.
         units: of lengths, in the file's word.
         computed: labels that the file says are no markers.
 
@@ -191,8 +184,8 @@ def marker_file(
         )
     placed = clock.placed(written[:, list(chosen.columns)])
     seen, unseen_notes = unseen_as_nan(placed, chosen.names, path.name)
-    scale, unit_notes = metres_per_unit(units, seen, path, "its head", settings.length_units)
-    near, far_notes = far_as_nan(seen * scale, chosen.names, path.name, settings.cleaning.farthest_m)
+    scale, unit_notes = metres_per_unit(units, seen, path, "its head")
+    near, far_notes = far_as_nan(seen * scale, chosen.names, path.name)
     return MarkerFile(
         Markers(chosen.names, clock.moved(near), clock.rate, clock.start_time),
         (*clock.notes, *chosen.notes, *unit_notes, *unseen_notes, *far_notes),

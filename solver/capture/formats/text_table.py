@@ -182,11 +182,6 @@ def rows_of_numbers(
     return [Row(line, whole[a:b]) for line, (a, b) in zip(lines, pairwise(ends), strict=True)]
 
 
-def is_blank(values: Sequence[float]) -> bool:
-    """Whether none of the values was written (all NaN)."""
-    return all(math.isnan(value) for value in values)
-
-
 def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names with repeats renamed `name#2`, `name#3`, …; and which were repeated, in order."""
     taken = set(names)

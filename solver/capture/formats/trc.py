@@ -2,7 +2,9 @@
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ from jaxtyping import Float
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Markers
 from solver.capture.clock import find_clock
-from solver.capture.formats.length_units import METRES_PER_UNIT, metres_per_unit
+from solver.capture.formats.length_units import METRES_PER_UNIT, metres_per_unit, unit_of
 from solver.capture.formats.text_table import (
     Text,
     dialect_of,
@@ -20,12 +22,13 @@ from solver.capture.formats.text_table import (
     starts_with_number,
     unique_names,
 )
-from solver.capture.formats.trc_header import TrcHeader, read_header
-from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.marker_cleaning import far_as_nan, unseen_as_nan
 from solver.capture.subject.measured_files import MARK
-from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
+
+UNITS_PLACE = 4  # of the header's values, where all stand in it
+SEARCHED_LINES = 20  # the header has five lines; some programs put remarks before it
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class MarkerFile:
     notes: tuple[Note, ...] = ()
 
 
-def read_trc(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
+def read_trc(path: Path) -> MarkerFile:
     """Read a .trc file: metres, NaN where a marker was not seen, axes as the file has them.
 
     Raises:
@@ -50,14 +53,14 @@ def read_trc(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
     del text  # of a long recording as large as its numbers
     names, columns, name_notes = _markers(path, header, table)
     times = table[:, header.time_column] if header.time_column is not None else np.full(len(table), np.nan)
-    clock = find_clock(times, path=path, lines=lines, header_rate=header.rate, settings=settings.clock)
+    clock = find_clock(times, path=path, lines=lines, header_rate=header.rate)
     if not math.isfinite(clock.rate):
         raise CaptureError(f"{path}: one row and no DataRate in the header: the frame rate is unknown.")
 
     written = clock.placed(np.stack([table[:, column : column + 3] for column in columns], axis=1))
     seen, unseen_notes = unseen_as_nan(written, names, path.name)
-    scale, unit_notes = metres_per_unit(header.units, seen, path, settings=settings.length_units)
-    near, far_notes = far_as_nan(seen * scale, names, path.name, settings.cleaning.farthest_m)
+    scale, unit_notes = metres_per_unit(header.units, seen, path)
+    near, far_notes = far_as_nan(seen * scale, names, path.name)
     notes = (
         *_count_notes(path.name, header, len(table), len(names)),
         *clock.notes,
@@ -94,6 +97,25 @@ def write_trc(path: Path, markers: Markers, units: str = "mm") -> None:
         cells = ("NaN" if math.isnan(value) else f"{value:.10g}" for value in row)
         lines.append(f"{frame + 1}\t{time:.9f}\t" + "\t".join(cells))
     write_whole(path, "\n".join(lines) + "\n")
+
+
+@dataclass(frozen=True)
+class TrcHeader:
+    """What stands above the data.
+
+    `labels` are (place, name): the marker's place in the row, by threes, from 0; marker k's x is in column
+    `lead + 3 k`.
+    """
+
+    label_line: int  # index of the line of names
+    labels: tuple[tuple[int, str], ...]
+    aligned: bool  # names stand above their columns; otherwise they only come in the same order
+    lead: int  # columns before the first marker
+    time_column: int | None
+    rate: float | None = None  # [Hz]
+    frames: int | None = None
+    markers: int | None = None
+    units: str | None = None
 
 
 def _table(
@@ -199,3 +221,71 @@ def _count_notes(source: str, header: TrcHeader, rows: int, markers: int) -> tup
             Kind.OTHER, f"{source}: the header says {header.markers} markers, the line of names {markers}"
         )
     return notes
+
+
+def read_header(path: Path, text: Text) -> TrcHeader:
+    """Find the line of marker names and the header's claims, however many of them there are.
+
+    Raises:
+        CaptureError: there is no line of names.
+    """
+    label_line = next(
+        (k for k, x in enumerate(text.lines[:SEARCHED_LINES]) if re.match(r"[\s#]*(frame|time)", x, re.I)),
+        None,
+    )
+    if label_line is None:
+        raise CaptureError(
+            f"{path}: no line of marker names (it begins with 'Frame#' and 'Time') in the first "
+            f"{min(len(text.lines), SEARCHED_LINES)} lines: the file is cut off, or not a .trc file. "
+            "Export it again."
+        )
+    lead, time_column, aligned, labels = _labels(text.lines[label_line])
+    rate, frames, markers, units = _claims(text.lines[:label_line])
+    return TrcHeader(label_line, labels, aligned, lead, time_column, rate, frames, markers, units)
+
+
+def _labels(line: str) -> tuple[int, int | None, bool, tuple[tuple[int, str], ...]]:
+    """Columns before the first marker, the time's column, whether names are aligned, and their places.
+
+    Names stand above the x column of their marker, or, when some program wrote fewer tabs, just in order.
+    """
+    separator = next((sign for sign in ("\t", ";", ",") if sign in line), None)
+    cells = [cell.strip() for cell in line.split(separator)]
+    if separator == "\t" and " " in cells[0]:  # "Frame# Time" with a blank between
+        cells = [*cells[0].split(), *cells[1:]]
+    lead = 0
+    time_column = None
+    while lead < len(cells) and lead < 2 and re.match(r"#?(frame|time)", cells[lead], re.IGNORECASE):
+        if cells[lead].lower().startswith("time"):
+            time_column = lead
+        lead += 1
+    found = [(k, name) for k, name in enumerate(cells[lead:]) if name]
+    if separator is not None and all(k % 3 == 0 for k, _ in found):
+        return lead, time_column, True, tuple((k // 3, name) for k, name in found)
+    return lead, time_column, False, tuple(enumerate(name for _, name in found))
+
+
+def _claims(lines: Sequence[str]) -> tuple[float | None, int | None, int | None, str | None]:
+    """Rate, frames, markers and units: the counts stand before the units, since some leave a rate out."""
+    for keys, values in pairwise(lines):
+        if "datarate" not in keys.lower():
+            continue
+        cells = [cell for cell in re.split(r"[\s;,]+", values.strip()) if cell]
+        place = next((k for k, cell in enumerate(cells) if unit_of(cell)), None)
+        if place is None:
+            place = next((k for k, cell in enumerate(cells) if not _is_number(cell)), None)
+        before = cells[: UNITS_PLACE if place is None else place]
+        rate = float(before[0]) if before and _is_number(before[0]) and float(before[0]) > 0 else None
+        counted = [float(cell) for cell in before[1:] if _is_number(cell)]
+        counts = [int(number) for number in counted[-2:]]
+        frames, markers = counts if len(counts) == 2 else (None, None)
+        return rate, frames, markers, cells[place] if place is not None else None
+    return None, None, None, None
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

@@ -6,7 +6,9 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate
-from solver.capture.plates.force_settings import CONDITIONING, ConditioningSettings
+
+UNEVEN_M = 0.01  # centres of pressure whose height varies by more tell of a ramp, not of a plate out of level
+FLAT_PLANE_M = 0.003  # and so well must a plane describe them, or the surface counts as level
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,7 @@ class Surface:
 LEVEL_GROUND = Surface(np.zeros(3), np.array([0.0, 1.0, 0.0]))
 
 
-def surface_of(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING) -> Surface:
+def surface_of(plate: ForcePlate) -> Surface:
     """The plate's surface: its corners' plane, else through the file's centres of pressure, else y = 0."""
     if plate.corners_ground is not None and np.isfinite(plate.corners_ground).all():
         return _plane(plate.corners_ground)
@@ -29,11 +31,11 @@ def surface_of(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING)
         return LEVEL_GROUND
     middle = np.median(pressed, axis=0)
     level = Surface(middle, LEVEL_GROUND.normal_ground)
-    if np.ptp(np.percentile(pressed[:, 1], [5, 95])) < settings.uneven_m:
+    if np.ptp(np.percentile(pressed[:, 1], [5, 95])) < UNEVEN_M:
         return level
     plane = _plane(pressed)
     off_plane = np.abs((pressed - plane.point_ground) @ plane.normal_ground)
-    return plane if np.percentile(off_plane, 95) < settings.flat_m else level
+    return plane if np.percentile(off_plane, 95) < FLAT_PLANE_M else level
 
 
 def centre_of_pressure(

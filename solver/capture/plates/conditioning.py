@@ -41,9 +41,7 @@ class ConditionedPlate:
 
 
 def condition(
-    plate: ForcePlate,
-    times: Float[np.ndarray, " frames"],
-    settings: ConditioningSettings = CONDITIONING,
+    plate: ForcePlate, times: Float[np.ndarray, " frames"], settings: ConditioningSettings = CONDITIONING
 ) -> ConditionedPlate:
     """Clean, filter and resample one plate.
 
@@ -60,7 +58,7 @@ def condition(
     observed = observed_at(times, plate, loads.recorded)
     filtered[~observed] = np.nan
     raw[~observed] = np.nan
-    surface = surface_of(plate, settings)
+    surface = surface_of(plate)
     spread_s = 0.5 / cutoff  # how far the filter carries a contact's edge
     pressing = filtered[:, :3] @ surface.normal_ground
     loaded = (
@@ -137,21 +135,18 @@ def shared_cutoff(marker_rate: float, settings: ConditioningSettings = CONDITION
 
 
 def resampled(
-    plate: ForcePlate,
-    times: Float[np.ndarray, " frames"],
-    settings: ConditioningSettings = CONDITIONING,
+    plate: ForcePlate, times: Float[np.ndarray, " frames"]
 ) -> tuple[ForcePlate, Bool[np.ndarray, " frames"]]:
     """The plate on another clock, and which frames its recording covers; NaN on the others.
 
     Args:
         plate: no NaN in force and moment.
         times: equally spaced [s].
-        settings: what tells its surface.
     """
     wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
     values = resample(wrench, plate.rate, plate.start_time, times)
     pressed = at_nearest_samples(np.isfinite(plate.cop_ground).all(axis=1), plate, times)
-    cop = centre_of_pressure(values[:, :3], values[:, 3:], surface_of(plate, settings))
+    cop = centre_of_pressure(values[:, :3], values[:, 3:], surface_of(plate))
     rate = rate_of(times)
     moved = replace(
         plate,
@@ -178,7 +173,7 @@ def of_a_person(
         f"{plate.name}: {int(beyond.sum())} samples above {settings.largest_N:g} N, more than a person can "
         f"exert, count as missing (first at {plate.times[int(np.argmax(beyond))]:.3f} s)",
     )
-    return plate.unmeasured_at(beyond), (note,)
+    return plate.unrecorded_at(beyond), (note,)
 
 
 def gaps_filled(
@@ -222,7 +217,7 @@ def contact_samples(
     plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
 ) -> Bool[np.ndarray, " samples"]:
     """Where the plate carries a load: above the threshold, for longer than vibration lasts."""
-    above = plate.force_ground @ surface_of(plate, settings).normal_ground >= settings.threshold_N
+    above = plate.force_ground @ surface_of(plate).normal_ground >= settings.threshold_N
     for start, end in runs(above):
         inside = start > 0 and end < plate.samples
         if inside and (end - start) < settings.shortest_contact_s * plate.rate:

@@ -96,11 +96,11 @@ def turned(storage: Storage, R_ground_lab: Float[np.ndarray, "3 3"]) -> Storage:
             xyz = [column for column in columns or () if column is not None]
             if len(xyz) == 3:
                 values[:, xyz] = storage.values[:, xyz] @ R_ground_lab.T
-    told = tuple(
+    plates = tuple(
         plate if plate.corners is None else replace(plate, corners=plate.corners @ R_ground_lab.T)
         for plate in storage.plates
     )
-    return replace(storage, values=values, plates=told)
+    return replace(storage, values=values, plates=plates)
 
 
 def _parse(text: str, column: int) -> _Label | None:

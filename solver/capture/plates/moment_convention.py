@@ -18,13 +18,12 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.clock import Clock, find_clock
-from solver.capture.clock_settings import CLOCK, ClockSettings
 from solver.capture.formats.storage import PlateColumns, Storage
 from solver.capture.plates.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
 from solver.capture.plates.force_columns import find_plates
-from solver.capture.plates.force_settings import FORCE_TABLES, ForceTableSettings
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
+from solver.common.plate_figures import CONTACT_N, JUDGED_N
 
 CONVENTIONS = ("free", "ground", "plate")
 MEANING = {
@@ -33,6 +32,15 @@ MEANING = {
     "plate": "the moment about each plate's origin",
 }
 IN_SHORT = {"free": "free moment", "ground": "about the ground origin", "plate": "about each plate's origin"}
+FEWEST_LOADED = 10  # loaded ones that a judgement on moments needs
+GOOD_LEVER_M = 0.02  # a moment convention that leaves more than half a foot's width explains nothing
+PLATE_HANDICAP_M = 0.001  # a fitted plate origin must do better by this than what needs no fit
+ORIGIN_HEIGHT_WEIGHT = 0.01  # of 'the origin lies at the surface': its height shows in the shear force only
+USABLE_CENTRE_M = 0.3  # an unloaded centre of pressure farther from all loaded ones is noise
+# somebody's foot presses more at some time; less as a file's peak is kN, body weights or N/kg
+SMALLEST_LOAD_N = 50.0
+LONGEST_LAB_M = 50.0  # levers longer than a laboratory are in mm
+LARGEST_FREE_NM = 500.0  # free moments are below 50 N·m; a median beyond this is in N·mm
 
 
 @dataclass(frozen=True)
@@ -47,19 +55,13 @@ class _Columns:
 
 
 def plates_from_storage(
-    storage: Storage,
-    *,
-    moment_convention: str | None = None,
-    settings: ForceTableSettings = FORCE_TABLES,
-    clock_settings: ClockSettings = CLOCK,
+    storage: Storage, *, moment_convention: str | None = None
 ) -> tuple[tuple[ForcePlate, ...], tuple[Note, ...]]:
     """Force plates of a .mot or .sto table: wrenches about the ground origin, y up, signs as in the file.
 
     Args:
         storage: the table, axes already turned to y up.
         moment_convention: "free", "plate" or "ground" to overrule what the numbers say.
-        settings: how the columns are judged.
-        clock_settings: what counts as a uniform clock.
 
     Returns:
         The plates in the file's order, and what was assumed.
@@ -72,32 +74,30 @@ def plates_from_storage(
             f"{storage.path}: moment convention '{moment_convention}': choose {', '.join(CONVENTIONS)}."
         )
     columns, notes = find_plates(storage)
-    clock = find_clock(storage.times, path=storage.path, lines=storage.lines, settings=clock_settings)
+    clock = find_clock(storage.times, path=storage.path, lines=storage.lines)
     if not np.isfinite(clock.rate):
         raise CaptureError(f"{storage.path}: one row of forces is not a recording. Export the whole trial.")
     values = clock.placed(storage.values)
-    plates = [_columns(values, plate, settings) for plate in columns]
-    plates, unit_notes = _in_metres(plates, storage.path.name, settings)
-    origins, convention_notes = _origins(plates, storage, moment_convention, settings)
+    plates = [_columns(values, plate) for plate in columns]
+    plates, unit_notes = _in_metres(plates, storage.path.name)
+    origins, convention_notes = _origins(plates, storage, moment_convention)
     built = tuple(
         replace(
-            _moved(_force_plate(plate, origin, clock.rate, clock.start_time, settings), clock),
-            corners_ground=told.corners,
+            _moved(_force_plate(plate, origin, clock.rate, clock.start_time), clock),
+            corners_ground=stated.corners,
         )
-        for plate, origin, told in zip(plates, origins, columns, strict=True)
+        for plate, origin, stated in zip(plates, origins, columns, strict=True)
     )
     return built, storage.notes + notes + unit_notes + convention_notes
 
 
-def _columns(
-    values: Float[np.ndarray, "samples columns"], plate: PlateColumns, settings: ForceTableSettings
-) -> _Columns:
+def _columns(values: Float[np.ndarray, "samples columns"], plate: PlateColumns) -> _Columns:
     force = values[:, list(plate.force)]
     moment = np.zeros_like(force)
     for axis, column in enumerate(plate.moment or ()):
         if column is not None:
             moment[:, axis] = values[:, column]
-    loaded = np.abs(force[:, 1]) > settings.loaded_N
+    loaded = np.abs(force[:, 1]) > JUDGED_N
     loaded &= np.isfinite(moment).all(axis=1)
     point = values[:, list(plate.point)] if plate.point else None
     stands_beside = point is not None and bool(np.any(point[loaded][:, [0, 2]]))
@@ -108,18 +108,14 @@ def _columns(
     return _Columns(plate.name, force, point, moment, loaded)
 
 
-def _in_metres(
-    plates: Sequence[_Columns], source: str, settings: ForceTableSettings
-) -> tuple[list[_Columns], tuple[Note, ...]]:
+def _in_metres(plates: Sequence[_Columns], source: str) -> tuple[list[_Columns], tuple[Note, ...]]:
     """Centres of pressure in m and moments in N·m, where the file has mm and N·mm."""
     points = [np.abs(plate.point[plate.loaded])[:, [0, 2]] for plate in plates if plate.point is not None]
     distance = _median(np.concatenate(points).max(axis=1)) if points else 0.0
     lever = _median(np.concatenate([_lever(plate, plate.moment) for plate in plates]))
     vertical = _median(np.concatenate([np.abs(plate.moment[plate.loaded, 1]) for plate in plates]))
-    in_mm = distance > settings.longest_lab_m
-    in_Nmm = lever > settings.longest_lab_m or (
-        lever < settings.good_lever_m and vertical > settings.largest_free_Nm
-    )
+    in_mm = distance > LONGEST_LAB_M
+    in_Nmm = lever > LONGEST_LAB_M or (lever < GOOD_LEVER_M and vertical > LARGEST_FREE_NM)
     notes: tuple[Note, ...] = ()
     if in_mm:
         notes += noted(
@@ -142,20 +138,20 @@ def _in_metres(
 
 
 def _origins(
-    plates: Sequence[_Columns], storage: Storage, forced: str | None, settings: ForceTableSettings
+    plates: Sequence[_Columns], storage: Storage, forced: str | None
 ) -> tuple[list[Float[np.ndarray, "3"] | None], tuple[Note, ...]]:
     """Per plate the point about which its moment columns are; None for the centre of pressure."""
-    judged = [p for p in plates if p.point is not None and p.loaded.sum() >= settings.fewest_samples]
+    judged = [p for p in plates if p.point is not None and p.loaded.sum() >= FEWEST_LOADED]
     blind = [p for p in plates if p.point is None and p.loaded.any()]
     notes: tuple[Note, ...] = ()
     convention = forced or "free"
     if judged:
-        convention, notes = _judge(judged, storage.path.name, forced, settings)
+        convention, notes = _judge(judged, storage.path.name, forced)
     if blind:
         notes += _without_centres(blind, storage, forced)
-    notes += _gap_notes(plates, storage.path.name, convention, settings)
+    notes += _gap_notes(plates, storage.path.name, convention)
     if not judged and not blind:
-        hint = _scale_hint(plates, settings.smallest_load_N)
+        hint = _scale_hint(plates)
         text = f"{storage.path.name}: no plate is loaded long enough to determine what its moments mean{hint}"
         notes += noted(Kind.FORCES_AGAINST_BODY if hint else Kind.OTHER, text)
     origins: list[Float[np.ndarray, "3"] | None] = []
@@ -163,24 +159,22 @@ def _origins(
         if plate.point is None or convention == "ground":
             origins.append(np.zeros(3))
         else:
-            origins.append(None if convention == "free" else _fitted_origin(plate, settings))
+            origins.append(None if convention == "free" else _fitted_origin(plate))
     return origins, notes
 
 
-def _scale_hint(plates: Sequence[_Columns], smallest_load_N: float) -> str:
+def _scale_hint(plates: Sequence[_Columns]) -> str:
     """A question where forces are there, but too small to carry anybody."""
     largest = max((float(np.nanmax(np.abs(plate.force), initial=0.0)) for plate in plates), default=0.0)
-    if not 0 < largest < smallest_load_N:
+    if not 0 < largest < SMALLEST_LOAD_N:
         return ""
     return f"; the largest force is {largest:.3g}: are the columns in kN, body weights or N/kg instead of N?"
 
 
-def _judge(
-    plates: Sequence[_Columns], source: str, forced: str | None, settings: ForceTableSettings
-) -> tuple[str, tuple[Note, ...]]:
+def _judge(plates: Sequence[_Columns], source: str, forced: str | None) -> tuple[str, tuple[Note, ...]]:
     """The convention under which the moment about the centre of pressure is most nearly vertical."""
     levers: dict[str, list[Float[np.ndarray, " loaded"]]] = {convention: [] for convention in CONVENTIONS}
-    origins = [_fitted_origin(plate, settings) for plate in plates]
+    origins = [_fitted_origin(plate) for plate in plates]
     for plate, origin in zip(plates, origins, strict=True):
         assert plate.point is not None
         about_centre = plate.moment - np.cross(plate.point, plate.force)
@@ -188,7 +182,7 @@ def _judge(
         levers["ground"].append(_lever(plate, about_centre))
         levers["plate"].append(_lever(plate, about_centre + np.cross(origin, plate.force)))
     left = {convention: _median(np.concatenate(parts)) for convention, parts in levers.items()}
-    scores = {**left, "plate": left["plate"] + settings.plate_handicap_m}
+    scores = {**left, "plate": left["plate"] + PLATE_HANDICAP_M}
     best = min(CONVENTIONS, key=lambda convention: scores[convention])
     misses = ", ".join(
         f"{IN_SHORT[convention]} {1000 * left[convention]:.0f} mm" for convention in CONVENTIONS
@@ -198,9 +192,9 @@ def _judge(
         contradiction = "" if forced == best else f", although the numbers suggest {MEANING[best]}"
         return forced, noted(
             Kind.PLATES,
-            f"{source}: moment columns read as {MEANING[forced]}, as told{contradiction} ({evidence})",
+            f"{source}: moment columns read as {MEANING[forced]}, as stated{contradiction} ({evidence})",
         )
-    if left[best] > settings.good_lever_m:
+    if left[best] > GOOD_LEVER_M:
         return "free", noted(
             Kind.PLATES,
             f"{source}: centres of pressure, forces and moments contradict each other ({evidence}); moment "
@@ -209,14 +203,12 @@ def _judge(
     return best, noted(Kind.PLATES, f"{source}: moment columns read as {MEANING[best]} ({evidence})")
 
 
-def _gap_notes(
-    plates: Sequence[_Columns], source: str, convention: str, settings: ForceTableSettings
-) -> tuple[Note, ...]:
+def _gap_notes(plates: Sequence[_Columns], source: str, convention: str) -> tuple[Note, ...]:
     notes: tuple[Note, ...] = ()
     for plate in plates:
         if plate.point is None:
             continue
-        lost = (np.abs(plate.force[:, 1]) > settings.loaded_N) & ~_written(plate.point)
+        lost = (np.abs(plate.force[:, 1]) > JUDGED_N) & ~_written(plate.point)
         guess = (
             "; the force is assumed to act in the middle of the known ones" if convention == "free" else ""
         )
@@ -248,10 +240,10 @@ def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | 
     )
 
 
-def _fitted_origin(plate: _Columns, settings: ForceTableSettings) -> Float[np.ndarray, "3"]:
+def _fitted_origin(plate: _Columns) -> Float[np.ndarray, "3"]:
     """The fixed point o for which M + (o − p) × F is most nearly vertical (least absolute levers) [m]."""
     assert plate.point is not None
-    if plate.loaded.sum() < settings.fewest_samples:
+    if plate.loaded.sum() < FEWEST_LOADED:
         return np.median(plate.point[plate.loaded], axis=0) if plate.loaded.any() else np.zeros(3)
     force = plate.force[plate.loaded]
     vertical = np.abs(force[:, 1])
@@ -260,8 +252,8 @@ def _fitted_origin(plate: _Columns, settings: ForceTableSettings) -> Float[np.nd
     nought = np.zeros_like(fx)
     rows = np.stack([np.stack([nought, fz, -fy], axis=1), np.stack([fy, -fx, nought], axis=1)], axis=1)
     sought = -known[:, [0, 2]]
-    height = np.array([0.0, settings.height_weight, 0.0])
-    at_surface = settings.height_weight * float(np.median(plate.point[plate.loaded, 1]))
+    height = np.array([0.0, ORIGIN_HEIGHT_WEIGHT, 0.0])
+    at_surface = ORIGIN_HEIGHT_WEIGHT * float(np.median(plate.point[plate.loaded, 1]))
     weights = np.ones(len(force))
     origin = np.zeros(3)
     for _ in range(20):  # reweighted least squares settle in a handful of rounds
@@ -284,15 +276,11 @@ def _median(values: Float[np.ndarray, " values"]) -> float:
 
 
 def _force_plate(
-    plate: _Columns,
-    origin: Float[np.ndarray, "3"] | None,
-    rate: float,
-    start_time: float,
-    settings: ForceTableSettings,
+    plate: _Columns, origin: Float[np.ndarray, "3"] | None, rate: float, start_time: float
 ) -> ForcePlate:
-    point = _usable_points(plate, settings) if origin is None else origin
+    point = _usable_points(plate) if origin is None else origin
     moment = plate.moment + np.cross(point, plate.force)
-    pressed = np.abs(plate.force[:, 1]) >= settings.centre_known_N
+    pressed = np.abs(plate.force[:, 1]) >= CONTACT_N
     if plate.point is not None:
         centre = np.where(_written(plate.point)[:, None], plate.point, np.nan)
     else:
@@ -315,7 +303,7 @@ def _written(point: Float[np.ndarray, "samples 3"]) -> Bool[np.ndarray, " sample
     return np.isfinite(point).all(axis=1) & point[:, [0, 2]].any(axis=1)
 
 
-def _usable_points(plate: _Columns, settings: ForceTableSettings) -> Float[np.ndarray, "samples 3"]:
+def _usable_points(plate: _Columns) -> Float[np.ndarray, "samples 3"]:
     """The file's centres of pressure; where unloaded ones are noise, the middle of the loaded ones.
 
     Where no load stands beside any (the force columns of two plates may be exchanged), the middle of all.
@@ -327,7 +315,7 @@ def _usable_points(plate: _Columns, settings: ForceTableSettings) -> Float[np.nd
     loaded = plate.point[plate.loaded if plate.loaded.any() else _written(plate.point)]
     if not len(loaded):
         return np.zeros_like(plate.point)
-    low, high = loaded.min(axis=0) - settings.usable_centre_m, loaded.max(axis=0) + settings.usable_centre_m
+    low, high = loaded.min(axis=0) - USABLE_CENTRE_M, loaded.max(axis=0) + USABLE_CENTRE_M
     near = _written(plate.point) & ((plate.point >= low) & (plate.point <= high)).all(axis=1)
     nowhere = np.isfinite(plate.point).all(axis=1) & ~_written(plate.point)
     about_origin = nowhere & plate.moment[:, [0, 2]].any(axis=1)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +9,34 @@ import numpy as np
 from solver.capture.formats.c3d import read_c3d
 from solver.capture.formats.qtm_tsv import marker_stem
 from solver.capture.formats.recording_files import holds_table, loads_upright, read_forces, read_markers
-from solver.capture.plates.loads_under_feet import NOTHING, Evidence, Feet, Loads, evidence, feet_of, loads_of
+from solver.capture.plates.loads_under_feet import (
+    HIT_M,
+    NOTHING,
+    Evidence,
+    Feet,
+    Loads,
+    evidence,
+    feet_of,
+    loads_of,
+)
 from solver.capture.plates.moment_convention import plates_from_storage
-from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject.trial_names import Relation, relation
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note
+from solver.common.small_files import kept_while_unchanged
 
-LITTLE = 0.5  # [log odds] not worth a word
+LITTLE_NATS = 0.5  # [log odds] not worth a word
+NAMED_ALIKE_NATS = 4.0  # 55 to 1: files of a trial are named alike; now and then one lies in a wrong folder
+NAMED_IN_PART_NATS = 1.0  # walk_kine and walk_1_grf: a hint, no more
+NAMED_SIBLINGS_NATS = -3.0  # walk1 and walk2 are two trials, 20 to 1
+ALONE_NATS = 1.0  # the only markers and the only forces without a partner, where contents agree
+SAME_SPAN_NATS = 1.5  # both begin and end together, as no other markers of the folder do
+SPAN_FRAMES = 1.5  # of the markers, that beginnings and ends may differ by
+TAKEN_NATS = 2.0  # 7 to 1 in all; a wrong pair is worse than a missing one
+LEAD_NATS = 2.0  # over the next possible pair, as above
+LEAST_OVERLAP_SHARE = 0.5  # of the shorter of the two recordings; less is another moment
+# two marker files that share less than this of the shorter are parts of one longer recording
+APART_SHARE = 0.1
 
 
 @dataclass(frozen=True)
@@ -43,33 +62,26 @@ class _Folder:
 
     path: Path
     spans: Mapping[Path, tuple[float, float] | None]  # [s] first and last time of each marker file
-    settings: ReadingSettings
     tables: int  # force tables without markers
 
 
-def pair_forces(
-    folder: Path, markers: Sequence[Path], tables: Sequence[Path], settings: ReadingSettings = READING
-) -> Paired:
+def pair_forces(folder: Path, markers: Sequence[Path], tables: Sequence[Path]) -> Paired:
     """Give force tables to markers where one of them is clearly the partner.
 
     Args:
         folder: of the subject; names are compared as seen from there.
         markers: files that have no forces yet.
         tables: files that hold columns of ground forces and no markers.
-        settings: how files are read, what counts as a load under a foot, and as a clear pair.
     """
-    among = _Folder(folder, {path: _span(path, settings) for path in markers}, settings, len(tables))
+    among = _Folder(folder, {path: _span(path) for path in markers}, len(tables))
     candidates, left = [], {}
     for table in tables:
-        loads = _loads(table, _stamp(table), settings)
+        loads = _loads(table)
         if isinstance(loads, str):
             left[table] = loads
             continue
-        candidates += [
-            _weighed(among, path, table, loads) for path in markers if not holds_forces(path, settings)
-        ]
-    least = settings.force_files.taken
-    taken = [c for c in candidates if c.log_odds >= least and not _rivals(c, candidates, among)]
+        candidates += [_weighed(among, path, table, loads) for path in markers if not holds_forces(path)]
+    taken = [c for c in candidates if c.log_odds >= TAKEN_NATS and not _rivals(c, candidates, among)]
     notes = tuple(
         Note(
             Kind.OTHER,
@@ -86,43 +98,42 @@ def pair_forces(
 
 
 def _weighed(among: _Folder, markers: Path, table: Path, loads: Loads) -> _Candidate:
-    settings, odds = among.settings, among.settings.force_files
     of_table = table.relative_to(among.path).with_name(marker_stem(table) + table.suffix)
     named = relation(markers.relative_to(among.path), of_table)
-    feet = _feet(markers, _stamp(markers), settings)
+    feet = _feet(markers)
     if feet is None:
         return _Candidate(markers, table, -np.inf, f"{markers.name} cannot be read")
     first, last = float(feet.times[0]), float(feet.times[-1])
     shorter = max(1e-9, min(last - first, loads.end - loads.start))
-    if min(last, loads.end) - max(first, loads.start) < odds.least_overlap * shorter:
+    if min(last, loads.end) - max(first, loads.start) < LEAST_OVERLAP_SHARE * shorter:
         times = f"{loads.start:g} to {loads.end:g} s, the markers of {markers.name} {first:g} to {last:g} s"
         return _Candidate(markers, table, -np.inf, f"recorded at other times: {times}")
-    found = _evidence(markers, _stamp(markers), table, _stamp(table), settings)
-    slack = odds.span_frames / feet.rate
+    found = _evidence(markers, table)
+    slack = SPAN_FRAMES / feet.rate
 
     def together(span: tuple[float, float] | None) -> bool:
         return span is not None and max(abs(span[0] - loads.start), abs(span[1] - loads.end)) <= slack
 
     same_span = together((first, last)) and sum(map(together, among.spans.values())) == 1
-    said = f"{named.value}; {_told(markers, found)}"
+    said = f"{named.value}; {_where_loads_lie(markers, found)}"
     of_names = {
-        Relation.SAME: odds.named_alike,
-        Relation.PART: odds.named_in_part,
+        Relation.SAME: NAMED_ALIKE_NATS,
+        Relation.PART: NAMED_IN_PART_NATS,
         Relation.UNRELATED: 0.0,
-        Relation.SIBLINGS: odds.named_siblings,
+        Relation.SIBLINGS: NAMED_SIBLINGS_NATS,
     }[named]
-    under_feet = found.off_m < 2 * settings.under_feet.hit_m and found.log_odds > -LITTLE
-    if len(among.spans) == among.tables == 1 and (found.log_odds > LITTLE or (same_span and under_feet)):
+    under_feet = found.off_m < 2 * HIT_M and found.log_odds > -LITTLE_NATS
+    if len(among.spans) == among.tables == 1 and (found.log_odds > LITTLE_NATS or (same_span and under_feet)):
         said = f"nothing else comes into question; {said}"
-        of_names = 0.0 if named is Relation.SIBLINGS else of_names + odds.alone
-    return _Candidate(markers, table, of_names + found.log_odds + odds.same_span * same_span, said)
+        of_names = 0.0 if named is Relation.SIBLINGS else of_names + ALONE_NATS
+    return _Candidate(markers, table, of_names + found.log_odds + SAME_SPAN_NATS * same_span, said)
 
 
-def _told(markers: Path, found: Evidence) -> str:
+def _where_loads_lie(markers: Path, found: Evidence) -> str:
     if np.isnan(found.off_m):
         return f"no foot of {markers.name} is seen while a plate is loaded"
     lies = f"its loads lie {100 * found.off_m:.1f} cm from the feet of {markers.name}"
-    if abs(found.log_odds) < LITTLE:
+    if abs(found.log_odds) < LITTLE_NATS:
         return f"{lies}, as they would at other moments"
     odds = f"{np.exp(abs(found.log_odds)):.0f} to 1" if found.log_odds < 5 else "more than 100 to 1"
     return f"{lies}, {odds} {'for' if found.log_odds > 0 else 'against'} their being one recording"
@@ -130,24 +141,24 @@ def _told(markers: Path, found: Evidence) -> str:
 
 def _rivals(one: _Candidate, candidates: Sequence[_Candidate], among: _Folder) -> list[_Candidate]:
     """What comes into question as much: another table, or markers of the same moment for the same table."""
-    settings, spans = among.settings.force_files, among.spans
+    spans = among.spans
     return [
         c
         for c in candidates
         if c is not one
-        and c.log_odds > max(0.0, one.log_odds - settings.lead)
+        and c.log_odds > max(0.0, one.log_odds - LEAD_NATS)
         and (
             c.markers == one.markers
-            or (c.table == one.table and _same_moment(spans[c.markers], spans[one.markers], settings.apart))
+            or (c.table == one.table and _same_moment(spans[c.markers], spans[one.markers]))
         )
     ]
 
 
-def _same_moment(one: tuple[float, float] | None, other: tuple[float, float] | None, apart: float) -> bool:
+def _same_moment(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
     if one is None or other is None:
         return True
     shorter = max(1e-9, min(one[1] - one[0], other[1] - other[0]))
-    return min(one[1], other[1]) - max(one[0], other[0]) > apart * shorter
+    return min(one[1], other[1]) - max(one[0], other[0]) > APART_SHARE * shorter
 
 
 def _why_left(own: Sequence[_Candidate], candidates: Sequence[_Candidate], among: _Folder) -> str:
@@ -155,7 +166,7 @@ def _why_left(own: Sequence[_Candidate], candidates: Sequence[_Candidate], among
         return "forces, but every trial has its own, by name or in its own file"
     best = max(own, key=lambda c: c.log_odds)
     rivals = _rivals(best, candidates, among)
-    if best.log_odds >= among.settings.force_files.taken and rivals:
+    if best.log_odds >= TAKEN_NATS and rivals:
         others = ", ".join(
             dict.fromkeys((c.table if c.table != best.table else c.markers).name for c in rivals)
         )
@@ -165,63 +176,50 @@ def _why_left(own: Sequence[_Candidate], candidates: Sequence[_Candidate], among
     )
 
 
-def _stamp(path: Path) -> tuple[int, int]:
-    """What changes with a file's contents."""
-    status = path.stat()
-    return status.st_mtime_ns, status.st_size
-
-
-def _span(path: Path, settings: ReadingSettings) -> tuple[float, float] | None:
-    feet = _feet(path, _stamp(path), settings)
+def _span(path: Path) -> tuple[float, float] | None:
+    feet = _feet(path)
     return None if feet is None else (float(feet.times[0]), float(feet.times[-1]))
 
 
-@lru_cache(maxsize=4096)
-def _evidence(
-    markers: Path, _: tuple[int, int], table: Path, __: tuple[int, int], settings: ReadingSettings
-) -> Evidence:
-    """Weighed again when the stamp of a file has changed."""
-    feet = _feet(markers, _stamp(markers), settings)
-    loads = _loads(table, _stamp(table), settings)
+@kept_while_unchanged(most=4096)
+def _evidence(markers: Path, table: Path) -> Evidence:
+    feet = _feet(markers)
+    loads = _loads(table)
     if feet is None or isinstance(loads, str):
         return NOTHING
-    return evidence(feet, loads, settings.under_feet)
+    return evidence(feet, loads)
 
 
-@lru_cache(maxsize=64)
-def _feet(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> Feet | None:
+@kept_while_unchanged(most=64)
+def _feet(path: Path) -> Feet | None:
     """The low markers of a file; None where it cannot be read."""
     try:
-        return feet_of(read_markers(path, None, settings).upright, settings.under_feet)
+        return feet_of(read_markers(path, None).upright)
     except CaptureError:
         return None
 
 
-@lru_cache(maxsize=256)
-def _own_forces(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> bool:
+@kept_while_unchanged(most=256)
+def _own_forces(path: Path) -> bool:
     try:
-        return loads_of(read_c3d(path, None, settings).plates, settings.under_feet) is not None
+        return loads_of(read_c3d(path, None).plates) is not None
     except CaptureError:
         return False
 
 
-def holds_forces(path: Path, settings: ReadingSettings = READING) -> bool:
+def holds_forces(path: Path) -> bool:
     """Whether a file of markers brings loads of its own."""
     if path.suffix.lower() == ".c3d":
-        return _own_forces(path, _stamp(path), settings)
-    return holds_table(path) and not isinstance(_loads(path, _stamp(path), settings), str)
+        return _own_forces(path)
+    return holds_table(path) and not isinstance(_loads(path), str)
 
 
-@lru_cache(maxsize=256)
-def _loads(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> Loads | str:
+@kept_while_unchanged(most=256)
+def _loads(path: Path) -> Loads | str:
     """The loads of a table, or why there are none."""
     try:
-        plates, _ = plates_from_storage(
-            loads_upright(read_forces(path), settings),
-            settings=settings.force_tables,
-            clock_settings=settings.clock,
-        )
+        plates, _ = plates_from_storage(loads_upright(read_forces(path)))
     except CaptureError as error:
         return f"forces that cannot be read: {error}"
-    loads = loads_of(plates, settings.under_feet)
+    loads = loads_of(plates)
     return "force columns without any load" if loads is None else loads

@@ -1,32 +1,50 @@
-"""Marker files and force tables in folders: which are trials, which belong together, which are left."""
+"""Marker files and force tables in folders: which are trials, which belong together, which are left.
+
+A folder of AddBiomechanics' server says it in `_subject.json`; of loose files it is found out.
+"""
 
 import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from solver.capture.capture import TrialFiles
-from solver.capture.formats.c3d_header import BLOCK as HEADER_BYTES
-from solver.capture.formats.c3d_header import SIGNATURE
+from solver.capture.formats.c3d_contents import BLOCK as HEADER_BYTES
+from solver.capture.formats.c3d_contents import SIGNATURE
 from solver.capture.formats.qtm_tsv import force_files, plates_beside
 from solver.capture.formats.recording_files import TABLES, is_force_table, is_recording
 from solver.capture.formats.storage import read_columns
 from solver.capture.formats.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.capture.plates.force_columns import find_plates
-from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.subject.description import Description, read_json
 from solver.capture.subject.force_pairing import holds_forces, pair_forces
-from solver.capture.subject.same_motion import counterparts_among, how_they_differ, is_part_of
-from solver.capture.subject.statics import static_among
+from solver.capture.subject.review import RANGES_KEY, trial_ranges
+from solver.capture.subject.same_motion import (
+    counterparts_among,
+    how_they_differ,
+    is_part_of,
+    is_static,
+    moves,
+    static_among,
+)
 from solver.capture.subject.trial_names import name_tokens
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
+from solver.common.small_files import kept_while_unchanged
 
 FORCE_ENDINGS = ("_grf", "_forces", "")
 LEADS_OUT = "a link that leads out of the folder: copy the file into it, or name it in subject.toml"
 COPY = re.compile(r"( ?\(\d+\)| - \w+( \(\d+\))?)+$")  # X (2), X(1), X - Copy, X - Kopie (2)
 STANDING = "forces of the static trial, of which only the markers are used"
+USED_KEYS = ("massKg", "heightM", "sex", "ageYears", "footBodyNames", "subjectTags", RANGES_KEY)
+PROCESSING_KEYS = (  # settings of AddBiomechanics' own server, which mean nothing here
+    *("email", "skeletonPreset", "exportSDF", "exportMJCF", "exportMoco", "runMoco", "ignoreJointLimits"),
+    *("residualsToZero", "useReactionWheels", "tuneResidualLoss", "shiftGRF", "maxTrialsToSolveMassOver"),
+    *("regularizeJointAcc", "dynamicsMarkerOffsets", "dynamicsMarkerWeight", "dynamicsJointWeight"),
+    *("dynamicsRegularizePoses", "ignoreFootNotOverForcePlate", "fitDynamics", "disableDynamics"),
+    *("segmentTrials", "segmentedTrials", "mergeZeroForceSegmentsThreshold"),
+)
 
 
 @dataclass(frozen=True)
@@ -67,13 +85,12 @@ def holds_no_points(path: Path) -> bool:
     return is_whole and head[2:4] == b"\0\0"  # the number of points, in either order of bytes
 
 
-def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings = READING) -> FoundTrials:
+def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
     """Trials and static trial among the files of a subject's folders.
 
     Args:
         folder: of the subject.
         places: it, and those below it that are the subject's.
-        settings: which force tables are taken for whose.
     """
     everything = [path for place in places for path in files_in(place)]
     inside = {path for path in everything if not leads_out(path, folder)}
@@ -101,7 +118,6 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
                 and (_is_text(p) if written_with_text else p not in counterparts.values())
             ],
             [p for p in tables if p not in forces.values() and (_is_text(p) or not written_with_text)],
-            settings,
         )
         forces |= paired.forces
         notes += paired.notes
@@ -115,7 +131,7 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
     }
     left |= {copy: f"a copy of {of.name}, byte for byte" for copy, of in copies.items()}
     kept: list[tuple[Path, Path | None]] = []
-    instead = _read_instead(counterparts, forces, settings)
+    instead = _read_instead(counterparts, forces)
     for markers in moving:
         if markers in instead:
             better = instead[markers]
@@ -126,7 +142,7 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
             if markers in forces:
                 left[forces[markers]] = f"forces of {markers.name}, in place of which {better.name} is read"
             notes += noted(Kind.LEFT_OUT, f"{markers.name}: left out, the trial is read from {better.name}")
-        elif markers in forces and markers in inside and holds_forces(markers, settings):
+        elif markers in forces and markers in inside and holds_forces(markers):
             reason = f"{markers.name} holds its own forces; a subject.toml can name others"
             left[forces[markers]] = reason
             notes += noted(Kind.OTHER, f"{forces[markers].name}: left out, {reason}")
@@ -159,9 +175,7 @@ def copies_among(files: Sequence[Path]) -> dict[Path, Path]:
     return found
 
 
-def _read_instead(
-    counterparts: Mapping[Path, Path], forces: Mapping[Path, Path], settings: ReadingSettings
-) -> dict[Path, Path]:
+def _read_instead(counterparts: Mapping[Path, Path], forces: Mapping[Path, Path]) -> dict[Path, Path]:
     """Of files of one motion, which is read in place of the others: the one with forces, or most in it.
 
     A recording with forces of its own is read rather than a part that was cut from it.
@@ -172,7 +186,7 @@ def _read_instead(
     instead: dict[Path, Path] = {}
     for recording, tables in alike.items():
         asked = [p for p in tables if p in forces and (_is_text(p) or is_part_of(p, recording))]
-        lesser = asked if asked and holds_forces(recording, settings) else ()
+        lesser = asked if asked and holds_forces(recording) else ()
         best = next((p for p in tables if p in forces and p not in lesser), recording)
         instead |= {other: best for other in (recording, *tables) if other != best}
     return instead
@@ -278,21 +292,15 @@ def _counterparts_of(
     return same | counterparts_among(others, unnamed), notes, differing
 
 
+@kept_while_unchanged(most=4096)
 def holds_force_columns(table: Path) -> bool:
     """Whether a table has columns of ground forces."""
-    status = table.stat()
-    return _without_forces(table, (status.st_mtime_ns, status.st_size)) is None
-
-
-@lru_cache(maxsize=4096)
-def _without_forces(table: Path, stamp: tuple[int, int]) -> str | None:
-    """Why a table holds no forces; None where it does. Read again when its time or size has changed."""
     try:
         if table.suffix.lower() in TABLES:
             find_plates(read_columns(table))
-    except CaptureError as error:
-        return str(error)
-    return None
+    except CaptureError:
+        return False
+    return True
 
 
 def _names(folder: Path, recordings: Sequence[Path]) -> list[str]:
@@ -314,3 +322,74 @@ def _names(folder: Path, recordings: Sequence[Path]) -> list[str]:
 
 def _reviews(place: Path, kept: Sequence[tuple[Path, Path | None]]) -> tuple[Path, ...]:
     return reviews_in(place) if sum(markers.parent == place for markers, _ in kept) == 1 else ()
+
+
+def read_subject_json(path: Path) -> Description:
+    """Read a _subject.json, in which numbers may stand in quotes.
+
+    Raises:
+        CaptureError: broken JSON, or a value of the wrong kind.
+    """
+    entries = read_json(path)
+    mass, mass_notes = entries.number("massKg", "mass")
+    height, height_notes = entries.number("heightM", "height")
+    age, age_notes = entries.number("ageYears", "age")
+    sex, sex_notes = entries.sex()
+    notes = mass_notes + height_notes + age_notes + sex_notes
+    return Description(
+        mass_kg=mass,
+        height_m=height,
+        sex=sex,
+        age_years=age,
+        foot_bodies=entries.texts("footBodyNames"),
+        tags=entries.texts("subjectTags"),
+        ranges=trial_ranges(entries),
+        notes=notes + entries.unknown(USED_KEYS + PROCESSING_KEYS),
+    )
+
+
+def trials_of(folder: Path) -> FoundTrials:
+    """Trials and static trial in SUBJECT/trials/NAME/: markers.trc or .c3d, with grf.mot; else any names."""
+    trials: list[TrialFiles] = []
+    notes: list[Note] = []
+    left: dict[Path, str] = {}
+    static: Path | None = None
+    for place in sorted((p for p in folder.iterdir() if p.is_dir()), key=lambda p: natural_order(p.name)):
+        if place.name.startswith("."):
+            continue
+        files = {p.name.lower(): p for p in files_in(place)}
+        forces = next((files[name] for name in ("grf.mot", "grf.sto") if name in files), None)
+        by_need = ("markers.trc", "markers.c3d") if forces else ("markers.c3d", "markers.trc")
+        markers = next((files[name] for name in by_need if name in files), None)
+        if markers is None and not is_static(place.name):
+            found = trials_among(place, [place])
+            trials += _named_after(place, found.trials)
+            notes += found.notes
+            left |= found.left
+            static = static or found.static
+            if not found.trials:
+                notes += noted(
+                    Kind.OTHER, f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out"
+                )
+        elif is_static(place.name) and not (markers and not leads_out(markers, folder) and moves(markers)):
+            markers = markers or next((p for p in files.values() if is_recording(p)), None)
+            if markers is None:
+                notes += noted(
+                    Kind.OTHER, f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out"
+                )
+            elif static is None:
+                static = markers
+            else:
+                left[markers] = f"another static trial; {static.parent.name} is used"
+                notes += noted(Kind.OTHER, f"{folder.name}/{place.name}: {left[markers]}")
+        else:
+            assert markers is not None
+            trials.append(TrialFiles(place.name, markers, forces, reviews_in(place)))
+    return FoundTrials(tuple(trials), static, tuple(notes), left)
+
+
+def _named_after(place: Path, trials: Sequence[TrialFiles]) -> list[TrialFiles]:
+    """Trials with their folder's name; where it holds several, their own behind it."""
+    if len(trials) == 1:
+        return [replace(trials[0], name=place.name)]
+    return [replace(trial, name=f"{place.name}_{trial.name}") for trial in trials]

@@ -1,21 +1,27 @@
-"""Human review of a trial's forces as AddBiomechanics stores it: segment_K/review.json."""
+"""Which frames' forces count, as files beside the recording say.
+
+A human review as AddBiomechanics stores it (segment_K/review.json), and a trial's ranges in _subject.json.
+"""
 
 import csv
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool
 
-from solver.capture.capture import Markers
-from solver.capture.subject.description import read_json
+from solver.capture.capture import Markers, TrialFiles
+from solver.capture.subject.description import Entries, read_json
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
+from solver.common.runs import runs
 
-KEY = "missing_grf_data"
+MISSING_KEY = "missing_grf_data"
+RANGES_KEY = "trialRanges"
+Ranges = tuple[tuple[float, float], ...]  # [s] first and last time of each part
 
 
 @dataclass(frozen=True)
@@ -86,9 +92,9 @@ def _first_frame(segment: _Segment, follows: int, markers: Markers) -> int:
 
 
 def _read(review: Path) -> _Segment:
-    labels = read_json(review).values.get(KEY)
+    labels = read_json(review).values.get(MISSING_KEY)
     if not isinstance(labels, list) or not all(label in (True, False) for label in labels):
-        raise CaptureError(f"{review}: '{KEY}' must be a list of true and false, one per frame.")
+        raise CaptureError(f"{review}: '{MISSING_KEY}' must be a list of true and false, one per frame.")
     times = _timestamps(review.parent / "data.csv")
     usable = len(times) == len(labels) > 1 and np.isfinite(times).all() and bool(np.all(np.diff(times) > 0))
     return _Segment(review.parent, np.array(labels, dtype=bool), float(times[0]) if usable else None)
@@ -135,3 +141,74 @@ def _frames_between(previous: Path | None, review: Path) -> int:
 def _segment_number(review: Path) -> int | None:
     match = re.fullmatch(r"segment_(\d+)", review.parent.name)
     return int(match[1]) if match else None
+
+
+def trial_ranges(entries: Entries) -> dict[str, Ranges] | None:
+    """By trial, the parts that count: `[t0, t1]`, or a list of such pairs; None where nothing is said.
+
+    Raises:
+        CaptureError: something else stands there.
+    """
+    named = entries.values.get(RANGES_KEY)
+    if not named:
+        return None
+    if not isinstance(named, Mapping):
+        raise entries.complaint(RANGES_KEY, 'ranges belong to trials: {"walk": [0.45, 2.0]}, in seconds.')
+    of_trials = Entries(entries.path, named, f"{RANGES_KEY}.")
+    return {str(trial): _ranges(of_trials, trial) for trial in named}
+
+
+def with_ranges(
+    trials: Sequence[TrialFiles], ranges: Mapping[str, Ranges] | None
+) -> tuple[tuple[TrialFiles, ...], tuple[Note, ...]]:
+    """The trials, each with its own ranges; and a note on ranges of trials that are not there."""
+    ranges = ranges or {}
+    unknown = sorted(set(ranges) - {trial.name for trial in trials})
+    listed = ", ".join(unknown)
+    said = f"{RANGES_KEY}: no trial is called {listed}; its range is not used"
+    notes = noted(Kind.REVIEWS, said) if unknown else ()
+    return tuple(replace(trial, ranges=ranges.get(trial.name, ())) for trial in trials), notes
+
+
+def outside_ranges(
+    ranges: Ranges, markers: Markers
+) -> tuple[Bool[np.ndarray, " frames"] | None, tuple[Note, ...]]:
+    """Frames that lie in no range, and a note that lists them; None where the whole trial counts.
+
+    A range holds its first and last time, to half a frame.
+
+    Args:
+        ranges: of the trial [s], on the recording's clock.
+        markers: of the trial.
+    """
+    if not ranges:
+        return None, ()
+    half = 0.5 / markers.rate
+    inside = [(markers.times >= start - half) & (markers.times <= end + half) for start, end in ranges]
+    outside = ~np.any(inside, axis=0)
+    named = ", ".join(f"{start:g} to {end:g} s" for start, end in ranges)
+    if outside.all():
+        return outside, noted(
+            Kind.OTHER,
+            f"{RANGES_KEY} ({named}) hold no frame of the trial ({markers.times[0]:g} to "
+            f"{markers.times[-1]:g} s): none of its forces is used. Correct them in _subject.json.",
+        )
+    listed = ", ".join(f"{start} to {end - 1}" for start, end in runs(outside))
+    said = f"forces of frames {listed} are not used: outside {RANGES_KEY} ({named})"
+    return outside, noted(Kind.LEFT_OUT, said) if listed else ()
+
+
+def _ranges(entries: Entries, trial: str) -> Ranges:
+    value = entries.values[trial]
+    if value is None or value == []:
+        return ()
+    pairs = value if isinstance(value, list) and isinstance(value[0], list) else [value]
+    if not all(isinstance(pair, list) and len(pair) == 2 and all(map(_is_time, pair)) for pair in pairs):
+        raise entries.complaint(trial, "two times in seconds are needed, as in [0.45, 2.0].")
+    if not all(start < end for start, end in pairs):
+        raise entries.complaint(trial, "a range must end after it begins.")
+    return tuple((float(start), float(end)) for start, end in pairs)
+
+
+def _is_time(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))

@@ -1,21 +1,27 @@
 """A subject's folder, in AddBiomechanics' layout, with a subject.toml, or with files side by side."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from solver.capture.capture import Subject
+from solver.capture.capture import Capture, Subject, TrialFiles, UnreadTrial, UnusedFile
 from solver.capture.formats.b3d.places import is_b3d, recording_of, subject_folder_of
 from solver.capture.formats.b3d.subject import open_b3d_subject
-from solver.capture.formats.c3d_person import stated_by
 from solver.capture.formats.qtm_tsv import force_files
 from solver.capture.formats.recording_files import is_recording
 from solver.capture.formats.text_table import some_of, unique_names
-from solver.capture.reading_settings import READING, ReadingSettings
-from solver.capture.subject.addbiomechanics_folder import read_subject_json, trials_of
-from solver.capture.subject.description import Description
-from solver.capture.subject.loose_files import FoundTrials, files_in, find_models, trials_among
+from solver.capture.subject.description import Description, stated_by
+from solver.capture.subject.loose_files import (
+    FoundTrials,
+    files_in,
+    find_models,
+    read_subject_json,
+    trials_among,
+    trials_of,
+)
 from solver.capture.subject.measured_files import listed_in
+from solver.capture.subject.review import with_ranges
 from solver.capture.subject.subject_layout import (
     DEEPEST,
     DESCRIBED_BY_HAND,
@@ -25,9 +31,9 @@ from solver.capture.subject.subject_layout import (
     layout_of,
 )
 from solver.capture.subject.subject_toml import read_subject_toml
-from solver.capture.subject.trial_ranges import with_ranges
-from solver.capture.subject.unused_files import read_with, unused_files, what_lies_in
-from solver.common.errors import CaptureError
+from solver.capture.subject.unused_files import FORCES, MARKERS, read_with, unused_files, what_lies_in
+from solver.capture.trial import READING, ReadingSettings, read_static, read_trial
+from solver.common.errors import CaptureError, SolverError
 from solver.common.file_names import readable
 from solver.common.notes import Kind, Note, noted
 from solver.common.small_files import BrokenFileError, lies_there
@@ -62,7 +68,7 @@ class SharedFolderError(CaptureError):
         )
 
 
-def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
+def open_subject(folder: Path) -> Subject:
     """Find out who was recorded, with which model, in which trials. Files are read where names do not say.
 
     A subject.toml says it all; _subject.json fills in what it leaves out; where neither names trials, they
@@ -71,7 +77,6 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
 
     Args:
         folder: of the subject; or a .b3d file, or the folder of decisions beside one.
-        settings: which force tables are taken for whose, where only the contents tell.
 
     Raises:
         CaptureError: no such folder, no trial in it, or a description that is broken or names missing files.
@@ -97,7 +102,7 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
             described = described.or_else(read_subject_json(uploaded))
         layout, found = Layout((folder,), {}), FoundTrials((), None, (), {})
         if described.trials is None:
-            layout, found = _found(folder, settings)
+            layout, found = _found(folder)
             described = described.or_else(
                 Description(
                     trials=found.trials or None, static=found.static, notes=layout.notes + found.notes
@@ -149,7 +154,6 @@ def subjects_in(
     folder: Path,
     deepest: int = DEEPEST,
     may_be_read: Callable[[Path], None] | None = None,
-    settings_of: Callable[[Path], ReadingSettings] = lambda _: READING,
 ) -> tuple[tuple[Subject, ...], tuple[str, ...]]:
     """The subjects of a folder: itself, if it is one, else those below it; and why others are left out.
 
@@ -157,7 +161,6 @@ def subjects_in(
         folder: to look into.
         deepest: folders below it that are looked into.
         may_be_read: raises CaptureError of a folder of which no file may be read; asked before any is.
-        settings_of: what a subject's folder says of how its files are read.
 
     Raises:
         NoSubjectError: neither it nor any folder below is a subject's.
@@ -168,13 +171,13 @@ def subjects_in(
         if may_be_read is not None and folder.is_dir():
             may_be_read(folder)
         is_allowed = True
-        return (open_subject(folder, settings_of(folder)),), ()
+        return (open_subject(folder),), ()
     except CaptureError as error:
         described = not folder.is_dir() or any((folder / name).is_file() for name in DESCRIPTIONS)
         if described or (not is_allowed and _holds_trials(folder)):
             raise
         alone = error
-    found, notes = _b3d_subjects(folder, may_be_read, settings_of)
+    found, notes = _b3d_subjects(folder, may_be_read)
     if isinstance(alone, SharedFolderError) and alone.left:
         notes.append(readable(alone.left))
     broken = list(notes)
@@ -183,7 +186,7 @@ def subjects_in(
         if place in shared:
             continue
         try:
-            subjects, more = subjects_in(place, deepest - 1, may_be_read, settings_of)
+            subjects, more = subjects_in(place, deepest - 1, may_be_read)
         except CaptureError as error:
             notes.append(readable(f"{place.name} is left out: {error}"))
             broken += [] if isinstance(error, NoSubjectError) else notes[-1:]
@@ -198,7 +201,7 @@ def subjects_in(
 
 
 def _b3d_subjects(
-    folder: Path, may_be_read: Callable[[Path], None] | None, settings_of: Callable[[Path], ReadingSettings]
+    folder: Path, may_be_read: Callable[[Path], None] | None
 ) -> tuple[list[Subject], list[str]]:
     """The .b3d files of a folder, each a subject; and why others are left out."""
     found: list[Subject] = []
@@ -209,7 +212,7 @@ def _b3d_subjects(
         try:
             if may_be_read is not None:
                 may_be_read(subject_folder_of(file))
-            found.append(open_subject(file, settings_of(subject_folder_of(file))))
+            found.append(open_subject(file))
         except CaptureError as error:
             notes.append(readable(f"{file.name} is left out: {error}"))
     return found, notes
@@ -227,14 +230,14 @@ def _holds_trials(folder: Path) -> bool:
     return (folder / "trials").is_dir() or any(map(is_recording, files_in(folder)))
 
 
-def _found(folder: Path, settings: ReadingSettings) -> tuple[Layout, FoundTrials]:
+def _found(folder: Path) -> tuple[Layout, FoundTrials]:
     if (folder / "trials").is_dir():
-        in_trials = trials_of(folder / "trials", settings)
+        in_trials = trials_of(folder / "trials")
         if in_trials.trials:
             return Layout((folder,), {}), _named(in_trials)
     _refuse_shared(folder)
     layout = layout_of(folder)
-    return layout, _named(trials_among(folder, layout.places, settings))
+    return layout, _named(trials_among(folder, layout.places))
 
 
 def _refuse_shared(folder: Path) -> None:
@@ -310,3 +313,88 @@ def _what_was_sought(folder: Path, layout: Layout) -> str:
         "Put files into trials/NAME/markers.trc, or X.trc beside X_grf.mot, or X.c3d, or name them in a "
         f"subject.toml.{found}{what_lies_in(folder)}"
     )
+
+
+@dataclass(frozen=True)
+class ReadTrials:
+    """What could be read of a subject, and what could not."""
+
+    captures: list[Capture]
+    static: Capture | None
+    unread: tuple[UnreadTrial, ...] = ()
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """A sentence on each trial that is left out."""
+        return tuple(
+            Note(
+                Kind.NOT_READ,
+                f"left out, {trial.file.file} cannot be used: {trial.file.reason}",
+                trial=trial.name,
+            )
+            if trial.name
+            else Note(
+                Kind.NOT_READ,
+                f"static trial: left out, so the trials alone scale the body; {trial.file.file} cannot be "
+                f"used: {trial.file.reason}",
+            )
+            for trial in self.unread
+        )
+
+
+def read_trials(
+    subject: Subject,
+    trials: Sequence[TrialFiles],
+    settings: ReadingSettings = READING,
+    *,
+    instead: Mapping[str, Capture] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> ReadTrials:
+    """Read trials and the subject's static trial, without those that cannot be read.
+
+    Args:
+        subject: as `open_subject` found it.
+        trials: those wanted.
+        settings: thresholds.
+        instead: recordings in place of those that the files hold, by trial.
+        progress: told the name of each trial before it is read.
+
+    Raises:
+        CaptureError: none of the trials can be read.
+    """
+    captures, errors = [], {}
+    for files in trials:
+        if progress is not None:
+            progress(files.name)
+        try:
+            given = (instead or {}).get(files.name)
+            captures.append(given or read_trial(files, settings, subject.mass_kg))
+        except CaptureError as error:
+            errors[files.name] = error
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+            said = f"{files.markers}: reading breaks down ({type(error).__name__}: {error}). Export it again."
+            errors[files.name] = CaptureError(said)
+    if not captures:
+        first = next(iter(errors.values()), None)
+        others = f" Nor can any of the {len(errors) - 1} other trials be read." if len(errors) > 1 else ""
+        raise CaptureError(f"{first or f'{subject.folder}: no trials.'}{others}")
+    unread = [
+        UnreadTrial(files.name, unused(errors[files.name], subject, files.markers, files.forces))
+        for files in trials
+        if files.name in errors
+    ]
+    static = None
+    if subject.static is not None:
+        try:
+            static = read_static(subject.static, settings, subject.prefix)
+        except CaptureError as error:
+            unread.append(UnreadTrial("", unused(error, subject, subject.static, None)))
+    return ReadTrials(captures, static, tuple(unread))
+
+
+def unused(error: SolverError, subject: Subject, markers: Path, forces: Path | None) -> UnusedFile:
+    """The file that an error is about, from the subject's folder, and the reason without its path."""
+    text = str(error)
+    about = forces if forces is not None and text.startswith(str(forces)) else markers
+    file, reason = Path(os.path.relpath(about, subject.folder)).as_posix(), text.removeprefix(f"{about}: ")
+    return UnusedFile(readable(file), readable(reason), MARKERS if about == markers else FORCES)

@@ -7,18 +7,17 @@ subject of its own. A folder whose name says nothing but a kind of data, MarkerD
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 from solver.capture.formats.b3d.places import belongs_to_b3d
-from solver.capture.formats.c3d_person import stated_person
 from solver.capture.formats.recording_files import is_force_table, is_recording
 from solver.capture.subject.body_lengths import Lengths, odds_for_two, short_lengths
+from solver.capture.subject.description import stated_person
 from solver.capture.subject.loose_files import files_in, leads_out, natural_order
-from solver.capture.subject.same_motion import markers_of, same_motion
-from solver.capture.subject.statics import is_static, is_static_file, moves
+from solver.capture.subject.same_motion import is_static, is_static_file, markers_of, moves, same_motion
 from solver.capture.subject.trial_names import name_tokens, numbered_person
 from solver.common.notes import Kind, Note, noted
+from solver.common.small_files import kept_while_unchanged
 
 DESCRIBED_BY_HAND = "subject.toml"
 DESCRIPTIONS = (DESCRIBED_BY_HAND, "_subject.json")
@@ -65,9 +64,9 @@ def layout_of(folder: Path) -> Layout:
     asked = [place for place in with_markers if place not in others]
     named = [place for place in asked if name_tokens(" ".join(place.relative_to(folder).parts))]
     own = [place for place in asked if place not in named]
-    taken, notes, strangers = _of_one_person(folder, own, named)
+    taken, notes, of_others = _of_one_person(folder, own, named)
     places = [folder, *own, *taken, *(place for place in with_tables if not _set_aside(place, folder))]
-    return Layout(tuple(places), others | strangers, notes)
+    return Layout(tuple(places), others | of_others, notes)
 
 
 def folders_below(folder: Path, deepest: int = DEEPEST) -> Iterator[Path]:
@@ -175,10 +174,7 @@ def _shared(
 def _share_a_motion(some: Sequence[Path], others: Sequence[Path]) -> bool:
     """Whether one folder holds another export of what the other one holds."""
     return any(
-        p.suffix.lower() != q.suffix.lower()
-        and (one := markers_of(p)) is not None
-        and (other := markers_of(q)) is not None
-        and same_motion(one, other)
+        p.suffix.lower() != q.suffix.lower() and same_motion(markers_of(p), markers_of(q))
         for p in some
         for q in others
     )
@@ -186,7 +182,7 @@ def _share_a_motion(some: Sequence[Path], others: Sequence[Path]) -> bool:
 
 def people(recordings: Sequence[Path]) -> int | None:
     """How many people marker files show, by lengths of their bodies; None where these cannot be compared."""
-    found = [_lengths(path, (path.stat().st_mtime_ns, path.stat().st_size)) for path in recordings]
+    found = [_lengths(path) for path in recordings]
     lengths = [each for each in found if each is not None]
     groups = list(range(len(lengths)))
     compared = False
@@ -199,9 +195,9 @@ def people(recordings: Sequence[Path]) -> int | None:
     return len(set(groups)) if compared else None
 
 
-@lru_cache(maxsize=1024)
-def _lengths(path: Path, stamp: tuple[int, int]) -> Lengths | None:
-    """The lengths in a file; read again when its time or size has changed. None where it cannot be read."""
+@kept_while_unchanged(most=1024)
+def _lengths(path: Path) -> Lengths | None:
+    """The lengths in a file; None where it cannot be read."""
     markers = markers_of(path)
     return None if markers is None else short_lengths(markers)
 

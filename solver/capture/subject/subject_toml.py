@@ -1,13 +1,17 @@
-"""subject.toml: any layout of files, described by hand."""
+"""subject.toml: any layout of files, described by hand; read, and written for a folder that has none."""
 
+import json
 import math
+import os
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
-from solver.capture.capture import PlateWord, TrialFiles
+from solver.capture.capture import PlateWord, ReleaseWords, Subject, TrialFiles
 from solver.capture.plates.moment_convention import CONVENTIONS
 from solver.capture.subject.description import Description, Entries, read_toml
-from solver.capture.subject.release_words import release_words
 from solver.common.errors import CaptureError
+from solver.common.file_names import readable
 from solver.common.notes import Note
 
 KEYS = (
@@ -27,6 +31,35 @@ KEYS = (
 TRIAL_KEYS = ("markers", "forces", "review", "up", "moments", "plates")
 MODEL_WORDS = ("scaled", "generic")
 READS = {"person": 1, "plate": -1}
+RELEASE_KEYS = ("source", "person", "laboratory", "licence", "consent", "citation", "doi", "url")
+CONSENTS = ("public", "restricted", "unknown")
+BIBTEX = ".bib"
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_HEAD = """\
+# How addb-viewer understood this folder. Correct what is wrong: from now on this file is used, and files
+# that it does not name are not. Paths are relative to this folder.
+# All keys: docs/reference/inputs.md.
+"""
+_HEAD_OF_B3D = """\
+# What the .b3d file says about the person. Correct what is wrong: values here replace those of the file.
+# Its trials are those inside it. All keys: docs/reference/inputs.md.
+"""
+_ABOUT_PLATES = (
+    "",
+    "# The sign and the zero level of each plate are found from the recording. To set them yourself:",
+    '# [trials.NAME.plates."PLATE"]  # named as in the notes',
+    '# reads = "person"  # the force on the person; "plate": the force on the plate, its sign is changed',
+    "# zero_N = 0.0  # its vertical force with nobody on it, with the sign as in the file",
+)
+_ABOUT_RELEASE = (
+    "",
+    "# For releases (addb-viewer dataset build):",
+    "# [release]",
+    '# source = "SOURCE"  # publication or collection; person = "P01", laboratory = "…"',
+    '# licence = "CC-BY-4.0"  # SPDX identifier or URL',
+    '# consent = "public"  # or "restricted", "unknown"',
+    '# citation = "cite.bib"  # or a text; doi = "10.1234/abcd", url = "https://…"',
+)
 
 
 def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) -> Description:
@@ -43,7 +76,7 @@ def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) ->
     mass, mass_notes = entries.number("mass_kg", "mass")
     height, height_notes = entries.number("height_m", "height")
     age, age_notes = entries.number("age_years", "age")
-    sex, sex_notes = entries.sex("sex")
+    sex, sex_notes = entries.sex()
     trials, trial_notes = _trials(entries)
     release, release_notes = release_words(entries)
     notes = mass_notes + height_notes + age_notes + sex_notes + trial_notes + release_notes
@@ -125,3 +158,180 @@ def _plates(trial: Entries) -> tuple[PlateWord, ...]:
         reads = plate.word("reads", tuple(READS))
         words.append(PlateWord(name, READS[reads] if reads else None, None if zero is None else float(zero)))
     return tuple(words)
+
+
+def release_words(entries: Entries) -> tuple[ReleaseWords | None, tuple[Note, ...]]:
+    """What a subject.toml says under [release], and a note about keys that mean nothing there.
+
+    Args:
+        entries: the whole file's.
+
+    Raises:
+        CaptureError: a value is of the wrong kind, or a BibTeX file is missing or outside the folder.
+    """
+    table = entries.values.get("release")
+    if table is None:
+        return None, ()
+    if not isinstance(table, dict):
+        raise entries.complaint("release", 'it is a table of its own: [release], then source = "…".')
+    own = Entries(entries.path, table, "release.")
+    doi = _text(own, "doi")
+    if doi is not None:
+        doi = re.sub(r"^(https?://(dx\.)?doi\.org/|doi:\s*)", "", doi)
+        if not re.fullmatch(r"10\.\d{4,9}/\S+", doi):
+            raise own.complaint("doi", "no DOI. Write it as 10.1234/abcd.")
+    url = _text(own, "url")
+    if url is not None and not re.fullmatch(r"https?://\S+", url):
+        raise own.complaint("url", "no address of the web. Write it with https:// in front.")
+    words = ReleaseWords(
+        source=_name(own, "source"),
+        person=_name(own, "person"),
+        laboratory=_text(own, "laboratory"),
+        licence=_text(own, "licence"),
+        consent=own.word("consent", CONSENTS),
+        citation=_citation(own),
+        doi=doi,
+        url=url,
+    )
+    return words, own.unknown(RELEASE_KEYS)
+
+
+def _text(entries: Entries, key: str) -> str | None:
+    value = entries.values.get(key)
+    if value is None:
+        return None
+    if not isinstance(value, str) or not value.strip():
+        raise entries.complaint(key, "a text in quotes is needed; leave the key out where it is not known.")
+    return value.strip()
+
+
+def _name(entries: Entries, key: str) -> str | None:
+    """A text that becomes a part of identifiers."""
+    value = _text(entries, key)
+    if value is not None and (re.search(r"[/\\\x00-\x1f]", value) or value.startswith(".")):
+        raise entries.complaint(
+            key, "it becomes a part of names: leave out / and \\, and begin with another sign than a dot."
+        )
+    return value
+
+
+def _citation(entries: Entries) -> str | None:
+    value = _text(entries, "citation")
+    if value is None or not value.lower().endswith(BIBTEX) or "\n" in value:
+        return value
+    path = entries.file("citation")
+    assert path is not None
+    try:
+        return path.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise entries.complaint("citation", f"cannot be read as text ({error}).") from error
+
+
+def described_as_toml(subject: Subject) -> str:
+    """The text of a subject.toml that `open_subject` reads as this subject."""
+    if subject.recording is not None:
+        about = [_HEAD_OF_B3D, *_person(subject), *_model(subject)]
+    else:
+        about = [_HEAD, *_person(subject), *_files(subject), *_trial_lines(subject)]
+    return "\n".join([*about, *_release(subject), *_comments(subject)]) + "\n"
+
+
+def _person(subject: Subject) -> Iterator[str]:
+    for key, value, without in (
+        ("mass_kg", subject.mass_kg, "70.0  # unknown: estimated from the forces, else the height"),
+        ("height_m", subject.height_m, "1.75  # unknown: estimated from the scaled model"),
+        ("sex", subject.sex, '"female"'),
+        ("age_years", subject.age_years, None),
+    ):
+        if value is not None:
+            yield f"{key} = {json.dumps(value)}"
+        elif without is not None:
+            yield f"# {key} = {without}"
+    yield f"foot_bodies = {json.dumps(list(subject.foot_bodies))}"
+    if subject.prefix is not None:
+        yield f"prefix = {_quoted(subject.prefix)}  # before this person's labels: PREFIX:LASI"
+    if subject.tags:
+        yield f"tags = {_quoted(list(subject.tags))}"
+
+
+def _files(subject: Subject) -> Iterator[str]:
+    if subject.model is not None:
+        yield f"model = {_path(subject, subject.model)}"
+    else:
+        yield '# model = "scaled.osim"  # without it: the default full body'
+    if subject.static is not None:
+        yield f"static = {_path(subject, subject.static)}"
+    else:
+        yield '# static = "static.trc"  # without it: scaled with the trials'
+
+
+def _model(subject: Subject) -> Iterator[str]:
+    yield '# "scaled": the model in the file as it is; "generic": scaled again; "default": the built-in body'
+    word = {"stored": "scaled", None: "default"}.get(subject.model_is, subject.model_is)
+    yield f"model_is = {_quoted(word)}"
+
+
+def _trial_lines(subject: Subject) -> Iterator[str]:
+    for trial in subject.trials:
+        yield ""
+        yield f"[trials.{_key(trial.name)}]"
+        yield f"markers = {_path(subject, trial.markers)}"
+        yield from _forces(subject, trial)
+        if trial.reviews:
+            yield f"review = [{', '.join(_path(subject, review) for review in trial.reviews)}]"
+        for key in ("up", "moments"):
+            if getattr(trial, key) is not None:
+                yield f"{key} = {_quoted(getattr(trial, key))}"
+        for plate in trial.plates:
+            yield f"[trials.{_key(trial.name)}.plates.{_key(plate.name)}]"
+            if plate.sign is not None:
+                yield f'reads = "{"person" if plate.sign > 0 else "plate"}"'
+            if plate.zero_N is not None:
+                yield f"zero_N = {plate.zero_N}"
+    yield from _ABOUT_PLATES
+
+
+def _release(subject: Subject) -> Iterator[str]:
+    if subject.release is None:
+        yield from _ABOUT_RELEASE
+        return
+    yield "\n[release]"
+    for key, value in vars(subject.release).items():
+        if value is not None:
+            yield f"{key} = {_quoted(value)}"
+
+
+def _key(name: str) -> str:
+    return name if _BARE_KEY.fullmatch(name) else _quoted(name)
+
+
+def _forces(subject: Subject, trial: TrialFiles) -> Iterator[str]:
+    if trial.forces is not None:
+        yield f"forces = {_path(subject, trial.forces)}"
+    elif trial.markers.suffix.lower() == ".c3d":
+        yield "# forces: those in the C3D file, if it has any"
+    else:
+        yield '# forces = "forces.mot"  # none was found'
+
+
+def _comments(subject: Subject) -> Iterator[str]:
+    if subject.notes:
+        yield "\n# Notes"
+        yield from (f"# - {_line(note)}" for note in subject.notes)
+    if subject.unused:
+        yield "\n# Not used"
+        yield from (f"# - {_line(file.file)}: {_line(file.reason)}" for file in subject.unused)
+
+
+def _path(subject: Subject, path: Path) -> str:
+    return _quoted(readable(Path(os.path.relpath(path, subject.folder)).as_posix()))
+
+
+def _quoted(value: object) -> str:
+    """A string or a list of strings; JSON's are TOML's."""
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _line(text: str) -> str:
+    """A comment ends with its line, and holds no other control character."""
+    return re.sub(r"[\x00-\x1f\x7f]+", " ", text)

@@ -96,11 +96,11 @@ def unused_files(
     known = set(used)
     found = []
     for place in (folder, *folders_below(folder)):
-        stranger = next((other for other in others if place == other), None)
-        if stranger is not None:
+        owner = next((other for other in others if place == other), None)
+        if owner is not None:
             recordings = sum(map(is_recording, files_in(place)))
             name = f"{place.relative_to(folder).as_posix()}/"
-            found.append(UnusedFile(name, f"{recordings} marker files: {others[stranger]}", MARKERS))
+            found.append(UnusedFile(name, f"{recordings} marker files: {others[owner]}", MARKERS))
         if any(place.is_relative_to(other) for other in others):
             continue
         for path in files_in(place):
@@ -141,7 +141,7 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
     if kind == SUFFIX:
         return DATA, "a subject of its own: give this file by its name"
     if kind in BY_ENDING:
-        return DATA, "; ".join(_told(path))
+        return DATA, "; ".join(_kind_of(path))
     return OTHER, "no recording"
 
 
@@ -155,7 +155,7 @@ def _without_points(path: Path) -> tuple[str, str]:
     return "a C3D file of analog channels without markers: not a trial", "export its forces as MOT"
 
 
-def _told(path: Path) -> tuple[str, str]:
+def _kind_of(path: Path) -> tuple[str, str]:
     """What a file of a kind that is not read is, and what to do: by its ending, and text by its head."""
     what, remedy = BY_ENDING[path.suffix.lower()]
     if path.suffix.lower() not in TEXT_ENDINGS or path.is_symlink():
@@ -184,16 +184,16 @@ def what_lies_in(folder: Path) -> str:
     for place in (folder, *folders_below(folder)):
         for path in files_in(place):
             if holds_no_points(path):
-                told = _without_points(path)
+                kind = _without_points(path)
             elif is_recording(path):
                 continue
             elif path.suffix.lower() in BY_ENDING and not is_force_table(path):
-                told = _told(path)
+                kind = _kind_of(path)
             elif is_force_table(path):
-                told = "forces or angles, without markers", "put the markers' file beside it"
+                kind = "forces or angles, without markers", "put the markers' file beside it"
             else:
                 continue
-            kinds.setdefault(told, []).append(path.relative_to(folder).as_posix())
+            kinds.setdefault(kind, []).append(path.relative_to(folder).as_posix())
     return "".join(
         f" {some_of(names, IN_SHORT)}: {what}; {remedy}." for (what, remedy), names in kinds.items()
     )

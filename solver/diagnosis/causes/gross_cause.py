@@ -168,7 +168,7 @@ def with_samples(
 def points_ground(plate: PlateScene) -> Float[np.ndarray, "samples 3"]:
     """Centre of pressure of each sample, from recorded force and moment [m]; zero where unloaded."""
     wrench = plate.loads.wrench_ground
-    points = centre_of_pressure(wrench[:, :3], wrench[:, 3:], surface_of(plate.plate, plate.conditioning))
+    points = centre_of_pressure(wrench[:, :3], wrench[:, 3:], surface_of(plate.plate))
     return np.where(plate.loads.carrying[:, None], points, 0.0)
 
 

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.plates.conditioning import contact_samples, gaps_filled
-from solver.capture.plates.zero_level import less, unloaded_stretches
+from solver.capture.plates.zero_level import ZERO_STRETCH_S, less, unloaded_stretches
 from solver.common.gravity import GRAVITY
 from solver.common.plate_figures import HALF_SIDE_M
 from solver.diagnosis.causes.about import About, AtFault, Entry, Named, Plates, Reading, Size, along
@@ -231,7 +231,7 @@ def _level_std_N(plate: PlateScene) -> Float[np.ndarray, "3"]:
     unloaded = unloaded_stretches(whole, plate.conditioning)
     if not unloaded.any():
         return np.zeros(3)
-    stretches = unloaded.sum() / (plate.conditioning.zero_stretch_s * whole.rate)
+    stretches = unloaded.sum() / (ZERO_STRETCH_S * whole.rate)
     return np.asarray(whole.force_ground[unloaded].std(axis=0) / np.sqrt(max(stretches, 1.0)))
 
 

@@ -22,9 +22,7 @@ def levels(trials: Sequence[Measured], entered_kg: float | None) -> list[Stateme
     said = []
     for trial in trials:
         plates, reading = trial.capture.plates, trial.reading
-        direct_checks = evidence_on_plates(
-            plates, trial.capture.markers, entered_kg, reading.plate_signs, reading.conditioning
-        )
+        direct_checks = evidence_on_plates(plates, trial.capture.markers, entered_kg, reading.conditioning)
         for k, found in enumerate(direct_checks, start=1):
             if not found.used:
                 continue
@@ -33,7 +31,7 @@ def levels(trials: Sequence[Measured], entered_kg: float | None) -> list[Stateme
             said.append(
                 Statement(
                     LEVELS,
-                    f"{plates[k - 1].name}: {found.sentence(reading.plate_signs)}.",
+                    f"{plates[k - 1].name}: {found.sentence()}.",
                     {About.PLATE_SIGN: turned, About.PLATE_ZERO: untared},
                     {"zero_N": found.zero_N, "sign": float(found.sign)},
                     trial=trial.capture.name,

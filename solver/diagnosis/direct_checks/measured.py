@@ -10,8 +10,8 @@ from scipy.signal import savgol_coeffs
 
 from solver.capture.capture import Capture, ForcePlate
 from solver.capture.plates.conditioning import at_nearest_samples, gaps_filled
-from solver.capture.reading_settings import ReadingSettings
 from solver.capture.resampling import covered, resample
+from solver.capture.trial import ReadingSettings
 from solver.common.gravity import GRAVITY
 from solver.common.plate_figures import CONTACT_N
 from solver.common.runs import runs

@@ -19,7 +19,7 @@ from jaxtyping import Float, Int
 
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.plates.centre_of_pressure import surface_of
-from solver.capture.plates.loads_under_feet import UnderFeetSettings
+from solver.capture.plates.loads_under_feet import FOOT_HEIGHT_M, FOOT_LENGTH_M
 from solver.common.plate_figures import CONTACT_N
 from solver.common.runs import runs
 from solver.diagnosis.causes.effect import Turn
@@ -36,8 +36,6 @@ from solver.diagnosis.direct_checks.statement import (
 from solver.markers.label_parts import sides
 
 PATH, STANDING = "path of the pressure", "point of the changes"
-FOOT_HEIGHT_M = UnderFeetSettings.foot_height_m  # markers that come so near the lowest are on feet
-FOOT_LENGTH_M = UnderFeetSettings.foot_length_m  # markers that are farther apart are on two feet
 FOOT_RIGID_M = 0.015  # by which distances on a foot scatter, toes that bend included
 PRESSING_M = 0.015  # a marker so much above its own lowest bears a third of what it bears there
 LOADED_SHARE = 0.3  # of a plate's largest load; below, pressures are noise
@@ -308,7 +306,7 @@ def _standing_on(
     still = [f for f in feet if np.ptp(f.middle[start:end], axis=0).max() < STILL_M]
     if not still:
         return None
-    height = float(surface_of(plate, trial.reading.conditioning).point_ground[1])
+    height = float(surface_of(plate).point_ground[1])
     wrench = _at_frames(plate, times[start:end])
     force, moment = wrench[:, :3], wrench[:, 3:]
     moment = moment - np.cross([0.0, height, 0.0], force)

@@ -8,11 +8,10 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Markers
-from solver.capture.subject.body_lengths import BodyLengthSettings
+from solver.capture.subject.body_lengths import RIGID_M
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.statement import About, Statement, nats_of
 
-RIGID_M = BodyLengthSettings.rigid_m  # by which distances scatter with soft tissue; joints let them vary more
 STEP_M = 0.008  # change of such a distance at one moment that is worth a word
 STEP_SCATTER_M = 0.005  # 13 mm at most, of soft tissue at a strike and of thighs, on the people who set this
 STEP_USUAL_M = 0.03  # a marker knocked off and put back elsewhere

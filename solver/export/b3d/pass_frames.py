@@ -1,23 +1,31 @@
-"""The frames of one pass: a motion, the contact forces that act in it, and all that follows from both."""
+"""The frames of a trial: what was measured, and of each pass its motion, contact forces and what follows.
+
+Coordinates and joints stand in the order in which readers of B3D take them from its model: from the root
+down, children in the order of the model file. Locked coordinates are degrees of freedom that stand still;
+coupled ones, and joints with no others (the patellae), are not among them.
+"""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
+from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.formats.b3d.frames import present
-from solver.capture.formats.b3d.schema import PassFrames
+from solver.capture.formats.b3d.schema import PassFrames, PassHeader, SensorFrames, TrialHeader, TrialType
+from solver.capture.plates.conditioning import gaps_filled, resampled
+from solver.capture.plates.force_settings import ConditioningSettings
 from solver.common.frames_at_once import spans
 from solver.dynamics.root_wrench import centre_of_mass, root_wrench
-from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked, unlocked_motion
-from solver.export.b3d.series_on_disk import SeriesOnDisk
-from solver.kinematics.motion import Motion
+from solver.kinematics.motion import Motion, ResampledMotion
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.skeleton.forward import ForwardKinematics, Poses, cross
+from solver.skeleton.osim_writer import coordinate_names, joint_order
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
@@ -26,6 +34,104 @@ HISTORY_STRIDE = 3  # frames from one to the next; likewise
 AT_ONCE = 2048  # frames of a long motion; each takes 20 kB on the way
 REMEMBERED = (HISTORY_ENTRIES - 1) * HISTORY_STRIDE  # earlier frames that a frame tells of
 SMALLEST_VERTICAL_N = 1e-3  # below it a force has no point where it meets the ground
+
+
+def unlocked(skeleton: Skeleton) -> Skeleton:
+    """The skeleton with its locked coordinates among the degrees of freedom."""
+    free = tuple(replace(c, locked=False) for c in skeleton.coordinates)
+    return replace(skeleton, coordinates=free)
+
+
+def unlocked_motion(motion: Motion, skeleton: Skeleton) -> Motion:
+    """The motion of `unlocked(skeleton)`: locked coordinates stay at their values."""
+    free = unlocked(skeleton).free_coordinates
+
+    def widened(values: np.ndarray, of_locked: list[float]) -> np.ndarray:
+        return np.column_stack(
+            [
+                values[:, motion.dofs.index(c.name)] if c.name in motion.dofs else np.full(len(values), still)
+                for c, still in zip(free, of_locked, strict=True)
+            ]
+        )
+
+    moved = replace(motion, dofs=unlocked(skeleton).dofs, q=widened(motion.q, [c.default for c in free]))
+    if isinstance(moved, ResampledMotion):
+        rest = [0.0] * len(free)
+        return replace(moved, qd=widened(moved.qd, rest), qdd=widened(moved.qdd, rest))
+    return moved
+
+
+def joints_in_order(skeleton: Skeleton) -> list[int]:
+    """Indices of the joints, from the root down."""
+    rank = {joint: place for place, joint in enumerate(joint_order(skeleton))}
+    children: dict[int, list[int]] = {}
+    for joint in sorted(rank, key=rank.__getitem__):
+        children.setdefault(skeleton.joints[joint].parent, []).append(joint)
+    order: list[int] = []
+    waiting = list(children.get(-1, ()))
+    while waiting:
+        joint = waiting.pop()
+        order.append(joint)
+        waiting += children.get(joint, [])[::-1]
+    return [joint for joint in order if not _only_coupled(skeleton, joint)]
+
+
+def dofs_in_order(skeleton: Skeleton) -> tuple[str, ...]:
+    """Names of the coordinates that make up `pos`, locked ones included."""
+    free = set(unlocked(skeleton).dofs)
+    names = (name for i in joints_in_order(skeleton) for name in coordinate_names(skeleton.joints[i]))
+    return tuple(dict.fromkeys(name for name in names if name in free))
+
+
+def _only_coupled(skeleton: Skeleton, joint: int) -> bool:
+    coupled = {c.name for c in skeleton.coordinates if c.coupling is not None}
+    names = coordinate_names(skeleton.joints[joint])
+    return bool(names) and coupled.issuperset(names)
+
+
+class SeriesOnDisk:
+    """Numbers by frames, in the order in which they were added; read as slices, or all as an array."""
+
+    def __init__(self, folder: Path, width: int) -> None:
+        """Without frames.
+
+        Args:
+            folder: where the file is, on a disk; it is gone with the series, however the program ends.
+            width: numbers a frame.
+        """
+        self._file = TemporaryFile(dir=folder)  # noqa: SIM115 (as long as the series)
+        self._frames, self._width = 0, width
+
+    def add(self, values: Float[np.ndarray, "frames width"]) -> None:
+        """Further frames."""
+        self._file.seek(0, 2)
+        self._file.write(np.ascontiguousarray(values, float).data)
+        self._frames += len(values)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Frames, and numbers a frame."""
+        return self._frames, self._width
+
+    def __len__(self) -> int:
+        return self._frames
+
+    def __getitem__(self, frames: slice) -> Float[np.ndarray, "frames width"]:
+        start, stop, _ = frames.indices(self._frames)
+        values = np.empty((max(0, stop - start), self._width))
+        self._file.seek(start * self._width * values.itemsize)
+        self._file.readinto(values.data)
+        return values
+
+    def __array__(self, dtype: np.dtype | None = None, copy: bool | None = None) -> np.ndarray:
+        return self[:] if dtype is None else self[:].astype(dtype, copy=False)
+
+
+def on_disk(values: Float[np.ndarray, "frames width"], folder: Path) -> Any:
+    """The same series, to be read like an array."""
+    series = SeriesOnDisk(folder, values.shape[1])
+    series.add(values)
+    return series
 
 
 @dataclass(frozen=True)
@@ -81,6 +187,28 @@ class ContactForces:
     force: Float[np.ndarray, "frames bodies 3"]  # [N]
     moment: Float[np.ndarray, "frames bodies 3"]  # [N·m] about the ground origin
     height: Float[np.ndarray, "frames bodies"]  # [m] of the surface; NaN while the body is unloaded
+
+    @classmethod
+    def on(
+        cls,
+        bodies: Sequence[str],
+        own: Sequence[str],
+        wrench: Float[np.ndarray, "frames own 6"],
+        height: Float[np.ndarray, "frames own"],
+    ) -> "ContactForces":
+        """Forces on some of the bodies, none on the others.
+
+        Args:
+            bodies: all of the file.
+            own: those with forces.
+            wrench: force [N] and moment about the ground origin [N·m].
+            height: of their centres of pressure [m].
+        """
+        force, moment = np.zeros((2, len(wrench), len(bodies), 3))
+        heights = np.full((len(wrench), len(bodies)), np.nan)
+        columns = [bodies.index(body) for body in own]
+        force[:, columns], moment[:, columns], heights[:, columns] = wrench[..., :3], wrench[..., 3:], height
+        return cls(bodies, force, moment, heights)
 
     def at(self, frames: slice) -> "ContactForces":
         """Those of some frames."""
@@ -272,3 +400,79 @@ class _Moved:
 
 def _flat(values: Float[np.ndarray, "frames n k"]) -> Float[np.ndarray, "frames n*k"]:
     return values.reshape(len(values), -1)
+
+
+def marker_names(captures: Sequence[Capture]) -> tuple[str, ...]:
+    """Every marker of any trial, in the order in which they come up."""
+    return tuple(dict.fromkeys(name for capture in captures for name in capture.markers.names))
+
+
+def sensor_frames(
+    capture: Capture, names: Sequence[str], plates: int, settings: ConditioningSettings
+) -> SensorFrames:
+    """Markers in the order of `names`, NaN where unseen; plates, and zeros up to as many as `plates`.
+
+    Force and moment are resampled to the markers' frames, and turned to act on the person; nothing else is
+    done to them. The moment is about the stored centre of pressure, or about the ground origin while there is
+    none. NaN on frames that the recording doesn't cover.
+    """
+    frames = capture.markers.frames
+    cop, torque, force = np.zeros((3, frames, plates, 3))
+    for k, plate in enumerate(capture.plates):
+        cop[:, k], torque[:, k], force[:, k] = _wrench_at_frames(plate, capture.markers.times, settings)
+    return SensorFrames(
+        marker_obs=_observed(capture.markers, names).reshape(frames, -1),
+        raw_force_plate_cop=cop.reshape(frames, -1),
+        raw_force_plate_torque=torque.reshape(frames, -1),
+        raw_force_plate_force=force.reshape(frames, -1),
+    )
+
+
+def trial_header(capture: Capture, passes: Sequence[PassHeader] = ()) -> TrialHeader:
+    """What the format says of a trial, all of whose forces count and which nobody has reviewed."""
+    markers = capture.markers
+    return TrialHeader(
+        name=capture.name,
+        missing_GRF_reason=np.zeros(markers.frames, dtype=np.int32),
+        trial_length=markers.frames,
+        trial_timestep=1 / markers.rate,
+        processing_pass_header=tuple(passes),
+        num_force_plates=len(capture.plates),
+        force_plate_corners=_corners(capture),
+        original_name=capture.name,
+        original_end_frame=markers.frames,
+        original_start_time=markers.start_time,
+        original_end_time=markers.start_time + markers.frames / markers.rate,
+        has_manual_GRF_annotation=np.zeros(markers.frames, dtype=bool),
+        trial_type=TrialType.OTHER,  # nobody has said where it was
+    )
+
+
+def _corners(capture: Capture) -> Float[np.ndarray, " 12*plates"]:
+    """Four corners a plate [m]; NaN for those of a plate whose place isn't known."""
+    unknown = np.full((4, 3), np.nan)
+    return np.array(
+        [unknown if plate.corners_ground is None else plate.corners_ground for plate in capture.plates]
+    ).reshape(-1)
+
+
+def _observed(markers: Markers, names: Sequence[str]) -> Float[np.ndarray, "frames markers 3"]:
+    observed = np.full((markers.frames, len(names), 3), np.nan)
+    observed[:, [names.index(name) for name in markers.names]] = markers.positions_ground
+    return observed
+
+
+def _wrench_at_frames(
+    plate: ForcePlate, times: Float[np.ndarray, " frames"], settings: ConditioningSettings
+) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
+    """Centre of pressure [m], moment about it [N·m] and force [N]."""
+    whole, _, _ = gaps_filled(plate, settings)
+    at_frames, covered = resampled(whole, times)
+    cop = np.nan_to_num(at_frames.cop_ground)
+    torque = at_frames.moment_ground - cross(cop, at_frames.force_ground)
+    outside = ~covered[:, None]
+    return (
+        np.where(outside, np.nan, cop),
+        np.where(outside, np.nan, torque),
+        np.where(outside, np.nan, at_frames.force_ground),
+    )

@@ -19,15 +19,18 @@ from jaxtyping import Float
 
 from solver.capture.atomic import write_whole
 from solver.capture.capture import ForcePlate
-from solver.capture.formats.coordinates import coordinates_from_storage
-from solver.capture.formats.storage import Storage, read_storage, write_storage
+from solver.capture.formats.storage import Storage, coordinates_from_storage, read_storage, write_storage
 from solver.capture.formats.trc import read_trc, write_trc
 from solver.capture.plates.moment_convention import plates_from_storage
-from solver.capture.reading_settings import READING, ReadingSettings
 from solver.common.errors import CaptureError
 from solver.export.conversion.content import BodyForces, Content, Trial
-from solver.export.opensim import write_body_forces, write_motion, write_torques
-from solver.export.opensim_setup import write_external_loads, write_inverse_dynamics_setup
+from solver.export.opensim import (
+    write_body_forces,
+    write_external_loads,
+    write_inverse_dynamics_setup,
+    write_motion,
+    write_torques,
+)
 from solver.export.places import file_stem
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim import load_skeleton
@@ -43,7 +46,7 @@ def is_opensim_set(folder: Path) -> bool:
     return any(folder.glob("*.osim")) and any(folder.glob(f"*{MOTION}"))
 
 
-def read_opensim_set(folder: Path, settings: ReadingSettings = READING) -> Content:
+def read_opensim_set(folder: Path) -> Content:
     """Read a model and all its trials.
 
     Raises:
@@ -61,7 +64,7 @@ def read_opensim_set(folder: Path, settings: ReadingSettings = READING) -> Conte
     notes: list[str] = []
     used = {models[0]}
     for path in sorted(folder.glob(f"*{MOTION}")):
-        trial, files, said = _read_trial(path, skeleton, settings)
+        trial, files, said = _read_trial(path, skeleton)
         trials.append(trial)
         used |= files
         notes += said
@@ -150,9 +153,7 @@ def write_plates(path: Path, plates: Sequence[ForcePlate]) -> None:
     write_storage(path, labels, plates[0].times, np.hstack(columns))
 
 
-def _read_trial(
-    path: Path, skeleton: Skeleton, settings: ReadingSettings
-) -> tuple[Trial, set[Path], tuple[str, ...]]:
+def _read_trial(path: Path, skeleton: Skeleton) -> tuple[Trial, set[Path], tuple[str, ...]]:
     name = path.name.removesuffix(MOTION)
     motion, notes = read_motion(path, skeleton)
     used = {path}
@@ -160,13 +161,11 @@ def _read_trial(
     plates: list[ForcePlate] = []
     beside = {ending: path.with_name(name + ending) for ending in (".trc", FORCES, TORQUES)}
     if beside[".trc"].is_file():
-        found = read_trc(beside[".trc"], settings)
+        found = read_trc(beside[".trc"])
         markers, notes = found.markers, (*notes, *found.notes)
         used.add(beside[".trc"])
     for file in sorted(path.parent.glob(f"{escape(name)}{PLATES}*.mot")):
-        read, said = plates_from_storage(
-            read_storage(file), settings=settings.force_tables, clock_settings=settings.clock
-        )
+        read, said = plates_from_storage(read_storage(file))
         plates += read
         notes = (*notes, *said)
         used.add(file)
@@ -221,7 +220,6 @@ def _write_dynamics(trial: Trial, skeleton: Skeleton, stem: Path) -> None:
     write_external_loads(loads, contacts.bodies, forces)
     write_inverse_dynamics_setup(
         stem.with_name(stem.name + SETUP),
-        model="model.osim",
         coordinates=stem.with_name(stem.name + MOTION),
         loads=loads,
         span=(motion.times[0], motion.times[-1]),

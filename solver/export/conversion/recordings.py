@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from solver.capture.capture import ForcePlate, Markers, TrialFiles
-from solver.capture.formats.c3d_contents import C3dContents, open_c3d
-from solver.capture.formats.c3d_events import foot_events
+from solver.capture.formats.c3d_contents import C3dContents, foot_events, open_c3d
 from solver.capture.formats.qtm_tsv import plates_beside
 from solver.capture.formats.recording_files import is_recording, loads_upright, read_forces
 from solver.capture.formats.text_table import some_of
@@ -19,10 +18,8 @@ from solver.capture.formats.trc import write_trc
 from solver.capture.plates.force_platform import CHANNELS_OF_TYPE
 from solver.capture.plates.moment_convention import plates_from_storage
 from solver.capture.plates.plate_levels import evidence_on_plates
-from solver.capture.reading_settings import READING, ReadingSettings
-from solver.capture.trial import read_recording
-from solver.export.c3d import joint_outputs
-from solver.export.c3d_file import C3dRecording, ModelOutput, write_c3d
+from solver.capture.trial import READING, ReadingSettings, read_recording
+from solver.export.c3d_file import C3dRecording, ModelOutput, joint_outputs, write_c3d
 from solver.export.conversion.content import Content, Trial
 from solver.export.conversion.opensim_set import by_clock, write_plates
 
@@ -37,14 +34,14 @@ def read_marker_file(path: Path, forces: Path | None = None, settings: ReadingSe
     """
     if forces is None:
         forces = plates_beside(path)
-    found = read_recording(TrialFiles(path.stem, path, forces), settings)
+    found = read_recording(TrialFiles(path.stem, path, forces))
     plates, sign_notes = on_the_person(found.plates, found.markers, settings)
     trial = Trial(path.stem, found.markers, plates)
     content = Content(path, (trial,), notes=(*found.notes, *sign_notes))
     return _with_the_rest_of_c3d(content, forces) if path.suffix.lower() == ".c3d" else content
 
 
-def read_force_table(path: Path, settings: ReadingSettings = READING) -> Content:
+def read_force_table(path: Path) -> Content:
     """A file of ground forces, y up.
 
     Raises:
@@ -52,10 +49,8 @@ def read_force_table(path: Path, settings: ReadingSettings = READING) -> Content
     """
     storage = read_forces(path)
     if storage.plates:  # a text export is in the laboratory's axes, tables are y up
-        storage = loads_upright(storage, settings)
-    plates, notes = plates_from_storage(
-        storage, settings=settings.force_tables, clock_settings=settings.clock
-    )
+        storage = loads_upright(storage)
+    plates, notes = plates_from_storage(storage)
     return Content(path, (Trial(path.stem, plates=plates),), notes=notes)
 
 
@@ -67,7 +62,7 @@ def read_text_export(path: Path, settings: ReadingSettings = READING) -> Content
     """
     if is_recording(path):
         return read_marker_file(path, None, settings)
-    return read_force_table(path, settings)
+    return read_force_table(path)
 
 
 def on_the_person(
@@ -76,16 +71,16 @@ def on_the_person(
     """The plates, those turned round that clearly read the force on the plate; their zero levels stay."""
     if not plates:
         return (), ()
-    evidence_by_plate = evidence_on_plates(plates, markers, None, settings.plate_signs, settings.conditioning)
+    evidence_by_plate = evidence_on_plates(plates, markers, None, settings.conditioning)
     turned, notes = [], []
     for plate, evidence in zip(plates, evidence_by_plate, strict=True):
-        if evidence.is_turned(settings.plate_signs):
+        if evidence.is_turned():
             notes.append(f"{plate.name}: reads the force on the plate; it is turned to act on the person")
             force, moment = -plate.force_ground, -plate.moment_ground
             turned.append(replace(plate, force_ground=force, moment_ground=moment))
             continue
-        if evidence.is_undecided(settings.plate_signs):
-            notes.append(f"{plate.name}: which way its force counts cannot be told; left as it is")
+        if evidence.is_undecided():
+            notes.append(f"{plate.name}: which way its force counts is not clear; left as it is")
         turned.append(plate)
     return tuple(turned), tuple(notes)
 

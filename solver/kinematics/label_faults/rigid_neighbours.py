@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int8
 
-from solver.capture.trajectory_joining import JoiningSettings
+from solver.capture.marker_cleaning import SEGMENT_REACH_M
 from solver.kinematics.label_faults.settings import (
     BETTER,
     CLEAR_SHARE,
@@ -26,7 +26,6 @@ from solver.kinematics.label_faults.settings import (
 from solver.skeleton.skeleton import Skeleton
 
 RIGID_ACROSS_M = 0.01  # [m] likewise to the next body, where joints bend: used where the own body has too few
-REACH_M = JoiningSettings.reach_m  # [m] no segment is longer
 HOLD_M = 0.012  # [m] distances off by less hold (RMS over neighbours), or by twice the marker's median
 MOST_SHARE = 0.4  # of the frames: what holds for most of them is assumed to be right
 FEWEST_NEIGHBOURS = 2  # distances that tell a place; one alone is wrong when its other end is
@@ -140,7 +139,7 @@ def rigid_neighbours(
         middle = np.median(distance)
         scatter = NORMAL * np.median(np.abs(distance - middle))
         most = RIGID_M if one[a, b] else RIGID_ACROSS_M
-        if scatter < most and middle < REACH_M:
+        if scatter < most and middle < SEGMENT_REACH_M:
             usual[a, b] = usual[b, a] = middle
     own = (np.isfinite(usual) & one).sum(axis=1)
     enough = own > FEWEST_NEIGHBOURS  # as many are left without the one it may be exchanged with

@@ -18,7 +18,7 @@ from addb_viewer.dataset.release_subject import BuildOptions, Terms
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
-from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.capture.formats.trc import read_trc, write_trc
 from solver.capture.subject.subject import open_subject
 from tests.addb_viewer.dataset.builds import ALL, TERMS, Here, planned_apart

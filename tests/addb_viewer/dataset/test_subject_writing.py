@@ -11,7 +11,7 @@ from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject
 from addb_viewer.dataset.subject_files import SubjectWriting
 from addb_viewer.dataset.task import Task
 from addb_viewer.dataset.trial_labels import labels_of
-from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.fitting.settings import Settings
 
 WHO = ReleaseSubject("Lab", "P1", "one", None, "CC0-1.0", "public", None, None, ())

@@ -90,7 +90,7 @@ def test_what_a_person_said_wins(walk):
     capture = read_trial(replace(walk, up="-x", moments="free"))
     down = read_trial(walk).markers.positions_ground
     np.testing.assert_allclose(capture.markers.positions_ground[:, :, 1], -down[:, :, 0])
-    assert any("as told" in note for note in capture.notes)
+    assert any("as stated" in note for note in capture.notes)
 
 
 def test_files_of_different_trials(walk, real_data, tmp_path):

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.capture.formats.coordinates import coordinates_from_storage
-from solver.capture.formats.storage import read_storage
+from solver.capture.formats.storage import coordinates_from_storage, read_storage
 from solver.capture.plates.conditioning import ConditionedPlate, condition
 from solver.capture.plates.moment_convention import plates_from_storage
 from solver.contact.assignment import assign

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from solver.export.mjcf import mujoco_model, with_least_inertia
-from solver.export.mujoco import export_mujoco, mujoco_motion
+from solver.export.mjcf import export_mujoco, mujoco_model, mujoco_motion, with_least_inertia
 from solver.kinematics.motion import Motion
 from solver.skeleton.functions import CubicSpline, Linear
 from solver.skeleton.osim import load_skeleton

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addb_viewer import Subject
-from solver.capture.subject import readable_trials
+from solver.capture.subject import subject as subjects
 from solver.capture.subject.subject import open_subject
 from solver.common.errors import FitError
 from solver.common.notes import Kind, noted
@@ -94,8 +94,8 @@ def test_one_that_breaks_down_where_all_are_fitted_together(subject, alone, monk
 
 
 def test_one_whose_reading_breaks_down(subject, alone, monkeypatch):
-    broken = breaks_on("again", readable_trials.read_trial, lambda given: given[0].name, IndexError("3"))
-    monkeypatch.setattr(readable_trials, "read_trial", broken)
+    broken = breaks_on("again", subjects.read_trial, lambda given: given[0].name, IndexError("3"))
+    monkeypatch.setattr(subjects, "read_trial", broken)
     fit = solve(subject, MARKERS_ALONE)
     is_left_out(fit, alone, "reading breaks down (IndexError: 3)")
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.readable_trials import read_trials
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.subject import open_subject, read_trials
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.export.opensim import export_opensim
 from solver.fitting.pipeline import resolve, solve

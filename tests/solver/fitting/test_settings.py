@@ -131,8 +131,8 @@ def test_the_printed_file_is_toml_with_a_table_a_stage():
 
 
 CHANGED = """
-[joining]
-rigid_m = 0.004
+[cleaning]
+spike_m = 0.2
 [diagnosis]
 least_gain = 9
 handicaps = [["drag", 4], ["plate_gain", 1.5]]
@@ -143,7 +143,7 @@ time_s = 0.2
 
 def test_tables_of_diagnosis_and_joining_are_read(tmp_path):
     changed, usual = read_settings(written(tmp_path, CHANGED)), Settings()
-    assert changed.reading.joining.rigid_m == 0.004
+    assert changed.reading.cleaning.spike_m == 0.2
     assert changed.diagnosis == replace(
         usual.diagnosis,
         least_gain=9.0,

@@ -43,7 +43,7 @@ def fitted(folder, names):
     """Markers alone: no force has a say in the motion."""
     settings = settings_for(folder)
     alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
-    return solve(open_subject(folder, settings.reading), alone, trials=names)
+    return solve(open_subject(folder), alone, trials=names)
 
 
 def middles_of_soles(trial, gait, skeleton):

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from solver.skeleton import bone_library
-from solver.skeleton.bone_library import stock_bones, stock_folder
-from solver.skeleton.bones import body_meshes
+from solver.skeleton import bones
+from solver.skeleton.bones import body_meshes, stock_bones, stock_folder
 from solver.skeleton.forward import body_poses
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Body, Geometry, Joint, Skeleton
@@ -103,7 +102,7 @@ def test_bodies_without_extent_have_no_mesh():
 
 
 def test_without_the_stock_bones_everything_is_still_drawn(monkeypatch):
-    monkeypatch.setattr("solver.skeleton.bone_library.stock_folder", lambda: None)
+    monkeypatch.setattr("solver.skeleton.bones.stock_folder", lambda: None)
     monkeypatch.setattr("solver.skeleton.bones.stock_folder", lambda: None)
     bones = body_meshes(skeleton(body("tibia", geometry("r_tibia.vtp"))))
     assert "tibia" in bones.meshes
@@ -211,7 +210,7 @@ def test_one_size_larger_is_one_size_larger():
 
 def test_the_package_is_found_without_importing_it():
     """In a process of its own: other tests use MuJoCo."""
-    assert "myo_sim" not in bone_library.__dict__
-    code = "import sys; from solver.skeleton.bone_library import stock_folder; stock_folder(); "
+    assert "myo_sim" not in bones.__dict__
+    code = "import sys; from solver.skeleton.bones import stock_folder; stock_folder(); "
     code += "sys.exit('mujoco' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -2,10 +2,19 @@ import numpy as np
 import pytest
 
 from solver.common.errors import ModelError
-from solver.skeleton.default_body import default_skeleton
+from solver.skeleton.bones import body_meshes
+from solver.skeleton.default_body import (
+    MassElement,
+    box,
+    default_skeleton,
+    ellipsoid,
+    segment_element,
+    together,
+    without,
+)
 from solver.skeleton.default_frames import body_frames
 from solver.skeleton.forward import body_poses, marker_positions
-from solver.skeleton.segment_tables import lengths
+from solver.skeleton.segment_tables import SegmentShape, lengths
 
 PEOPLE = [(52.0, 1.58, "female"), (70.0, 1.75, None), (95.0, 1.93, "male"), (25.0, 1.25, None)]
 MIRROR = np.array([1.0, 1.0, -1.0])
@@ -248,3 +257,111 @@ def test_bodies_by_their_share_of_the_mass(person):
     assert names == {b.name for b in skeleton.bodies if b.mass > 0.1 * mass}
     assert {"torso", "femur_r", "femur_l"} <= names
     assert skeleton.bodies_from_share(0.0) == tuple(range(len(skeleton.bodies)))
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    skeleton = default_skeleton(mass_kg=80, height_m=1.85, sex="male")
+    bones = body_meshes(skeleton)
+    R, p = body_poses(skeleton, skeleton.default_q[None])
+    extent = {}
+    for i, body in enumerate(skeleton.bodies):
+        vertices = bones.meshes[body.name].vertices @ R[0, i].T + p[0, i]
+        extent[body.name] = (vertices.min(axis=0), vertices.max(axis=0), p[0, i])
+    return bones, extent
+
+
+def test_every_body_has_its_bones(drawn):
+    bones, extent = drawn
+    assert len(extent) == 22
+    assert bones.notes == ()
+
+
+def test_long_bones_reach_from_joint_to_joint(drawn):
+    _, extent = drawn
+    for upper, lower in (("femur_r", "tibia_r"), ("tibia_l", "talus_l"), ("humerus_r", "ulna_r")):
+        low, high, origin = extent[upper]
+        assert high[1] - origin[1] < 0.05
+        assert low[1] == pytest.approx(extent[lower][2][1], abs=0.04)
+
+
+def test_the_skull_fills_the_stature_and_the_feet_stand_on_the_floor(drawn):
+    _, extent = drawn
+    assert 1.85 - 0.06 < extent["torso"][1][1] < 1.85
+    for body in ("calcn_r", "toes_l"):
+        assert 0.0 < extent[body][0][1] < 0.025
+    assert extent["toes_r"][1][0] - extent["calcn_r"][0][0] == pytest.approx(0.152 * 1.85, abs=0.03)
+
+
+def test_bones_are_alike_on_both_sides(drawn):
+    _, extent = drawn
+    for name in ("femur", "calcn", "humerus", "radius"):
+        right, left = extent[f"{name}_r"], extent[f"{name}_l"]
+        np.testing.assert_allclose(right[0][:2], left[0][:2], atol=0.003)
+        np.testing.assert_allclose(right[1][2], -left[0][2], atol=0.003)
+
+
+def cloud_of(element, rng):
+    """Eight equal point masses with the element's mass, centre and inertia."""
+    second = np.trace(element.inertia) / 2 * np.eye(3) - element.inertia  # ∫ x xᵀ dm
+    values, axes = np.linalg.eigh(second)
+    arms = axes * np.sqrt(np.maximum(values, 0) / element.mass)
+    signs = np.array([[a, b, c] for a in (1, -1) for b in (1, -1) for c in (1, -1)])
+    return element.com + signs @ arms.T, np.full(8, element.mass / 8)
+
+
+def of_points(points, masses):
+    com = masses @ points / masses.sum()
+    r = points - com
+    inertia = sum(m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(masses, r, strict=True))
+    return masses.sum(), com, inertia
+
+
+@pytest.fixture
+def parts():
+    rng = np.random.default_rng(0)
+    return [
+        ellipsoid(2.0, rng.normal(size=3), np.array([0.1, 0.3, 0.2])),
+        box(1.5, rng.normal(size=3), np.array([0.4, 0.2, 0.6])),
+    ]
+
+
+def test_a_sum_is_what_point_masses_make_of_it(parts):
+    rng = np.random.default_rng(1)
+    clouds = [cloud_of(part, rng) for part in parts]
+    mass, com, inertia = of_points(
+        np.concatenate([c[0] for c in clouds]), np.concatenate([c[1] for c in clouds])
+    )
+    whole = together(parts)
+    assert whole.mass == pytest.approx(mass)
+    np.testing.assert_allclose(whole.com, com, atol=1e-12)
+    np.testing.assert_allclose(whole.inertia, inertia, atol=1e-12)
+
+
+def test_taking_a_part_away_undoes_adding_it(parts):
+    left = without(together(parts), parts[1:])
+    assert left.mass == pytest.approx(parts[0].mass)
+    np.testing.assert_allclose(left.com, parts[0].com, atol=1e-12)
+    np.testing.assert_allclose(left.inertia, parts[0].inertia, atol=1e-12)
+
+
+def test_a_segment_lies_along_its_end_points():
+    shape = SegmentShape(
+        mass=0.1, com=0.4, radius_sagittal=0.3, radius_transverse=0.25, radius_longitudinal=0.1
+    )
+    start, end = np.array([0.1, 0.2, 0.3]), np.array([0.3, -0.4, 0.4])
+    element = segment_element(shape, 70.0, start, end)
+    length = np.linalg.norm(end - start)
+    along = (end - start) / length
+    assert element.mass == pytest.approx(7.0)
+    np.testing.assert_allclose(element.com, start + 0.4 * (end - start), atol=1e-15)
+    assert along @ element.inertia @ along == pytest.approx(7.0 * (0.1 * length) ** 2)
+    moments = np.sqrt(np.linalg.eigvalsh(element.inertia) / 7.0) / length
+    np.testing.assert_allclose(moments, [0.1, 0.25, 0.3], rtol=1e-9)
+
+
+def test_moving_changes_the_inertia_about_a_fixed_point_only():
+    element = MassElement(2.0, np.array([0.1, 0.0, 0.0]), np.eye(3))
+    moved = element.moved(np.array([0.0, 0.3, 0.0]))
+    np.testing.assert_array_equal(moved.inertia, element.inertia)
+    assert moved.inertia_about(np.zeros(3))[2, 2] == pytest.approx(1 + 2 * (0.01 + 0.09))

@@ -4,21 +4,37 @@ A frame is a protobuf message whose fields are all packed doubles: tag, length, 
 are the same in every frame, a series is a strided view of the file and needs no parsing frame by frame.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from solver.capture.formats.b3d.schema import PassFrames, SensorFrames
+from solver.capture.formats.b3d.schema import B3dTrial, Header, PassFrames, SensorFrames
 
 DOUBLE = np.dtype("<f8")
 _LENGTH_DELIMITED, _FIXED64, _FIXED32 = 2, 1, 5
 _FIXED_SIZES = {_FIXED64: 8, _FIXED32: 4}
 
 FramesType = TypeVar("FramesType", SensorFrames, PassFrames)
+_BY_DOF = ("pos", "vel", "acc", "tau")
+_BY_BODY_6 = ("ground_contact_wrench", "root_frame_ground_contact_wrench")
+_BY_BODY_3 = (
+    "ground_contact_center_of_pressure",
+    "ground_contact_torque",
+    "ground_contact_force",
+    "root_frame_ground_contact_center_of_pressure",
+    "root_frame_ground_contact_torques",
+    "root_frame_ground_contact_force",
+)
+_POINTS = ("com_pos", "com_vel", "com_acc", "root_frame_com_acc")
+_TWISTS = ("root_frame_residual", "root_frame_spatial_velocity", "root_frame_spatial_acceleration")
+_BY_JOINT = ("root_frame_joint_centers", "world_frame_joint_centers")
+_ALL = ("missing_GRF_reason", "has_manual_GRF_annotation")  # a value a frame, in a trial's header
+_OF_PASS = ("marker_rms", "marker_max", "linear_residual", "angular_residual", "joints_max_velocity")
+Frames = TypeVar("Frames", SensorFrames, PassFrames)
 
 
 class LayoutError(ValueError):
@@ -164,3 +180,94 @@ def _as_varint(value: int) -> bytes:
         out.append(value & 0x7F | 0x80)
         value >>= 7
     return bytes([*out, value])
+
+
+def faults(header: Header, trial: B3dTrial) -> Iterator[str]:
+    """What does not fit together, in words, one thing at a time."""
+    about = trial.header
+    for name in ("missing_GRF_reason", "has_manual_GRF_annotation"):
+        stated = len(getattr(about, name))
+        if stated not in (0, about.trial_length):
+            yield f"{name} has {stated} values for {about.trial_length} frames"
+    if len(trial.passes) != len(about.processing_pass_header):
+        yield f"{len(trial.passes)} passes, but headers for {len(about.processing_pass_header)}"
+    yield from _faults_of_series(trial.sensors, about.trial_length, _sensor_widths(header))
+    for frames in trial.passes:
+        yield from _faults_of_series(frames, about.trial_length, _pass_widths(header))
+
+
+def _faults_of_series(
+    series: SensorFrames | PassFrames, frames: int, widths: dict[str, tuple[int, str]]
+) -> Iterator[str]:
+    for name, array in present(series).items():
+        if len(array) != frames:
+            yield f"{name} has {len(array)} frames instead of {frames}"
+        width, reason = widths.get(name, (array.shape[1], ""))
+        if array.shape[1] != width:
+            yield f"{name} has {array.shape[1]} numbers a frame, but {reason} ask for {width}"
+
+
+def _sensor_widths(header: Header) -> dict[str, tuple[int, str]]:
+    return {
+        "marker_obs": (3 * len(header.marker_name), f"{len(header.marker_name)} marker names"),
+        "acc_obs": (3 * len(header.acc_name), f"{len(header.acc_name)} accelerometers"),
+        "gyro_obs": (3 * len(header.gyro_name), f"{len(header.gyro_name)} gyroscopes"),
+    }
+
+
+def _pass_widths(header: Header) -> dict[str, tuple[int, str]]:
+    bodies, dofs, joints = len(header.ground_contact_body), header.num_dofs, header.num_joints
+    widths = dict.fromkeys(_BY_DOF, (dofs, f"{dofs} degrees of freedom"))
+    widths |= dict.fromkeys(_BY_BODY_6, (6 * bodies, f"{bodies} contact bodies"))
+    widths |= dict.fromkeys(_BY_BODY_3, (3 * bodies, f"{bodies} contact bodies"))
+    widths |= dict.fromkeys(_POINTS, (3, "points"))
+    widths |= dict.fromkeys(_TWISTS, (6, "wrenches and twists"))
+    if joints:
+        widths |= dict.fromkeys(_BY_JOINT, (3 * joints, f"{joints} joints"))
+    return widths
+
+
+def cut(trial: B3dTrial, start: int, end: int, index: int, **about: Any) -> B3dTrial:
+    """Frames start to end − 1 of a whole trial; it says of itself where it comes from.
+
+    Args:
+        trial: whole.
+        start: first frame.
+        end: the first that no longer belongs.
+        index: number of the piece, from 0.
+        about: what else its header says.
+    """
+    whole, step = trial.header, trial.header.trial_timestep
+    rows = slice(start, end)
+    passes = tuple(
+        replace(header, **{name: getattr(header, name)[rows] for name in _OF_PASS})
+        for header in whole.processing_pass_header
+    )
+    begin = whole.original_start_time
+    own: dict[str, Any] = {
+        "name": f"{whole.name}_split{index}",
+        "trial_length": end - start,
+        "processing_pass_header": passes,
+        "split_index": index,
+        "original_start_frame": start,
+        "original_end_frame": end,
+        "original_start_time": begin + start * step,
+        "original_end_time": begin + end * step,
+        **{name: getattr(whole, name)[rows] for name in _ALL},
+        **about,
+    }
+    return B3dTrial(
+        replace(whole, **own),
+        _rows(trial.sensors, rows),
+        tuple(_rows(frames, rows) for frames in trial.passes),
+    )
+
+
+def _rows(frames: Frames, rows: slice) -> Frames:
+    """Those rows of every series that there is."""
+    own: dict[str, Any] = {
+        field.name: np.asarray(getattr(frames, field.name)[rows])
+        for field in fields(frames)
+        if field.name != "unknown" and all(getattr(frames, field.name).shape)
+    }
+    return replace(frames, **own)

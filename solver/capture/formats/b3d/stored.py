@@ -10,17 +10,19 @@ from jaxtyping import Float
 from solver.capture.formats.b3d.schema import B3dTrial, Header, PassFrames, PassHeader, PassType
 from solver.common.notes import Kind, Note, noted
 
-NAMES = {
+PASS_NAMES = {
     PassType.KINEMATICS: "kinematics",
     PassType.DYNAMICS: "dynamics",
     PassType.LOW_PASS_FILTER: "low-passed",
     PassType.ACCELERATION_MINIMIZING_FILTER: "smoothed accelerations",
 }
 GRAVITY_M_S2 = 9.81
-AGREES = 0.3  # of body weight: the root's forces are those of the usual reading, in the median over frames
-SURELY = 0.1  # of body weight, and
-BETTER = 0.5  # of what the usual reading misses: how well another one has to agree
-USUAL = (3, False)  # forces in the last three of the root's six, gravity along −y
+USUAL_OFF_SHARE = (
+    0.3  # of body weight: the root's forces are those of the usual reading, in the median over frames
+)
+CLEARLY_OFF_SHARE = 0.1  # of body weight, and
+BETTER_RATIO = 0.5  # of what the usual reading misses: how well another one has to agree
+USUAL_READING = (3, False)  # forces in the last three of the root's six, gravity along −y
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ def _piece(header: Header, about: PassHeader, frames: PassFrames, step_s: float)
     )
     linear[[0, -1]] = angular[[0, -1]] = np.nan  # no acceleration is known there
     try:
-        kind = NAMES[PassType(about.type)]
+        kind = PASS_NAMES[PassType(about.type)]
     except ValueError:
         kind = f"pass of type {about.type}"
     reading = _reading(header.mass_kg, frames, step_s)
@@ -120,9 +122,9 @@ def _reading(mass_kg: float, frames: PassFrames, step_s: float) -> tuple[slice, 
         off[first, turned] = float(np.median(missed[2:-2]))
     weight = mass_kg * GRAVITY_M_S2
     best = min(off, key=lambda reading: off[reading])
-    if off[best] >= min(SURELY * weight, BETTER * off[USUAL]):
-        best = USUAL  # noise of markers hides a difference in unfiltered passes
-        if not off[best] < AGREES * weight:
+    if off[best] >= min(CLEARLY_OFF_SHARE * weight, BETTER_RATIO * off[USUAL_READING]):
+        best = USUAL_READING  # noise of markers hides a difference in unfiltered passes
+        if not off[best] < USUAL_OFF_SHARE * weight:
             return None
     return slice(best[0], best[0] + 3), best[1]
 

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from solver.capture.capture import Subject, TrialFiles
-from solver.capture.formats.b3d.reader import read_b3d
-from solver.capture.formats.b3d.recording import review_of
+from solver.capture.formats.b3d.b3d_file import read_b3d
+from solver.capture.formats.b3d.recording import review_of, trials_in
 from solver.capture.formats.b3d.schema import B3dFile, Header
-from solver.capture.formats.b3d.segments import trials_in
 from solver.capture.subject.description import LARGEST, SEXES, Description
 from solver.capture.subject.subject_toml import MODEL_WORDS, read_subject_toml
 from solver.capture.subject.unused_files import unused_files
@@ -39,7 +38,7 @@ def open_b3d_subject(folder: Path, file: Path) -> Subject:
     b3d = read_b3d(file)
     by_hand, marker_map = folder / DESCRIBED_BY_HAND, folder / MARKER_MAP
     try:
-        told = (
+        stated = (
             read_subject_toml(by_hand, (*MODEL_WORDS, DEFAULT_BODY)) if lies_there(by_hand) else Description()
         )
         has_map = lies_there(marker_map)
@@ -47,12 +46,12 @@ def open_b3d_subject(folder: Path, file: Path) -> Subject:
         raise CaptureError(f"{folder}: {error}") from error
     except PermissionError as error:
         raise CaptureError(f"{error.filename}: cannot be read ({error.strerror}).") from error
-    if told.trials is not None or told.static is not None:
+    if stated.trials is not None or stated.static is not None:
         raise CaptureError(
             f"{by_hand}: names trials or a static trial, but those of a .b3d file are inside it. Leave these "
             "keys out."
         )
-    described = told.or_else(_described(b3d.header, file.name))
+    described = stated.or_else(_described(b3d.header, file.name))
     trials = _trials(b3d, file)
     if not trials:
         raise CaptureError(f"{file}: no trial with a frame in it. Download or export it again.")

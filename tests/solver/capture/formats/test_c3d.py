@@ -7,7 +7,7 @@ import pytest
 
 from solver.capture.axes import vertical_axis_named
 from solver.capture.formats.c3d import read_c3d, read_c3d_markers
-from solver.capture.subject.several_subjects import one_subject
+from solver.capture.formats.recording_files import one_subject
 from solver.common.errors import CaptureError
 
 CONFORMANCE = "c3d_conformance"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from solver.capture.capture import Markers, TrialFiles
 from solver.capture.plates.loads_under_feet import (
-    UNDER_FEET,
+    CONTRADICTION_NATS,
     Feet,
     Loads,
     best_lag_s,
@@ -18,7 +18,7 @@ from solver.capture.plates.loads_under_feet import (
     loads_of,
     under_feet,
 )
-from solver.capture.reading_settings import READING
+from solver.capture.subject.force_pairing import TAKEN_NATS
 from solver.capture.trial import read_trial
 
 GAITS = {
@@ -61,12 +61,12 @@ def test_forces_of_another_stretch_of_the_same_gait_seldom_pass(gait):
         half = (markers.frames - 1) / markers.rate / 2
         first = markers.times - start <= half
         feet = feet_of(Markers(markers.names, markers.positions_ground[first], markers.rate, start))
-        loads = loads_of(capture.plates, replace(UNDER_FEET, samples=2000))
+        loads = loads_of(capture.plates)
         for later in np.arange(EVERY_S, half, EVERY_S):
             moved = loads.times - later
             kept = (moved >= start) & (moved <= start + half)
             stretch = Loads(moved[kept], loads.centres[kept], loads.steps[kept], start, start + half)
-            passed += evidence(feet, stretch).log_odds >= READING.force_files.taken
+            passed += evidence(feet, stretch).log_odds >= TAKEN_NATS
             tried += 1
     assert tried > 80
     assert passed <= 0.02 * tried
@@ -164,5 +164,5 @@ def test_loads_off_the_feet_that_are_seen_do(share):
     markers, loads = walker(seen)
     astray = replace(loads, centres=loads.centres + 0.3)
     found = under_feet(feet_of(markers), astray)
-    assert found.log_odds < UNDER_FEET.contradiction
+    assert found.log_odds < CONTRADICTION_NATS
     assert 0.2 < found.off_m < 0.45

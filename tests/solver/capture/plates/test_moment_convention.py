@@ -138,7 +138,7 @@ def test_the_argument_overrules_and_says_so(walk):
     storage = storage_of(walk, "free")
     plates, notes = plates_from_storage(storage, moment_convention="ground")
     np.testing.assert_array_equal(plates[0].moment_ground, walk[0][2])
-    assert any("as told, although the numbers suggest the free moment" in note for note in notes)
+    assert any("as stated, although the numbers suggest the free moment" in note for note in notes)
     with pytest.raises(
         CaptureError, match=r"grf\.mot: moment convention 'world': choose free, ground, plate"
     ):

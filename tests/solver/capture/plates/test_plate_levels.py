@@ -12,10 +12,9 @@ from solver.capture.formats.c3d import read_c3d
 from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.plates.force_platform import plate_axes
 from solver.capture.plates.plate_levels import evidence_on_plates, levelled
-from solver.capture.plates.plate_sign import weigh_signs
-from solver.capture.plates.plate_sign_settings import PLATE_SIGN
+from solver.capture.plates.plate_sign import CLEAR_NATS, weigh_signs
 from solver.capture.subject.subject import open_subject
-from solver.capture.subject.subject_toml_writing import described_as_toml
+from solver.capture.subject.subject_toml import described_as_toml
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
 from solver.fitting.provenance import provenance_of
@@ -259,7 +258,7 @@ def test_weight_that_comes_and_goes_tells_that_a_plate_tared_under_load_counts_t
     assert all(a is b for a, b in zip(settled, tared, strict=True))
     assert any("fp1: its zero level is off" in note and "nothing is taken off" in note for note in notes)
     first, second = evidence_on_plates(tared, replace(markers, positions_ground=moved))
-    assert min(first.sign_nats, second.sign_nats) > PLATE_SIGN.clear_nats
+    assert min(first.sign_nats, second.sign_nats) > CLEAR_NATS
 
 
 def stepping(held_N, rest_s):

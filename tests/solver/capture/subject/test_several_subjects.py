@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.capture.subject.several_subjects import one_subject
+from solver.capture.formats.recording_files import one_subject
 
 LABELS = ("RASI", "LASI", "RKNE", "LKNE", "RANK", "LANK")
 SIDED = tuple(f"{side}:{label}" for side in "LR" for label in ("ASI", "PSI", "KNE", "ANK", "HEE", "TOE"))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.reading_settings import READING
+from solver.capture.trial import READING
 from solver.common.gravity import GRAVITY
 from solver.diagnosis.causes.rearranged_plate import MIRRORS, TURNS_DEG, PlateMirror, PlateTurn
 from solver.diagnosis.direct_checks.lag import LAG_BIAS_S, lag_of

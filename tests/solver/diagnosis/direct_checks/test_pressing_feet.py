@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.reading_settings import READING
+from solver.capture.trial import READING
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.pressure_path import pressing_feet, pressure_path
 

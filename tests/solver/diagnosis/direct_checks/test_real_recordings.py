@@ -6,9 +6,8 @@ import pytest
 from benchmarks.faults.editor import clocks, markers, people, plates
 from benchmarks.faults.editor.files import write_folder
 from benchmarks.faults.editor.sources import SOURCES
-from solver.capture.reading_settings import READING
 from solver.capture.subject.subject import open_subject
-from solver.capture.trial import read_trial
+from solver.capture.trial import READING, read_trial
 from solver.diagnosis.direct_checks.measured import measure_trials
 from solver.diagnosis.direct_checks.run_checks import run_checks
 from solver.diagnosis.direct_checks.statement import TOLD_NATS, About

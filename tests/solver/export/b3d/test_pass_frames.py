@@ -1,20 +1,37 @@
 """Every series of a pass against its definition: differences along the motion, Newton, moved wrenches."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.formats.b3d.frames import present
+from solver.capture.plates.force_settings import CONDITIONING
 from solver.common.frames_at_once import spans
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.export.b3d import pass_frames
 from solver.export.b3d.from_fit import fit_to_b3d
-from solver.export.b3d.model import dofs_in_order, unlocked, unlocked_motion
-from solver.export.b3d.pass_frames import ContactForces, central_axis
-from solver.export.b3d.series_on_disk import SeriesOnDisk
+from solver.export.b3d.pass_frames import (
+    ContactForces,
+    SeriesOnDisk,
+    central_axis,
+    dofs_in_order,
+    joints_in_order,
+    marker_names,
+    sensor_frames,
+    trial_header,
+    unlocked,
+    unlocked_motion,
+)
+from solver.kinematics.motion import Motion
+from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.skeleton import Body, Joint
 
 STEP = 1e-5
+RATE, TIMES = 100.0, np.arange(10) / 100
 
 
 @pytest.fixture
@@ -198,3 +215,138 @@ def test_a_long_pass_in_pieces_is_the_whole(fit, frames, on_disk, monkeypatch, t
         np.testing.assert_allclose(np.asarray(series), whole[name], rtol=0, atol=1e-9)
         np.testing.assert_array_equal(series[5:17], np.asarray(series)[5:17])
     assert not list(tmp_path.iterdir())
+
+
+def test_locked_coordinates_count_and_coupled_ones_do_not(crane):
+    assert dofs_in_order(crane) == (
+        *("tilt", "list", "turn", "tx", "ty", "tz", "hip_flexion", "hip_adduction", "hip_rotation"),
+        *("knee_angle", "ankle_angle", "locked_angle", "arm_angle"),
+    )
+
+
+def test_the_patella_is_no_joint(crane):
+    assert [crane.joints[j].name for j in joints_in_order(crane)] == [
+        "root",
+        "hip",
+        "knee",
+        "ankle",
+        "shoulder",
+    ]
+
+
+def test_limb_by_limb_whatever_the_order_of_the_bodies(crane):
+    """Bodies sorted by their distance from the root are in topological order, too."""
+    order = [0, 1, 5, 2, 3, 4]
+    joints = [crane.joints[i] for i in order]
+    moved = replace(
+        crane,
+        bodies=tuple(crane.bodies[i] for i in order),
+        joints=tuple(replace(j, parent=order.index(j.parent) if j.parent >= 0 else -1) for j in joints),
+        markers=(),
+    )
+    assert dofs_in_order(moved) == dofs_in_order(crane)
+    assert [moved.joints[j].name for j in joints_in_order(moved)] == [
+        "root",
+        "hip",
+        "knee",
+        "ankle",
+        "shoulder",
+    ]
+
+
+def test_welds_are_joints(crane):
+    weld = Joint("weld", 5, np.eye(3), np.zeros(3), np.eye(3), np.zeros(3), ())
+    hand = Body("hand_r", 0.4, np.zeros(3), np.eye(3) * 1e-3)
+    longer = replace(crane, bodies=(*crane.bodies, hand), joints=(*crane.joints, weld))
+    assert [longer.joints[j].name for j in joints_in_order(longer)][-2:] == ["shoulder", "weld"]
+
+
+def test_the_default_body():
+    skeleton = default_skeleton()
+    dofs = dofs_in_order(skeleton)
+    assert len(dofs) == 37
+    assert dofs[:10] == (
+        *("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz"),
+        *("hip_flexion_r", "hip_adduction_r", "hip_rotation_r", "knee_angle_r"),
+    )
+    assert len(joints_in_order(skeleton)) == 20
+
+
+def test_locked_coordinates_stand_still(crane, crane_q):
+    motion = unlocked_motion(Motion(crane.dofs, crane_q, 50.0), crane)
+    locked = motion.dofs.index("locked_angle")
+    np.testing.assert_array_equal(motion.q[:, locked], 0.2)
+    np.testing.assert_allclose(motion.acceleration[:, locked], 0.0, atol=1e-9)
+    np.testing.assert_array_equal(np.delete(motion.q, locked, axis=1), crane_q)
+
+
+def plate(force, cop, *, name="1", rate=RATE, start=0.0, corners_ground=None):
+    """A plate whose free moment is 2 N·m about y."""
+    moment = np.cross(np.nan_to_num(cop), force) + np.array([0.0, 2.0, 0.0])
+    return ForcePlate(name, force, moment, cop, rate, start, corners_ground)
+
+
+def capture(*plates, markers=None):
+    positions = np.arange(60.0).reshape(10, 2, 3)
+    positions[4, 1] = np.nan
+    return Capture("walk", markers or Markers(("C7", "T10"), positions, RATE), plates)
+
+
+@pytest.fixture
+def standing():
+    force = np.column_stack([5 * np.sin(20 * TIMES), 700 + 0 * TIMES, 0 * TIMES])
+    return plate(force, np.tile([0.3, 0.02, -0.1], (10, 1)))
+
+
+def test_markers_in_the_order_of_the_subject():
+    found = sensor_frames(capture(), ("T10", "LASI", "C7"), plates=0, settings=CONDITIONING)
+    observed = found.marker_obs.reshape(10, 3, 3)
+    np.testing.assert_array_equal(observed[:, 2], capture().markers.positions_ground[:, 0])
+    assert np.isnan(observed[:, 1]).all()
+    assert np.isnan(observed[:, 0]).any(axis=1).tolist() == [t == 4 for t in range(10)]
+    assert found.raw_force_plate_force.shape == (10, 0)
+
+
+def test_the_moment_is_about_the_point(standing):
+    found = sensor_frames(capture(standing), ("C7", "T10"), plates=1, settings=CONDITIONING)
+    np.testing.assert_allclose(found.raw_force_plate_force, standing.force_ground, atol=1e-9)
+    np.testing.assert_allclose(found.raw_force_plate_cop, standing.cop_ground, atol=1e-9)
+    np.testing.assert_allclose(found.raw_force_plate_torque, [[0, 2, 0]] * 10, atol=1e-9)
+
+
+def test_without_a_point_the_moment_is_about_the_origin():
+    force = np.tile([0.5, 1.5, 0.0], (10, 1))
+    idle = plate(force, np.full((10, 3), np.nan))
+    found = sensor_frames(capture(idle), ("C7", "T10"), plates=1, settings=CONDITIONING)
+    np.testing.assert_array_equal(found.raw_force_plate_cop, 0.0)
+    np.testing.assert_allclose(found.raw_force_plate_torque, idle.moment_ground, atol=1e-9)
+
+
+def test_missing_plates_are_zero(standing):
+    found = sensor_frames(capture(standing), ("C7", "T10"), plates=2, settings=CONDITIONING)
+    assert found.raw_force_plate_force.shape == (10, 6)
+    np.testing.assert_array_equal(found.raw_force_plate_force[:, 3:], 0.0)
+    np.testing.assert_array_equal(found.raw_force_plate_cop[:, 3:], 0.0)
+
+
+def test_a_faster_plate_that_starts_late():
+    times = 0.03 + np.arange(200) / 1000
+    force = np.column_stack([0 * times, 500 + 100 * times, 0 * times])
+    late = plate(force, np.tile([0.1, 0.0, 0.2], (200, 1)), rate=1000.0, start=0.03)
+    found = sensor_frames(capture(late), ("C7", "T10"), plates=1, settings=CONDITIONING)
+    assert np.isnan(found.raw_force_plate_force[:3]).all()
+    np.testing.assert_allclose(found.raw_force_plate_force[4:, 1], (500 + 100 * TIMES)[4:], rtol=1e-3)
+
+
+def test_corners_known_and_unknown(standing):
+    square = np.arange(12.0).reshape(4, 3)
+    known = plate(standing.force_ground, standing.cop_ground, corners_ground=square)
+    found = trial_header(capture(known, standing)).force_plate_corners
+    np.testing.assert_array_equal(found[:12], square.reshape(-1))
+    assert np.isnan(found[12:]).all()
+    assert len(found) == 24
+
+
+def test_names_of_all_trials():
+    other = Markers(("T10", "LASI"), np.zeros((10, 2, 3)), RATE)
+    assert marker_names([capture(), capture(markers=other)]) == ("C7", "T10", "LASI")

@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
 from solver.capture.formats.b3d.schema import B3dFile, Header, PassFrames, SensorFrames
 from solver.common.errors import CaptureError
-from solver.export.b3d import writer
-from solver.export.b3d.writer import write_b3d
 
 
 def with_second(subject, **changes) -> B3dFile:
@@ -58,7 +56,7 @@ def test_over_the_file_it_was_read_from(subject, tmp_path):
 
 def test_in_pieces(subject, tmp_path, monkeypatch):
     write_b3d(subject, tmp_path / "whole.b3d")
-    monkeypatch.setattr(writer, "FRAMES_AT_ONCE", 2)
+    monkeypatch.setattr("solver.capture.formats.b3d.b3d_file.FRAMES_AT_ONCE", 2)
     write_b3d(subject, tmp_path / "pieces.b3d")
     assert (tmp_path / "pieces.b3d").read_bytes() == (tmp_path / "whole.b3d").read_bytes()
 

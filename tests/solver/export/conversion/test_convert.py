@@ -8,16 +8,14 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import FootEvent
-from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
 from solver.capture.formats.c3d import read_c3d
 from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.formats.trc import read_trc
 from solver.common.errors import CaptureError
 from solver.export.b3d.from_fit import fit_to_b3d
-from solver.export.b3d.writer import write_b3d
 from solver.export.c3d_file import write_c3d
-from solver.export.conversion.convert import convert
-from solver.export.conversion.formats import FOLDER, READERS, WRITERS
+from solver.export.conversion.convert import FOLDER, READERS, WRITERS, convert
 from solver.export.conversion.opensim_set import PLATES, read_opensim_set, write_plates
 from solver.export.conversion.recordings import read_marker_file
 from solver.export.opensim import export_opensim
@@ -120,7 +118,7 @@ def test_a_plate_that_may_count_the_other_way_is_told_and_left(recording, tmp_pa
     turned = replace(second, force_ground=-second.force_ground, moment_ground=-second.moment_ground)
     write_c3d(tmp_path / "open.c3d", replace(recording, plates=(first, turned)))
     done = convert(tmp_path / "open.c3d", tmp_path / "open.mot")
-    assert any("plate 2: which way its force counts cannot be told" in note for note in done.notes)
+    assert any("plate 2: which way its force counts is not clear" in note for note in done.notes)
     found = read_storage(tmp_path / "open.mot").column("ground_force_2_vy")
     np.testing.assert_allclose(found, -second.force_ground[:, 1], atol=1e-3)
 

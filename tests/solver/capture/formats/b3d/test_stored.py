@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.capture.formats.b3d.stored import stored_passes
 
 

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import ImportedReason, Subject
+from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
 from solver.capture.formats.b3d.places import recording_of, results_folder_of, subject_folder_of
-from solver.capture.formats.b3d.reader import read_b3d
 from solver.capture.formats.b3d.schema import B3dFile
 from solver.capture.subject.subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
-from solver.export.b3d.writer import write_b3d
 
 
 def save(subject, path, about=(), **of_header):

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.formats.b3d.reader import read_b3d
+from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
+from solver.capture.formats.b3d.recording import trials_in
 from solver.capture.formats.b3d.schema import B3dFile, B3dTrial, Header, SensorFrames, TrialHeader
-from solver.capture.formats.b3d.segments import trials_in
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
-from solver.export.b3d.writer import write_b3d
 
 MARKERS, RATE, FRAMES = 6, 100.0, 60
 CUTS = ((0, 20), (20, 45), (45, 60))

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from solver.capture.formats.c3d_contents import open_c3d
-from solver.capture.formats.c3d_header import read_data, read_header
+from solver.capture.formats.c3d_contents import open_c3d, read_data, read_header
 from solver.common.errors import CaptureError
 
 LASEM = "c3d_lab_trials/lasem_FAILT01/FAILT01_SLDJ06.c3d"

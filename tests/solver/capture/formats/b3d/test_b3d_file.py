@@ -10,10 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from solver.capture.formats.b3d.reader import read_b3d
-from solver.capture.formats.b3d.wire import encoded
+from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
+from solver.capture.formats.b3d.schema import encoded
 from solver.common.errors import CaptureError
-from solver.export.b3d.writer import write_b3d
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from solver.capture.capture import Markers
 from solver.capture.formats.c3d import read_c3d_markers
 from solver.kinematics.marker_naming import name_markers
-from solver.markers.computed_points import computed_points
+from solver.markers.label_families import computed_points
 from solver.markers.mapping_file import map_text
 from solver.markers.understanding import understand
 from solver.skeleton.default_body import default_skeleton

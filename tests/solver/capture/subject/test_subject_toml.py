@@ -1,8 +1,7 @@
 import pytest
 
 from solver.capture.capture import ReleaseWords, Subject, TrialFiles
-from solver.capture.subject.subject_toml import read_subject_toml
-from solver.capture.subject.subject_toml_writing import described_as_toml
+from solver.capture.subject.subject_toml import described_as_toml, read_subject_toml
 from solver.common.errors import CaptureError
 
 WHOLE = """
