@@ -4,7 +4,7 @@ BIN := .venv/bin
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 WORKERS := 2
 
-.PHONY: help setup demo test test-slow lint format docs bench bench-diagnosis bench-faults bench-hidden bench-truth lock clean setup-benchmark
+.PHONY: help setup demo test test-slow lint format docs bench bench-faults bench-hidden bench-truth lock clean setup-benchmark
 
 help:
 	@echo "make setup   .venv with the locked versions"
@@ -14,9 +14,8 @@ help:
 	@echo "make docs    the documentation as a site, in build/site; links checked"
 	@echo "make setup-benchmark   PyTorch for the benchmark's learnt predictors"
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
-	@echo "make bench-diagnosis   hidden effects: named, missed, falsely alarmed; CASES, REAL, OUT, SEED"
 	@echo "make bench-faults      known faults edited into real recordings: right, wrong, missed; FAULTS_OUT, SEED, TIMES"
-	@echo "make bench-hidden      hidden effects for everybody: our answers beside ordinary methods; CASES, HIDDEN_OUT"
+	@echo "make bench-hidden      hidden effects: named, missed, falsely alarmed, beside ordinary methods; CASES, HIDDEN_OUT"
 	@echo "make bench-truth       fits against known and experts' motions; TRUTH_OUT"
 
 setup: .venv/installed
@@ -61,16 +60,6 @@ docs: .venv/docs-installed
 bench: setup
 	$(ONE_THREAD) $(BIN)/python -m benchmarks $(ARGS)
 
-# Picks up where it was stopped, as long as OUT is the same.
-CASES := 300
-REAL := 60
-OUT := $(CURDIR)/build/diagnosis
-bench-diagnosis: setup
-	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis make --out $(OUT) --cases $(CASES) --real $(REAL) \
-	  $(if $(SEED),--seed $(SEED))
-	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis run --out $(OUT) $(ARGS)
-	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis score --out $(OUT) --page benchmarks/DIAGNOSIS.md
-
 # Picks up where it was stopped, as long as FAULTS_OUT is the same.
 FAULTS_OUT := $(CURDIR)/build/faults
 bench-faults: setup
@@ -82,6 +71,7 @@ bench-faults: setup
 # Picks up where it was stopped. Whoever publishes the cases keeps HIDDEN_OUT/truth to themselves.
 HIDDEN_OUT := $(CURDIR)/build/hidden
 HIDDEN_SEED := 1
+CASES := 300
 bench-hidden: setup
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.hidden make --out $(HIDDEN_OUT)/cases --truth $(HIDDEN_OUT)/truth \
 	  --cases $(CASES) --seed $(HIDDEN_SEED)

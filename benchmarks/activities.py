@@ -14,7 +14,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
 from jaxtyping import Float
@@ -22,11 +21,13 @@ from scipy.optimize import minimize
 
 import solver.gait
 from benchmarks.recordings import data_folder
-from solver.capture.capture import Subject, TrialFiles
+from solver.capture.capture import TrialFiles
 from solver.capture.subject.subject import open_subject
 from solver.common.gravity import GRAVITY
-from solver.fitting import pipeline
-from solver.fitting.fit import Fit, TrialFit
+from solver.common.progress import silent
+from solver.fitting.fit import TrialFit
+from solver.fitting.model_stage import read_recordings
+from solver.fitting.pipeline import fit_markers
 from solver.fitting.settings import settings_for
 from solver.gait.activities import load_of
 from solver.gait.activity import LEARNT, Activity
@@ -221,33 +222,18 @@ def recorded(folder: Path) -> Iterator[Example]:
         )
 
 
-class _TrackedError(Exception):
-    """The markers are fitted: forces are not asked for."""
-
-    def __init__(self, skeleton: Skeleton, trials: Sequence[TrialFit]) -> None:
-        super().__init__()
-        self.skeleton, self.trials = skeleton, trials
-
-
 def _tracked(folder: str, trials: Sequence[str]) -> dict[str, tuple[Skeleton, TrialFit, float]]:
-    """The motion of the markers, and loads by foot; the fit ends there, since suggestions need no more."""
+    """The motion of the markers, and loads by foot: suggestions need no more of a fit."""
     subject = open_subject(data_folder() / folder)
     if STATIC in trials:
         assert subject.static is not None
         subject = replace(subject, trials=(*subject.trials, TrialFiles(STATIC, subject.static)))
-
-    def ends(
-        _subject: Subject, groundwork: object, fits: Sequence[TrialFit], *_: object, **__: object
-    ) -> Fit:
-        raise _TrackedError(groundwork.skeleton, fits)  # type: ignore[attr-defined]
-
-    with patch.object(pipeline, "apply_reviews", ends):
-        try:
-            pipeline.solve(subject, settings_for(subject.folder), trials=trials)
-        except _TrackedError as found:
-            mass = subject.mass_kg or found.skeleton.mass
-            return {trial.capture.name: (found.skeleton, trial, mass) for trial in found.trials}
-    raise AssertionError
+    settings = settings_for(subject.folder)
+    chosen = [files for files in subject.trials if files.name in trials]
+    state = read_recordings(subject, chosen, settings)
+    state = fit_markers(state, settings, silent)
+    mass = subject.mass_kg or state.skeleton.mass
+    return {trial.capture.name: (state.skeleton, trial, mass) for trial in state.trials}
 
 
 def learnt(examples: Sequence[Example]) -> Weights:

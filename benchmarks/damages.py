@@ -21,8 +21,8 @@ import numpy as np
 from addb_viewer import Plate, Subject
 from addb_viewer.api.fit import Fit
 from addb_viewer.api.recording import Recording, recording_from
+from benchmarks.markdown import write_section
 from benchmarks.recordings import data_folder, described_folders
-from benchmarks.sections import write_section
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.errors import SolverError

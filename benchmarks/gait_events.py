@@ -21,18 +21,15 @@ import numpy as np
 
 from benchmarks.gait_plates import (
     RECORDINGS,
-    Load,
     Points,
     Recording,
     Step,
-    lag_ms,
     mean_of,
     measured,
     steps_of,
 )
-from benchmarks.gait_thresholds import Feet, chosen_elsewhere, feet_of, words
+from benchmarks.markdown import write_section
 from benchmarks.recordings import data_folder
-from solver.gait.settings import GaitSettings
 
 PAGE = Path(__file__).parent / "GAIT.md"
 
@@ -42,19 +39,10 @@ SWING_S = 0.25  # [s] before a contact and after a foot-off, in which the same f
 WALKING_M_S = 0.4  # [m/s] slower, a person stands or shuffles
 BARS_MS = {"contact": 20.0, "foot-off": 30.0}
 
-PAGE_TEXT = """# Gait events from the feet alone
+SECTION = """## Events against plates
 
-{date}. Made by `python -m benchmarks.gait_events`; the judge shares no code with `solver/gait`. It reads the
-plates itself, at their own rate: MOT files by their columns, C3D files by ezc3d. Truth is where the vertical
-force, zero level off, crosses 20 N for at least 0.06 s and reaches 150 N. The program gets a copy of the
-folder without forces, plates and events, and is asked by `addb-viewer export --to csv`.
-
-The bar, for each recording: contact within 20 ms and foot-off within 30 ms (RMS), none missed, none extra.
-An event is missed where none of that foot and kind is within 0.15 s. It is extra where it matches none and
-plates tell what the foot did: anywhere, where they measure every step; else from 0.25 s before a measured
-contact to 0.25 s after the foot-off. In brackets the mean: positive where the program is late. {edge}
-events lie within 0.03 s of a recording's first or last frame and are not asked for. In the Camargo
-recording, frames in which the pelvis makes less than 0.4 m/s do not count: the person stands.
+{date}. Made by `python -m benchmarks.gait_events`. {edge} events lie within 0.03 s of a
+recording's first or last frame and are not asked for.
 
 | recording | contacts | RMS ms | foot-offs | RMS ms | missed | extra | within the bar |
 |---|---|---|---|---|---|---|---|
@@ -62,48 +50,11 @@ recording, frames in which the pelvis makes less than 0.4 m/s do not count: the 
 
 {wrong}
 
-No threshold was chosen on the last four files: they were read for the first time when the thresholds stood.
-A foot that slides on after it lands makes a contact hard to place: see `walk_rajagopal2015` in the last
-table.
-
-## Plates that are no judge
+### Plates that are no judge
 
 | recording | contacts | RMS ms | foot-offs | RMS ms | missed | extra | within the bar |
 |---|---|---|---|---|---|---|---|
 {others}
-
-The forces of `exo_apo_gordon` are early against its markers. By how much is told without the solver: the
-vertical acceleration of the pelvis' markers against the sum of the plates, of all recordings in which
-plates measure every step. Positive: forces late. The simulated recording, which is in step by construction,
-tells how exact this is.
-
-| recording | lag ms |
-|---|---|
-{lags}
-
-Not asked, for want of forces that can be read apart from the program, or of feet: `c3dorg_sample28` and
-`561xxa01_anonym` (ezc3d finds no analog rate), `c3dorg_sample10` TYPE-2 and TYPE-4 (labels that mean
-nothing), `Analysis.c3d` (no markers), `results.b3d` (the person of `opencap_subject4`, forces at the
-frames). `weird.mot`, `subject02_grf_HiFreq.mot` and `EA21.mot` hold forces alone.
-
-## Events that laboratories stored in C3D files
-
-Feet alone against the events in the file. *At the end*: within 0.03 s of the first or last frame, not asked
-for.
-
-| recording | contacts | RMS ms | foot-offs | RMS ms | missed | at the end |
-|---|---|---|---|---|---|---|
-{stored}
-
-## Thresholds chosen on some persons and judged on others
-
-Every other person of the table above is in one half. Four thresholds are chosen anew on each half, out of
-625 combinations, by the squared errors in units of the bars, and judged on the other half, which they have
-not seen.
-
-| recording | contacts | RMS ms | foot-offs | RMS ms | missed | extra | within the bar | thresholds |
-|---|---|---|---|---|---|---|---|---|
-{halves}
 """
 
 
@@ -203,22 +154,6 @@ def _told(row: dict[str, str], begin_s: float) -> Told:
     )
 
 
-def stored_events(recording: Recording) -> list[Told]:
-    """Events that a laboratory stored in a C3D file."""
-    if not recording.markers.endswith(".c3d"):
-        return []
-    content = ezc3d.c3d(str(data_folder() / recording.folder / recording.markers))
-    stored = content["parameters"].get("EVENT", {})
-    if "LABELS" not in stored:
-        return []
-    header = content["header"]["points"]
-    minutes, seconds = np.array(stored["TIMES"]["value"])
-    times = 60 * minutes + seconds - header["first_frame"] / header["frame_rate"]
-    kinds = {"Foot Strike": "contact", "Foot Off": "foot-off"}
-    sides_and_labels = zip(stored["CONTEXTS"]["value"], stored["LABELS"]["value"], times, strict=True)
-    return [Told(side.lower(), kinds[label], float(time)) for side, label, time in sides_and_labels]
-
-
 def judged(recording: Recording, points: Points, steps: Sequence[Step], told: Sequence[Told]) -> Verdict:
     """Match what was told with what was measured, each once, the nearest first."""
     end_s = float(points.times[-1])
@@ -300,9 +235,7 @@ class Case:
 
     recording: Recording
     points: Points
-    loads: Sequence[Load]
     steps: Sequence[Step]
-    folder: Path
     told: Sequence[Told]
 
     @property
@@ -310,21 +243,12 @@ class Case:
         """On the events of the program's table."""
         return judged(self.recording, self.points, self.steps, self.told)
 
-    def verdict_with(self, feet: Feet, settings: GaitSettings) -> Verdict:
-        """On the events that other thresholds would make."""
-        begin_s = float(feet.motion.times[0])
-        told = [
-            Told("right" if feet.bodies[e.foot].endswith("_r") else "left", e.kind.value, e.time_s - begin_s)
-            for e in feet.events(settings)
-        ]
-        return judged(self.recording, self.points, self.steps, told)
-
 
 def case_of(recording: Recording, folder: Path) -> Case:
     """Read the plates, and let the program see the markers."""
     points, loads = measured(recording)
     steps = steps_of(recording, points, loads)
-    return Case(recording, points, loads, steps, folder, told_from_feet(recording, folder))
+    return Case(recording, points, steps, told_from_feet(recording, folder))
 
 
 def row_of(name: str, verdict: Verdict) -> str:
@@ -338,52 +262,8 @@ def row_of(name: str, verdict: Verdict) -> str:
     return f"| {name} | {' | '.join(cells)} |"
 
 
-def stored_row(case: Case, stored: Sequence[Told]) -> str:
-    """A line of the table of events that laboratories stored."""
-    end_s = float(case.points.times[-1])
-    inside = [event for event in stored if EDGE_S < event.time_s < end_s - EDGE_S]
-    errors, missed, _ = matched(inside, case.told)
-    cells = [f"{len(found)} | {_rms_of(found)}" for found in errors.values()]
-    return f"| {case.recording.name} | {' | '.join(cells)} | {len(missed)} | {len(stored) - len(inside)} |"
-
-
-def _rms_of(errors: Sequence[float]) -> str:
-    return f"{1000 * float(np.sqrt(np.mean(np.square(errors)))):.0f}" if errors else "–"
-
-
-def harm(verdict: Verdict) -> float:
-    """Squared errors in units of the bars; one missed or extra weighs as one at three times its bar."""
-    squares = [
-        (error / (BARS_MS[kind] / 1000)) ** 2 for kind, found in verdict.errors.items() for error in found
-    ]
-    squares += [9.0] * (len(verdict.missed) + len(verdict.extra))
-    return float(np.mean(squares)) if squares else 0.0
-
-
-def halves(cases: Sequence[Case]) -> list[str]:
-    """Lines of the table of thresholds chosen on the other half of the persons."""
-    judged_cases = {case.recording.name: case for case in cases if not case.recording.excluded}
-    feet = {name: feet_of(case.folder, case.recording.trial) for name, case in judged_cases.items()}
-    persons: dict[str, list[str]] = {}
-    for name, case in judged_cases.items():
-        persons.setdefault(case.recording.folder, []).append(name)
-    chosen = chosen_elsewhere(
-        persons, lambda name, settings: harm(judged_cases[name].verdict_with(feet[name], settings))
-    )
-    return [
-        f"{row_of(name, judged_cases[name].verdict_with(feet[name], settings))} {words(settings)} |"
-        for name, settings in chosen.items()
-    ]
-
-
-def page(cases: Sequence[Case]) -> str:
-    """GAIT.md."""
-    lags = [
-        f"| {case.recording.name} | {lag_ms(case.recording, case.points, case.loads):+.0f} |"
-        for case in cases
-        if case.recording.all_steps
-    ]
-    stored = [stored_row(case, events) for case in cases if (events := stored_events(case.recording))]
+def section(cases: Sequence[Case]) -> str:
+    """As Markdown."""
     judges = [row_of(case.recording.name, case.verdict) for case in cases if not case.recording.excluded]
     others = [row_of(case.recording.name, case.verdict) for case in cases if case.recording.excluded]
     wrong = [
@@ -393,13 +273,10 @@ def page(cases: Sequence[Case]) -> str:
         for event in events
     ]
     edge = sum(case.verdict.at_edge for case in cases if not case.recording.excluded)
-    return PAGE_TEXT.format(
+    return SECTION.format(
         date=date.today(),
         judges="\n".join(judges),
         others="\n".join(others),
-        lags="\n".join(lags),
-        stored="\n".join(stored),
-        halves="\n".join(halves(cases)),
         wrong="\n".join(wrong) or "Nothing is missed and nothing is extra.",
         edge=edge,
     )
@@ -418,7 +295,7 @@ def main() -> None:
                 cases.append(case_of(recording, (given.folder or Path(scratch)) / str(k)))
                 print(row_of(recording.name, cases[-1].verdict), flush=True)
         if not given.only:
-            PAGE.write_text(page(cases))
+            write_section(PAGE, "gait_events", section(cases))
 
 
 if __name__ == "__main__":

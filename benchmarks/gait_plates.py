@@ -1,15 +1,13 @@
 """Walks and runs with plates, read without the program: text files by their columns, C3D files by ezc3d."""
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import ezc3d
 import numpy as np
 from jaxtyping import Float
-from scipy.signal import butter, filtfilt
 
+from benchmarks.faults.editor.recording import read_mot, read_trc
 from benchmarks.recordings import data_folder
 
 LEVEL_N = 20.0  # [N] vertical force of a contact
@@ -17,8 +15,6 @@ LEAST_PEAK_N = 150.0  # [N] a load that never reaches it is no step
 SHORTEST_S = 0.06  # [s] nor is a shorter one
 JOINED_S = 0.03  # [s] a foot that goes from plate to plate stands on
 UNLOADED_N, UNLOADED_S = 30.0, 0.1  # [N, s] readings below tell the zero level, if there are so many
-LAG_CUTOFF_HZ = 8.0  # of the comparison of clocks
-LAG_ENDS_S = 0.12  # [s] of a recording's ends that it leaves out
 
 
 @dataclass(frozen=True)
@@ -32,7 +28,7 @@ class Recording:
     right: tuple[str, ...]
     left: tuple[str, ...]
     all_steps: bool = False  # whether plates measure every step of it
-    pelvis: tuple[str, ...] = ()  # markers that tell the pace and the lag of the plates' clock
+    pelvis: tuple[str, ...] = ()  # markers that tell the pace
     stands: bool = False  # whether the person also stands, in frames that do not count
     lone: bool = False  # a file without a subject's folder
     excluded: str = ""  # why its plates are no judge
@@ -124,38 +120,6 @@ class Load:
     centre: Float[np.ndarray, "samples 3"]  # [m]
 
 
-def trc_points(file: Path) -> Points:
-    """A TRC file, by its columns."""
-    lines = file.read_text(encoding="latin-1").splitlines()
-    names = [name for name in lines[3].rstrip().split("\t")[2:] if name.strip()]
-    metres = 0.001 if re.search(r"\bmm\b", lines[2]) else 1.0
-    rows = [line.split("\t") for line in lines[5:] if re.match(r"\s*\d", line)]
-    table = np.full((len(rows), 2 + 3 * len(names)), np.nan)
-    for k, row in enumerate(rows):
-        for column, cell in enumerate(row[: table.shape[1]]):
-            if cell.strip():
-                table[k, column] = float(cell)
-    span = table[-1, 1] - table[0, 1]
-    times = np.linspace(0.0, span, len(rows))
-    places = {name.strip(): metres * table[:, 2 + 3 * k : 5 + 3 * k] for k, name in enumerate(names)}
-    return Points(times, places, float(table[0, 1]))
-
-
-def mot_loads(file: Path, begin_s: float) -> list[Load]:
-    """A MOT file of forces, by its columns; `begin_s` is the first frame's time on the file's clock."""
-    lines = [line for line in file.read_text(encoding="latin-1").splitlines() if line.strip()]
-    after = next(k for k, line in enumerate(lines) if line.strip().lower() == "endheader") + 1
-    names = lines[after].split()
-    table = np.array([[float(cell) for cell in line.split()] for line in lines[after + 1 :]])
-    times = np.linspace(table[0, 0], table[-1, 0], len(table)) - begin_s
-    loads = []
-    for column, name in enumerate(names):
-        if name.endswith("vy") and "force" in name:
-            at = [names.index(name[:-2] + "p" + axis) for axis in "xyz"]
-            loads.append(Load(times, table[:, column], table[:, at]))
-    return loads
-
-
 def c3d_points(content: ezc3d.c3d) -> Points:
     """Markers of a C3D file."""
     parameters = content["parameters"]["POINT"]
@@ -189,8 +153,13 @@ def measured(recording: Recording) -> tuple[Points, list[Load]]:
     if recording.markers.endswith(".c3d"):
         content = ezc3d.c3d(str(folder / recording.markers), extract_forceplat_data=True)
         return c3d_points(content), c3d_loads(content)
-    points = trc_points(folder / recording.markers)
-    return points, mot_loads(folder / recording.forces, points.begin_s)
+    labels, positions, times = read_trc(folder / recording.markers)
+    places = {label: positions[:, k] for k, label in enumerate(labels)}
+    points = Points(times - times[0], places, float(times[0]))
+    plates, force_times = read_mot(
+        folder / recording.forces, "contradicting"
+    )  # pressures as the file says them
+    return points, [Load(force_times - times[0], plate.force[:, 1], plate.pressure) for plate in plates]
 
 
 def steps_of(recording: Recording, points: Points, loads: Sequence[Load]) -> list[Step]:
@@ -244,28 +213,3 @@ def _crossings(load: Load) -> Iterator[tuple[float | None, float | None, slice]]
         on = crossed(first) if first > 0 else None
         off = crossed(end) if end < len(vertical) else None
         yield on, off, slice(first, end)
-
-
-def lag_ms(recording: Recording, points: Points, loads: Sequence[Load]) -> float:
-    """How late all plates together are against the vertical acceleration of the pelvis' markers [ms].
-
-    The pelvis is not the centre of mass: a recording made by a simulation, in step by construction, tells how
-    far that carries.
-    """
-    rate = (len(points.times) - 1) / float(points.times[-1])
-    height = _smooth(mean_of(points, recording.pelvis)[:, 1], rate)
-    acceleration = np.gradient(np.gradient(height, 1 / rate), 1 / rate)
-    times = loads[0].times
-    force = np.sum([np.interp(times, load.times, np.nan_to_num(load.vertical)) for load in loads], axis=0)
-    force = _smooth(force, 1 / float(times[1] - times[0]))
-    inner = (points.times > LAG_ENDS_S) & (points.times < points.times[-1] - LAG_ENDS_S)
-    lags = np.arange(-40, 41) * 0.002
-    alike = [
-        np.corrcoef(np.interp(points.times[inner] + lag, times, force), acceleration[inner])[0, 1]
-        for lag in lags
-    ]
-    return 1000 * float(lags[int(np.argmax(alike))])
-
-
-def _smooth(values: Float[np.ndarray, " samples"], rate: float) -> Float[np.ndarray, " samples"]:
-    return np.asarray(filtfilt(*butter(2, LAG_CUTOFF_HZ / (rate / 2)), values))

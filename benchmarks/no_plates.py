@@ -27,8 +27,8 @@ from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.results import Result, read_results
 from addb_viewer.benchmark.tables import JUDGED, markdown, ranked, with_best_baseline
 from addb_viewer.commands.cli import app
+from benchmarks.markdown import write_section
 from benchmarks.recordings import data_folder
-from benchmarks.sections import write_section
 from benchmarks.truth.recorded import ACTIVITY
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial

@@ -1,6 +1,8 @@
-"""The real recordings: every folder with a subject's description below $ADDB_DATA."""
+"""The real recordings, every folder that describes a subject below $ADDB_DATA; and which code reads them."""
 
+import hashlib
 import os
+import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -49,3 +51,18 @@ def recordings_of(subject: Subject, trial: str) -> list[Markers]:
     files = next(t for t in subject.trials if t.name == trial)
     found = [read_trial(files, reading).markers]
     return [*found, read_static(subject.static, reading).markers] if subject.static else found
+
+
+def program_version() -> str:
+    """The last commit that changed the program's packages, and what differs from it."""
+    packages = [f":/{name}" for name in ("solver", "addb_viewer", "annotations")]
+
+    def told_by(*words: str) -> str:
+        git = ["git", "-C", str(Path(__file__).parent), *words, "--", *packages]
+        return subprocess.run(git, capture_output=True, text=True, check=True).stdout
+
+    try:
+        commit, edits = told_by("log", "-1", "--format=%h").strip(), told_by("diff", "HEAD")
+    except (OSError, subprocess.CalledProcessError):
+        return "of no known version"
+    return f"{commit}+{hashlib.sha256(edits.encode()).hexdigest()[:7]}" if edits else commit

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.faults.names import NAMES
+from benchmarks.faults.judge import NAMES
 from solver.diagnosis.causes.about import OF_EACH_TRIAL, Place
 from solver.diagnosis.causes.catalogue import ABOUT
 from solver.simulate.faults.cases import IDS as HIDDEN
@@ -38,7 +38,7 @@ def test_the_catalogue_names_each_parameter_that_is_read_out(one):
 def test_each_cause_is_hidden_in_recordings_by_other_code(id):
     assert id in {*HIDDEN, *EDITED}, (
         f"nothing hides {id}: hide it in solver/simulate/faults/, or edit it in benchmarks/faults/editor/"
-        " and name it as right in benchmarks/faults/names.py"
+        " and name it as right in benchmarks/faults/judge.py"
     )
 
 

@@ -3,14 +3,13 @@
 import argparse
 import json
 import secrets
-import subprocess
 from pathlib import Path
 
-from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
-from benchmarks.faults.editor.kinds import CLEAN, KINDS
-from benchmarks.faults.editor.making import make
-from benchmarks.faults.page import load, page, summary
-from benchmarks.recordings import data_folder
+from benchmarks.diagnosing import CPU_LIMIT_S, run_all
+from benchmarks.faults.editor.draw import CLEAN, KINDS, make
+from benchmarks.faults.page import load, section, summary
+from benchmarks.markdown import write_section
+from benchmarks.recordings import data_folder, program_version
 
 
 def main() -> None:
@@ -26,8 +25,7 @@ def main() -> None:
     running.add_argument("--workers", type=int, default=1, help="cases at a time")
     running.add_argument("--only", default="", help="part of a case's name")
     scoring = commands.add_parser("score", help="print the rates")
-    scoring.add_argument("--page", type=Path, help="also written as a page of its own")
-    scoring.add_argument("--also", type=Path, nargs="*", default=[], help="other draws, told after it")
+    scoring.add_argument("--page", type=Path, help="page whose section is also written")
     for command in (making, running, scoring):
         command.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
@@ -38,7 +36,7 @@ def main() -> None:
         run_all(out, limit_s=given.limit, only=given.only, workers=given.workers)
     else:
         if given.page:
-            given.page.write_text(page(out, data_folder(), given.also), encoding="utf-8")
+            write_section(given.page, "faults", section(out))
         print(summary(load(out)))
 
 
@@ -51,18 +49,15 @@ def _make(out: Path, seed: int | None, times: int | None, kinds: list[str] | Non
     kinds = begun.get("kinds", []) if kinds is None else kinds
     out.mkdir(parents=True, exist_ok=True)
     count = make(out, data_folder(), seed, times, kinds)
-    about = {"seed": seed, "times": times, "kinds": kinds, "cases": count, "code": _code()}
+    about = {
+        "seed": seed,
+        "times": times,
+        "kinds": kinds,
+        "cases": count,
+        "code": f"code {program_version()}",
+    }
     listing.write_text(json.dumps(about, indent=1) + "\n")
     print(f"seed {seed}: {count} cases in {out}")
-
-
-def _code() -> str:
-    command = ["git", "-C", str(Path(__file__).parent), "rev-parse", "--short", "HEAD"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return "code without a version"
-    return f"code {done.stdout.strip()}"
 
 
 if __name__ == "__main__":

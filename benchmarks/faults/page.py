@@ -1,4 +1,4 @@
-"""The page of a run."""
+"""The section of a run."""
 
 import json
 from collections import Counter
@@ -9,70 +9,28 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.diagnosis.rates import rate, table
-from benchmarks.faults.distance import undecidable
-from benchmarks.faults.editor.kinds import CLEAN, KINDS
+from benchmarks.faults.editor.draw import CLEAN, KINDS
 from benchmarks.faults.editor.sources import SOURCES
 from benchmarks.faults.judge import FAULTED, UNTOUCHED, Verdict, judged, with_seconds
-from benchmarks.faults.soundness import soundness
+from benchmarks.markdown import rate, table
 
-AGREE = 0.8  # correlation from which on a lag means something
+SECTION = """## The draw
 
-PAGE = """# Known faults in real recordings
-
-Made by `make bench-faults`, seed {seed}, {code}: {answered} of {planned} cases answered. Each is a sound
-stretch of a real recording into whose files one fault was edited, by an editor that shares no code with the
-solver (`benchmarks/faults/editor`); or one that was changed without harm (axes turned and moved, another
-stretch, half the samples of force), or not at all. The program is asked as a person asks it:
-`addb-viewer diagnose FOLDER --json FILE`. *Right*: the fault's name, at its place and within 30 % of its size
-or three stated deviations; or corrected on reading, with a note that says so. *Class*: names that belong to
-the same place and kind only (`names.py`), or no name, and the loudest direct check says so; right where the
-answer lists at most three, the fault among them, and the recording tells no more (`distance.py`: D below
-5 nats, from the edit itself). *Wrong*: any other name, and not the right one. A *lead* is no name: the answer
-itself calls it likelier wrong than right. *Very sure*: a confidence of 97 % or more. Rates come with their
-95 % interval (Wilson).
+Made by `make bench-faults`, seed {seed}, {code}: {answered} of {planned} cases answered.
 {note}
-## All
+### All
 
 {summary}
 
-## By kind of fault
+### By kind of fault
 
 {kinds}
 
-## What was left alone, by recording
+### What was left alone, by recording
 
 {clean}
 
-## Why these stretches are sound
-
-By their raw files, without a model of the body (`soundness.py`). Every contact of a stretch is on a
-plate: seen in markers and forces, frame by frame. *Carried*: mean force less what the markers' mean rise
-asks for. *Empty*: what a plate without load reads. *Off*: typical distance of a loaded centre of pressure
-from the nearest foot marker. *Lag*: of the forces behind the markers' acceleration, by correlation; the
-method itself is good to about 12 ms, as soft tissue and shoes yield. Left out: a treadmill walk and a sprint
-whose clocks stand off from all others by this measure, a landing whose plates carry half a person,
-stretches with steps beside the plates. One doubt is open: in the standing recording pressures lie 8 to
-11 cm before the ankles, no marker shows the trunk, and the file's moments contradict its pressures (they
-were left out); whether the person leans or the plates are elsewhere, its files do not tell.
-
-{sound}
-
-## Case by case
-
-{cases}
-{also}"""
-
-ANOTHER = """
-## Another draw
-
-Seed {seed}, {code}: {answered} of {planned} cases answered. {note}
-
-{summary}
-
-{kinds}
-
-{clean}
+### Case by case
 
 {cases}
 """
@@ -86,10 +44,7 @@ def load(out: Path) -> list[Verdict]:
         if answer["diagnosis"] is not None:
             answer["diagnosis"] = with_seconds(answer["diagnosis"])
         truth = truth_of(out, path.stem)
-        verdict = judged(truth, answer)
-        if verdict.outcome == "class" and undecidable(out, truth, answer["diagnosis"]):
-            verdict = replace(verdict, outcome="right", as_a_class=True)
-        verdicts.append(verdict)
+        verdicts.append(judged(truth, answer))
     sources = {v.case: truth_of(out, v.case)["source"] for v in verdicts}
     alone = {(sources[v.case], name) for v in verdicts if v.kind == CLEAN for name in v.beside}
     return [
@@ -104,50 +59,25 @@ def truth_of(out: Path, case: str) -> dict[str, Any]:
     return truth
 
 
-def page(out: Path, data: Path, also: Sequence[Path] = ()) -> str:
+def section(out: Path) -> str:
     """Markdown.
 
     Args:
-        out: of the draw.
-        data: all real recordings.
-        also: other draws, told after it; what `note.txt` says of any stands above its figures.
+        out: of the draw; what its `note.txt` says stands above the figures.
     """
-    verdicts = load(out)
-    about = json.loads((out / "cases.json").read_text(encoding="utf-8"))
-    return PAGE.format(
-        seed=about["seed"],
-        code=about["code"],
-        answered=len(verdicts),
-        planned=len(list((out / "truth").glob("*.json"))),
-        summary=summary(verdicts),
-        kinds=by_kind(verdicts),
-        clean=_clean(out, verdicts),
-        sound=_sound(data),
-        cases=_cases(out, verdicts),
-        note=f"\n{said}\n" if (said := _note(out)) else "",
-        also="".join(_another(one) for one in also),
-    )
-
-
-def _note(out: Path) -> str:
-    """What is to be said of a draw, if anything."""
     note = out / "note.txt"
-    return note.read_text(encoding="utf-8").strip() if note.exists() else ""
-
-
-def _another(out: Path) -> str:
     verdicts = load(out)
     about = json.loads((out / "cases.json").read_text(encoding="utf-8"))
-    return ANOTHER.format(
+    return SECTION.format(
         seed=about["seed"],
         code=about["code"],
         answered=len(verdicts),
         planned=len(list((out / "truth").glob("*.json"))),
-        note=_note(out),
         summary=summary(verdicts),
         kinds=by_kind(verdicts),
         clean=_clean(out, verdicts),
         cases=_cases(out, verdicts),
+        note=f"\n{note.read_text(encoding='utf-8').strip()}\n" if note.exists() else "",
     )
 
 
@@ -160,7 +90,6 @@ def summary(verdicts: Sequence[Verdict]) -> str:
     alarms = Counter(v.outcome for v in clean)
     rows = [
         ["faults: right", rate(said["right"], len(faulted))],
-        ["of them as a class that cannot be parted", rate(sum(v.as_a_class for v in faulted), len(faulted))],
         ["faults: right, and another name with it", rate(said["right_but_more"], len(faulted))],
         [
             "of them one that the recording gets left alone as well",
@@ -210,26 +139,6 @@ def _clean(out: Path, verdicts: Sequence[Verdict]) -> str:
         if own:
             rows.append([source.name, *cells, sum(v.very_sure_and_wrong for v in own) or ""])
     return table(["recording", *UNTOUCHED, "very sure"], rows)
-
-
-def _sound(data: Path) -> str:
-    rows = []
-    for source in SOURCES:
-        for stretch, trial in zip(source.stretches, source.read(data).trials, strict=True):
-            found = soundness(trial)
-            rows.append(
-                [
-                    source.name,
-                    f"`{source.person}/{stretch.markers}` {stretch.start_s:g} to {stretch.end_s:g} s",
-                    "" if source.mass_kg is None else f"{source.mass_kg:.1f}",
-                    f"{found.carried_kg:.1f}",
-                    f"{found.unloaded_N:.1f}",
-                    f"{100 * found.off_m:.1f}",
-                    f"{1e3 * found.lag_s:+.0f} ({found.agreement:.2f})" if found.agreement > AGREE else "-",
-                ]
-            )
-    head = ["recording", "stretch", "entered [kg]", "carried [kg]", "empty [N]", "off [cm]", "lag [ms] (r)"]
-    return table(head, rows)
 
 
 def _cases(out: Path, verdicts: Sequence[Verdict]) -> str:

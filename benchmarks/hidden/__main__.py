@@ -33,14 +33,14 @@ def main() -> None:
 
 
 def _make(given: argparse.Namespace) -> None:
-    from benchmarks.hidden.making import make  # noqa: PLC0415
+    from benchmarks.hidden.cases import make  # noqa: PLC0415
 
     make(given.out.resolve(), given.truth.resolve(), given.cases, given.seed)
     print(f"{given.cases} cases in {given.out}, their truths and salts in {given.truth}")
 
 
 def _check(given: argparse.Namespace) -> None:
-    from benchmarks.hidden.sealing import SealError, check_seals  # noqa: PLC0415
+    from benchmarks.hidden.format import SealError, check_seals  # noqa: PLC0415
 
     try:
         print(f"{check_seals(given.list, given.truth)} truths are those that were published")
@@ -49,8 +49,8 @@ def _check(given: argparse.Namespace) -> None:
 
 
 def _score(given: argparse.Namespace) -> None:
+    from benchmarks.hidden.format import SubmissionError, read_submission  # noqa: PLC0415
     from benchmarks.hidden.scorer import judge, read_truths, report  # noqa: PLC0415
-    from benchmarks.hidden.submission import SubmissionError, read_submission  # noqa: PLC0415
 
     truths = read_truths(given.truth)
     try:
@@ -61,15 +61,16 @@ def _score(given: argparse.Namespace) -> None:
 
 
 def _run(given: argparse.Namespace) -> None:
-    from benchmarks.hidden.rows.running import run_all  # noqa: PLC0415
+    from benchmarks.hidden.rows import run_all  # noqa: PLC0415
 
     run_all(given.out.resolve(), given.results.resolve(), given.limit)
 
 
 def _page(given: argparse.Namespace) -> None:
-    from benchmarks.hidden.page import page  # noqa: PLC0415
+    from benchmarks.hidden.page import section  # noqa: PLC0415
+    from benchmarks.markdown import write_section  # noqa: PLC0415
 
-    given.page.write_text(page(given.out, given.truth, given.results), encoding="utf-8")
+    write_section(given.page, "hidden", section(given.out, given.truth, given.results))
 
 
 if __name__ == "__main__":

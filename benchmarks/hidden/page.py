@@ -1,4 +1,4 @@
-"""The page: our answers, and beside them two ordinary methods on the cases that all of them answered."""
+"""The section of the page: our answers, and beside them two ordinary methods on cases that all answered."""
 
 import json
 from collections import Counter
@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.diagnosis.rates import rate, table
-from benchmarks.hidden.classes import CAUSES
-from benchmarks.hidden.rows.versions import versions
+from benchmarks.hidden.format import CAUSES, checked
+from benchmarks.hidden.rows import versions
 from benchmarks.hidden.scorer import (
     CLEAN,
     INSIDE,
@@ -22,7 +21,7 @@ from benchmarks.hidden.scorer import (
     judge,
     read_truths,
 )
-from benchmarks.hidden.submission import checked
+from benchmarks.markdown import rate, table
 
 TITLES = {
     "ours": "`addb-viewer diagnose`",
@@ -33,12 +32,12 @@ TITLES = {
 NAMING_NOTHING = ("torso-shift", "motion-alone")
 SMALL = 300  # cases, below which the page says that they are few
 
-PAGE = """# Hidden effects, in public: how others can be compared
+SECTION = """## The draw
 
 Made by `python -m benchmarks.hidden make | run | page`, {code}: {answered} of {drawn} cases that were drawn,
 {all_groups}. How to take part, and what each figure means: [hidden/FORMAT.md](hidden/FORMAT.md).
 
-## Our answers
+### Our answers
 
 {ours}
 
@@ -54,30 +53,15 @@ How sure the likeliest name is, and how often it is right:
 
 {by_confidence}
 
-## Beside two ordinary methods
+### Beside two ordinary methods
 
 On the {count} cases that every row has answered: {groups}.{few}
 
-- *`addb-viewer diagnose`*: our answer as `--json` prints it; where it names nothing, the chances that it
-  states. It hands in no forces.
-- *Best single cause*: markers fitted without forces, motion and forces low-passed at 10 Hz, each cause by
-  itself as columns of the wrench residual, at every target; probabilities from exp(−BIC/2) of frames 0.1 s
-  apart. No prior, nothing unknown, no faults of markers or of their scale, no swinging mass. What a plate's
-  own fault would do to the held-out forces it does not say. Its filter also takes up what noise of the
-  markers leaves in the motion, in squats most of all; a lower cutoff would help it there.
-- *Torso shifted*: the same fit; the torso's mass, and its centre along two of its axes, make the mean
-  vertical force and the mean horizontal moments vanish. That is the idea of OpenSim's residual reduction,
-  not its program. It names nothing.
-- *Motion alone*: the same fit with nothing changed, which the two before have to beat in held-out forces.
-
 {table}
-
-Intervals of 95 %: Wilson's for rates, bootstrap over cases for the others. Held-out are the forces of each
-trial's last fifth, as the plates read them, with what is wrong with them.
 """
 
 
-def page(out: Path, truth: Path, results: Path) -> str:
+def section(out: Path, truth: Path, results: Path) -> str:
     """Judge our row on all that it answered, and every row on the cases that all rows answered."""
     raw = {row: _answers(results / row) for row in TITLES}
     all_truths = read_truths(truth)
@@ -88,7 +72,7 @@ def page(out: Path, truth: Path, results: Path) -> str:
     columns = {row: _column(row, _judged(answers, truths)) for row, answers in raw.items()}
     names = list(next(iter(columns.values())))
     rows = [[name, *(columns[row][name] for row in TITLES)] for name in names]
-    return PAGE.format(
+    return SECTION.format(
         code="code " + ", ".join(versions(results)),
         answered=len(ours),
         drawn=len(list(out.glob("case_*"))),

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.diagnosis.judge import NEAR, scale_of
-from benchmarks.diagnosis.rates import rate, table
-from benchmarks.hidden.classes import CAUSES, NONE, SOMETHING_ELSE
-from benchmarks.hidden.submission import Answer
+from benchmarks.hidden.format import CAUSES, NONE, SOMETHING_ELSE, Answer
+from benchmarks.markdown import rate, table
 
+NEAR = 0.10  # relative error of a parameter that counts as right
+ABOUT_ONE = ("mass_factor", "scale")  # parameters of which one means nothing happened
+TIME_SCALE_S = 1.0  # a tenth of it is right for an instant
 VERY_SURE = 0.97
 SURE = 0.9
 NAMED = 0.5  # what is likelier wrong than right is a hint, and no name
@@ -149,6 +150,19 @@ def _near(truth: Mapping[str, Any], answer: Answer) -> tuple[bool, ...]:
         for name, value in true.items()
         if name in answer.parameters
     )
+
+
+def scale_of(name: str, parameters: dict[str, float]) -> float:
+    """What a share is of: the value, its distance from one, or the length of its vector."""
+    if name in ABOUT_ONE:
+        return abs(parameters[name] - 1)
+    if name == "time_s":
+        return TIME_SCALE_S
+    for axis in "xyz":
+        if f"_{axis}_" in name:
+            family = [parameters.get(name.replace(f"_{axis}_", f"_{other}_"), 0.0) for other in "xyz"]
+            return float(sum(v * v for v in family) ** 0.5)
+    return abs(parameters[name])
 
 
 def _errors(

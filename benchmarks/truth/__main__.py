@@ -1,9 +1,7 @@
 """`make bench-truth`: make the cases that have no figures yet, then the page."""
 
 import argparse
-import hashlib
 import json
-import sys
 import time
 import traceback
 from collections.abc import Iterator
@@ -11,23 +9,19 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.recordings import data_folder
+from benchmarks.markdown import write_section
+from benchmarks.recordings import data_folder, program_version
 from benchmarks.truth import matched_synthetics, recorded, simulated, synthetic_subject
-from benchmarks.truth.page import page
+from benchmarks.truth.page import section
 from solver.capture.atomic import write_whole
 from solver.common.errors import SolverError
-
-HERE = Path(__file__).parent
-SOLVER = HERE.parents[1] / "solver"
-PARTS = ("synthetic", "simulated", "recorded", "matched_synthetics")
-WORDS = ("__main__.py", "page.py", "tables.py", "account.py", "pooling.py")  # change no figure
 
 
 @dataclass(frozen=True)
 class Case:
     """Recordings that are made and measured together, in one file."""
 
-    part: str  # one of PARTS
+    part: str  # "synthetic", "simulated", "recorded" or "matched_synthetics"
     of: str = ""  # activity or folder
     person: int = 0
 
@@ -71,32 +65,18 @@ def main() -> None:
     parser.add_argument("--any-version", action="store_true", help="keep figures that other code made")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    versions = {part: code_version(part) for part in PARTS}
+    version = program_version()
     chosen = [c for c in cases() if given.only in c.name]
-    due = [c for c in chosen if not _is_made(given.out, c, None if given.any_version else versions[c.part])]
+    due = [c for c in chosen if not _is_made(given.out, c, None if given.any_version else version)]
     started = time.time()
     with ProcessPoolExecutor(given.workers) as pool:
-        for name, seconds in pool.map(_made, due, [given.out] * len(due), [versions[c.part] for c in due]):
+        for name, seconds in pool.map(_made, due, [given.out] * len(due), [version] * len(due)):
             print(f"{name}: {seconds:.0f} s of CPU; {time.time() - started:.0f} s so far", flush=True)
     if given.page is not None:
         found = [
             json.loads(_file(given.out, c).read_text()) for c in cases() if _file(given.out, c).is_file()
         ]
-        write_whole(given.page, page(found, versions))
-
-
-def code_version(part: str) -> str:
-    """A hash of all code that a part's figures rest on: other code, other figures.
-
-    Of the solver what the bench imports; diagnosis and exports change no figure.
-    """
-    digest = hashlib.sha256()
-    sources = [p for p in HERE.glob("*.py") if p.name not in WORDS]
-    imported = [Path(str(m.__file__)) for name, m in sys.modules.items() if name.startswith("solver.")]
-    sources += [p for p in imported if part == "simulated" or SOLVER / "simulate" not in p.parents]
-    for path in sorted(sources):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:12]
+        write_section(given.page, "truth", section(found, version))
 
 
 def _file(out: Path, case: Case) -> Path:

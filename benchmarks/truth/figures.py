@@ -1,10 +1,19 @@
-"""How far a time history is from the truth: errors, peaks, lag, ranges; gain and phase by frequency."""
+"""What the bench keeps of one solved recording: plain numbers, for the page and for later comparisons.
+
+How far a time history is from the truth: errors, peaks, lag, ranges; gain and phase by frequency; and masses
+and lengths of segments, the fit's beside the true ones.
+"""
+
+from collections.abc import Mapping
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from benchmarks.truth.time_history import TimeHistory
+from benchmarks.truth.ways import LABORATORY, OURS, TimeHistory, Ways
 from solver.dynamics.motion_change import band_gains
+from solver.fitting.fit import Fit
+from solver.skeleton.forward import body_poses
+from solver.skeleton.skeleton import Skeleton
 
 TURNING = (
     *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
@@ -159,3 +168,80 @@ def _both(stem: str, time_history: TimeHistory) -> list[str]:
 
 def _rms(values: Float[np.ndarray, " frames"]) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+PARTS = {
+    "trunk": ("pelvis", "torso"),
+    "thigh": ("femur_r", "femur_l"),
+    "shank": ("tibia_r", "tibia_l"),
+    "foot": tuple(f"{bone}_{side}" for bone in ("talus", "calcn", "toes") for side in "rl"),
+}  # masses of both sides together: the fit ties them
+LENGTHS = {
+    "hip width": ("femur_r", "femur_l"),
+    "thigh": ("femur_r", "tibia_r"),
+    "shank": ("tibia_r", "talus_r"),
+    "foot": ("calcn_r", "toes_r"),
+}  # between the origins of these bodies
+
+
+def mass_ratios(fitted: Skeleton, true: Skeleton) -> dict[str, float]:
+    """Fitted over true mass, by part of the body."""
+    ours, theirs = _masses(fitted), _masses(true)
+    return {
+        part: float(sum(ours[n] for n in names) / sum(theirs[n] for n in names))
+        for part, names in PARTS.items()
+        if all(n in ours and n in theirs for n in names)
+    } | {"body": float(fitted.mass / true.mass)}
+
+
+def length_errors_mm(fitted: Skeleton, true: Skeleton) -> dict[str, float]:
+    """Fitted less true length [mm], in the models' neutral poses."""
+    ours, theirs = _lengths(fitted), _lengths(true)
+    return {name: 1000 * (ours[name] - theirs[name]) for name in ours.keys() & theirs.keys()}
+
+
+def _masses(skeleton: Skeleton) -> Mapping[str, float]:
+    return {body.name: body.mass for body in skeleton.bodies}
+
+
+def _lengths(skeleton: Skeleton) -> dict[str, float]:
+    q = skeleton.default_q.copy()
+    for i, dof in enumerate(skeleton.dofs):
+        if dof.startswith("knee_angle"):
+            q[i] = 0.0  # models' knees slide as they bend
+    _, p = body_poses(skeleton, q[None])
+    place = dict(zip(skeleton.body_names, p[0], strict=True))
+    return {
+        name: float(np.linalg.norm(place[a] - place[b]))
+        for name, (a, b) in LENGTHS.items()
+        if a in place and b in place
+    }
+
+
+def against_truth(
+    labels: dict[str, object], fit: Fit, ways: Ways, truth: TimeHistory, true_skeleton: Skeleton
+) -> dict[str, object]:
+    """Figures of a recording whose truth is known.
+
+    Args:
+        labels: of the run: activity, skin movement, model, person.
+        fit: of the recording.
+        ways: of its trial.
+        truth: on the same frames.
+        true_skeleton: that really moved.
+    """
+    return labels | {
+        "ways": {
+            name: figures(time_history, truth, ways.forces_count)
+            for name, time_history in ways.time_histories.items()
+        },
+        "gains": gains_of(ways) | {"truth": gains(truth, ways.raw_marker_fit)},
+        "gains_against_truth": {OURS: gains(ways.time_histories[OURS], truth)},
+        "mass_ratios": mass_ratios(fit.skeleton, true_skeleton),
+        "length_errors_mm": length_errors_mm(fit.skeleton, true_skeleton),
+    }
+
+
+def gains_of(ways: Ways) -> dict[str, object]:
+    """Gain and phase against the unfiltered marker fit."""
+    return {name: gains(ways.time_histories[name], ways.raw_marker_fit) for name in (OURS, LABORATORY)}

@@ -19,8 +19,15 @@ from jaxtyping import Float
 from benchmarks.truth.figures import error_by_band, figures, gains
 from benchmarks.truth.recorded import ACTIVITY, LIMIT_HZ, solved
 from benchmarks.truth.skin import SkinSettings, skin_movement
-from benchmarks.truth.time_history import TimeHistory, time_history_of, torques_of
-from benchmarks.truth.ways import CUTOFFS_HZ, MARKER_FIT, OURS, at_cutoff
+from benchmarks.truth.ways import (
+    CUTOFFS_HZ,
+    MARKER_FIT,
+    OURS,
+    TimeHistory,
+    at_cutoff,
+    time_history_of,
+    torques_of,
+)
 from solver.common.progress import silent
 from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.trajectory.marker_error_levels import MarkerErrorLevels, marker_error_levels

@@ -7,11 +7,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from benchmarks.recordings import data_folder, scaled_reference_models, without_model
-from benchmarks.truth.figures import figures
-from benchmarks.truth.run import gains_of
-from benchmarks.truth.segments import length_errors_mm, mass_ratios
-from benchmarks.truth.time_history import TimeHistory, time_history_of
-from benchmarks.truth.ways import OURS, all_ways, bench_settings
+from benchmarks.truth.figures import figures, gains_of, length_errors_mm, mass_ratios
+from benchmarks.truth.ways import OURS, TimeHistory, all_ways, bench_settings, time_history_of
 from solver.capture.capture import Subject
 from solver.capture.formats.storage import read_storage
 from solver.capture.subject.subject import open_subject
@@ -143,7 +140,6 @@ def _own_markers(folder: str, fit: Fit, trial: TrialFit, settings: Settings) -> 
         "gains": gains_of(ways),
         "against_marker_fit_below_limit": figures(ways.time_histories[OURS], below_limit, ways.forces_count),
         "mass_ratios": mass_ratios(fit.skeleton, fit.groundwork.skeleton) if fit.groundwork else {},
-        "notes": list(fit.notes),
     }
 
 

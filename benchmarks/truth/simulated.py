@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.truth.run import against_truth
+from benchmarks.truth.figures import against_truth
 from benchmarks.truth.skin import skin_movement
-from benchmarks.truth.time_history import TimeHistory, torques_of
-from benchmarks.truth.ways import all_ways, bench_settings
+from benchmarks.truth.ways import TimeHistory, all_ways, bench_settings, torques_of
 from solver.capture.capture import Capture, Markers
 from solver.capture.subject.subject import open_subject
 from solver.fitting.pipeline import solve

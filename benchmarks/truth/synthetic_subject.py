@@ -7,11 +7,9 @@ from functools import cache
 import numpy as np
 
 from benchmarks.recordings import data_folder
-from benchmarks.truth.figures import figures
-from benchmarks.truth.run import against_truth
+from benchmarks.truth.figures import against_truth, figures
 from benchmarks.truth.skin import skin_movement
-from benchmarks.truth.time_history import TimeHistory, time_history_of, torques_of
-from benchmarks.truth.ways import all_ways, bench_settings
+from benchmarks.truth.ways import TimeHistory, all_ways, bench_settings, time_history_of, torques_of
 from solver.capture.capture import Capture, Subject
 from solver.capture.formats.storage import read_storage
 from solver.capture.subject.subject import open_subject
@@ -31,7 +29,6 @@ def runs() -> Iterator[dict[str, object]]:
     """Each amount of skin movement, for each skin."""
     subject, capture, model = recording()
     truth, settings = true_time_history(model, capture), bench_settings()
-    off = float(np.sqrt(np.mean([f["rms"] ** 2 for f in referee().values() if f["rms"] is not None])))
     for person in range(SKINS):
         moved = skin(model, capture, truth, person)
         for size in SKIN_MM if person == 0 else SKIN_MM[1:]:
@@ -39,7 +36,7 @@ def runs() -> Iterator[dict[str, object]]:
             fit = solve(subject, settings, captures={capture.name: replace(capture, markers=shown)})
             ways = all_ways(fit, fit.trials[0], settings, "walk", model)
             labels = {"activity": "walk", "model": "own", "skin_mm": size, "person": person}
-            yield against_truth(labels | {"referee_Nm": off}, fit, ways, truth, model)
+            yield against_truth(labels, fit, ways, truth, model)
 
 
 @cache

@@ -1,24 +1,143 @@
-"""The page's tables, each made from the runs."""
+"""Figures of several runs and coordinates as one number, and the page's tables, each made from the runs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
-from benchmarks.truth.figures import BANDS_HZ
-from benchmarks.truth.pooling import (
-    JOINTS,
-    KINDS,
-    MatchedSyntheticBand,
-    Run,
-    best_cutoff,
-    grouped,
-    lag,
-    mass_shares,
-    matched_synthetic_bands,
-    peak_percent,
-    pooled,
-    range_percent,
-)
+import numpy as np
+
+from benchmarks.markdown import table
+from benchmarks.truth.figures import BANDS_HZ, TURNING
 from benchmarks.truth.recorded import LIMIT_HZ
-from benchmarks.truth.ways import LABORATORY, MARKER_FIT, OURS, at_cutoff
+from benchmarks.truth.ways import CUTOFFS_HZ, LABORATORY, MARKER_FIT, OURS, at_cutoff
+
+Run = Mapping[str, object]
+KINDS = ("angle", "speed", "acceleration", "torque")
+BODY = tuple(d for d in TURNING if not d.startswith("pelvis"))  # legs and trunk
+JOINTS = {
+    "pelvis": ("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
+    "trunk": ("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
+    "hip flexion": ("hip_flexion_r", "hip_flexion_l"),
+    "hip adduction": ("hip_adduction_r", "hip_adduction_l"),
+    "hip rotation": ("hip_rotation_r", "hip_rotation_l"),
+    "knee": ("knee_angle_r", "knee_angle_l"),
+    "ankle": ("ankle_angle_r", "ankle_angle_l"),
+}
+
+
+def values(runs: Sequence[Run], way: str, kind: str, figure: str, dofs: Iterable[str] = BODY) -> list[float]:
+    """One figure of every run and coordinate that has it."""
+    found = []
+    for run in runs:
+        table = run["ways"].get(way, {}).get(kind, {})  # type: ignore[attr-defined]
+        found += [table[d][figure] for d in dofs if d in table and table[d][figure] is not None]
+    return found
+
+
+def pooled(
+    runs: Sequence[Run], way: str, kind: str, dofs: Iterable[str] = BODY, figure: str = "rms"
+) -> float | None:
+    """Root mean square of that figure over runs and coordinates; None where there is none."""
+    found = values(runs, way, kind, figure, dofs)
+    return float(np.sqrt(np.mean(np.square(found)))) if found else None
+
+
+def best_cutoff(
+    runs: Sequence[Run], kind: str, dofs: Iterable[str] = BODY, figure: str = "rms"
+) -> tuple[float, float] | None:
+    """The cut-off [Hz] at which the marker fit comes nearest to the truth, and how near."""
+    tried = [(pooled(runs, at_cutoff(hertz), kind, dofs, figure), hertz) for hertz in CUTOFFS_HZ]
+    known = [(value, hertz) for value, hertz in tried if value is not None]
+    if not known:
+        return None
+    value, hertz = min(known)
+    return hertz, value
+
+
+def grouped(runs: Iterable[Run], *keys: str) -> dict[tuple, list[Run]]:
+    """Runs by these labels, in the order in which they come."""
+    found: dict[tuple, list[Run]] = {}
+    for run in runs:
+        found.setdefault(tuple(run[k] for k in keys), []).append(run)
+    return found
+
+
+def peak_percent(runs: Sequence[Run], way: str, kind: str, dofs: Iterable[str]) -> float | None:
+    """How much the peak is exceeded (or missed, below zero), in per cent of the true one; the mean."""
+    excess, peak = values(runs, way, kind, "peak_excess", dofs), values(runs, way, kind, "peak", dofs)
+    return 100 * float(np.sum(excess) / np.sum(peak)) if peak else None
+
+
+def range_percent(runs: Sequence[Run], way: str, dofs: Iterable[str]) -> float | None:
+    """How much the range of motion is exceeded, in per cent of the true one; the mean."""
+    excess, true = values(runs, way, "angle", "range_excess", dofs), values(runs, way, "angle", "range", dofs)
+    return 100 * float(np.sum(excess) / np.sum(true)) if true else None
+
+
+def lag(runs: Sequence[Run], way: str, kind: str, dofs: Iterable[str]) -> float | None:
+    """Mean lag [ms]."""
+    found = values(runs, way, kind, "lag_ms", dofs)
+    return float(np.mean(found)) if found else None
+
+
+def mass_shares(run: Run) -> dict[str, float]:
+    """Each part's share of the body's mass, fitted over the scaled model's."""
+    masses: dict[str, float] = run["mass_ratios"]  # type: ignore[assignment]
+    return {part: ratio / masses["body"] for part, ratio in masses.items() if part != "body"}
+
+
+@dataclass(frozen=True)
+class MatchedSyntheticBand:
+    """What both matched synthetics of a recording say of a joint in a frequency band."""
+
+    joint: str
+    low_Hz: float
+    gain: float  # of the recording itself
+    right: tuple[float, ...]  # of the truth against the marker fit, by matched synthetic
+    ours_deg: tuple[float, ...]  # error, by matched synthetic
+    markers_deg: tuple[float, ...]  # of the marker fit at the cut-off that is best for the band
+
+    @property
+    def is_bent(self) -> bool:
+        """The recording's gain leaves what is asked for, 0.95 to 1.05."""
+        return not 0.95 <= self.gain <= 1.05
+
+    @property
+    def is_nearer(self) -> bool:
+        """In both synthetics the fit is nearer to the truth than the markers at any cut-off, within 5 %."""
+        return all(a <= 1.05 * b for a, b in zip(self.ours_deg, self.markers_deg, strict=True))
+
+
+def matched_synthetic_bands(pair: Sequence[Run], limit_Hz: float) -> list[MatchedSyntheticBand]:
+    """Of both matched synthetics of one recording, in bands below the limit.
+
+    Args:
+        pair: the runs of the matched synthetics.
+        limit_Hz: up to which a gain of 1 is asked for.
+    """
+    found = []
+    of_recording: dict[str, list[dict[str, float]]] = pair[0]["gains_of_recording"]  # type: ignore[assignment]
+    for joint, bands in of_recording.items():
+        for k, band in enumerate(bands):
+            if band["high_Hz"] > limit_Hz:
+                continue
+            errors = [{w: t[joint][k]["error_deg"] for w, t in r["errors_by_band"].items()} for r in pair]  # type: ignore[attr-defined]
+            found.append(
+                MatchedSyntheticBand(
+                    joint,
+                    band["low_Hz"],
+                    band["gain"],
+                    tuple(r["gains"]["truth"][joint][k]["gain"] for r in pair),  # type: ignore[index]
+                    tuple(e[OURS] for e in errors),
+                    tuple(min(v for w, v in e.items() if w != OURS) for e in errors),
+                )
+            )
+    return found
+
+
+def geometric_mean(ratios: Sequence[float]) -> float:
+    """Of positive numbers."""
+    return float(np.exp(np.mean(np.log(ratios))))
+
 
 DIGITS = {"angle": 2, "speed": 1, "acceleration": 2, "torque": 2}
 FLEXIONS = ("hip flexion", "knee", "ankle")
@@ -34,7 +153,7 @@ def truth_table(runs: Sequence[Run]) -> str:
         for kind in KINDS:
             cells.append(_side_by_side(group, kind))
         rows.append([*cells, _ratio_of_best(group)])
-    return markdown(
+    return table(
         (
             "activity",
             "model",
@@ -82,7 +201,7 @@ def joint_table(runs: Sequence[Run], kind: str) -> str:
             if best:
                 cells[-1] += f"; {best[0]:g} Hz"
             rows.append([activity, joint, *cells])
-    return markdown(("activity", "joint", OURS, MARKER_FIT, LABORATORY, "marker fit at its best"), rows)
+    return table(("activity", "joint", OURS, MARKER_FIT, LABORATORY, "marker fit at its best"), rows)
 
 
 def _joint_cell(group: Sequence[Run], way: str, kind: str, joint: str) -> str:
@@ -110,7 +229,7 @@ def range_table(runs: Sequence[Run]) -> str:
                 )
                 cells.append(f"{_signed(spread)} · {_signed(peak)}")
             rows.append(cells)
-    return markdown(("activity", "skin mm", "joint", OURS, MARKER_FIT, LABORATORY), rows)
+    return table(("activity", "skin mm", "joint", OURS, MARKER_FIT, LABORATORY), rows)
 
 
 def gain_table(runs: Sequence[Run], labels: Sequence[str], way: str) -> str:
@@ -118,11 +237,11 @@ def gain_table(runs: Sequence[Run], labels: Sequence[str], way: str) -> str:
     bands = [f"{low:g}–{high:g} Hz" for low, high in BANDS_HZ]
     rows = []
     for run in runs:
-        for joint, table in run["gains"].get(way, {}).items():  # type: ignore[attr-defined]
-            found = {b["low_Hz"]: b for b in table}
+        for joint, bands_of in run["gains"].get(way, {}).items():  # type: ignore[attr-defined]
+            found = {b["low_Hz"]: b for b in bands_of}
             cells = [_gain_cell(found.get(low)) for low, _ in BANDS_HZ]
             rows.append([*(_plain(run[label]) for label in labels), joint, *cells])
-    return markdown((*labels, "joint", *bands), rows)
+    return table((*labels, "joint", *bands), rows)
 
 
 def _gain_cell(band: dict | None) -> str:
@@ -141,7 +260,7 @@ def segment_table(runs: Sequence[Run]) -> str:
             _each(group, "length_errors_mm", p, "+.0f") for p in ("hip width", "thigh", "shank", "foot")
         ]
         rows.append([activity, model, f"{skin:g}", *masses, *lengths])
-    return markdown(
+    return table(
         (
             *("activity", "model", "skin mm"),
             *("trunk mass", "thigh mass", "shank mass", "foot mass"),
@@ -174,26 +293,13 @@ def reference_table(runs: Sequence[Run]) -> str:
             ]
             cells.append(" / ".join("–" if w is None else f"{w:.2f}" for w in ways))
         rows.append(cells)
-    return markdown(
+    return table(
         (
             *("recording", "trial", "whose", "angles on model"),
             *("pelvis", "hip flexion", "hip adduction", "hip rotation", "knee", "ankle"),
         ),
         rows,
     )
-
-
-def reference_torque_table(runs: Sequence[Run]) -> str:
-    """Torques where somebody published them."""
-    rows = []
-    for run in runs:
-        if run["torques"] is None:
-            continue
-        for joint in JOINTS_BEARING:
-            cells = [_joint_cell([run], way, "torque", joint) for way in (OURS, MARKER_FIT, LABORATORY)]
-            if any(cells):
-                rows.append([str(run["recording"]), f"`{run['torques']}`", joint, *cells])
-    return markdown(("recording", "torques", "joint", OURS, MARKER_FIT, LABORATORY), rows)
 
 
 def own_marker_table(runs: Sequence[Run]) -> str:
@@ -208,7 +314,7 @@ def own_marker_table(runs: Sequence[Run]) -> str:
         masses = mass_shares(run)
         cells += [f"{masses[p]:.2f}" if p in masses else "" for p in ("trunk", "thigh", "shank", "foot")]
         rows.append([*cells, "" if run["fitted_to_forces"] else "not fitted to forces"])
-    return markdown(
+    return table(
         (
             *("recording", "trial", "activity"),
             *FLEXIONS,
@@ -228,7 +334,7 @@ def matched_synthetic_gain_table(runs: Sequence[Run]) -> str:
             of_band = {b.low_Hz: b for b in told if b.joint == joint}
             cells = [_matched_synthetic_cell(of_band[low]) if low in of_band else "" for low, _ in bands]
             rows.append([recording, trial, joint, *cells])
-    return markdown(("recording", "trial", "joint", *(f"{low:g}–{high:g} Hz" for low, high in bands)), rows)
+    return table(("recording", "trial", "joint", *(f"{low:g}–{high:g} Hz" for low, high in bands)), rows)
 
 
 def _matched_synthetic_cell(band: MatchedSyntheticBand) -> str:
@@ -249,7 +355,7 @@ def matched_synthetic_table(runs: Sequence[Run]) -> str:
             cells.append(f"{listed} / {best[1]:.{DIGITS[kind]}f} ({best[0]:g} Hz)" if best else "")
         rows.append(cells)
     units = ("angles °", "speeds °/s", "accelerations rad/s²", "torques N·m")
-    return markdown(("recording", "trial", "matched_synthetic", *units), rows)
+    return table(("recording", "trial", "matched_synthetic", *units), rows)
 
 
 def length_table(runs: Sequence[Run]) -> str:
@@ -269,15 +375,7 @@ def length_table(runs: Sequence[Run]) -> str:
                 *(f"{lengths[n]:+.0f}" if n in lengths else "" for n in names),
             ]
         )
-    return markdown(("recording", "our body", "scaled by hand", *names), rows)
-
-
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table, or a word that there is nothing to show."""
-    if not rows:
-        return "Nothing measured yet."
-    lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
-    return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows])
+    return table(("recording", "our body", "scaled by hand", *names), rows)
 
 
 def _signed(percent: float | None) -> str:

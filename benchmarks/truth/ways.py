@@ -8,13 +8,13 @@
   page takes the one that is best by the truth, for each figure anew: an opponent that nobody can be.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
-from benchmarks.truth.time_history import TimeHistory, time_history_of, torques_of
 from solver.capture.plates.conditioning import condition, shared_cutoff
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.common.filters import low_pass
@@ -22,8 +22,44 @@ from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import Settings
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.motion import Motion
+from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
+
+
+@dataclass(frozen=True)
+class TimeHistory:
+    """One motion on the markers' frames, and what the joints bore."""
+
+    dofs: tuple[str, ...]
+    rate: float  # [Hz]
+    angle: Float[np.ndarray, "frames dofs"]  # [rad or m]
+    speed: Float[np.ndarray, "frames dofs"]
+    acceleration: Float[np.ndarray, "frames dofs"]
+    torque: Float[np.ndarray, "frames dofs"] | None = None  # [N·m or N]; None: no forces
+
+    def with_torque(self, torque: Float[np.ndarray, "frames dofs"] | None) -> "TimeHistory":
+        """The same motion with those torques."""
+        return replace(self, torque=torque)
+
+
+def time_history_of(motion: Motion, torque: Float[np.ndarray, "frames dofs"] | None = None) -> TimeHistory:
+    """A motion with its derivatives."""
+    return TimeHistory(motion.dofs, motion.rate, motion.q, motion.velocity, motion.acceleration, torque)
+
+
+def torques_of(
+    skeleton: Skeleton,
+    motion: Motion,
+    wrench_ground: Float[np.ndarray, "frames feet 6"],
+    foot_bodies: Sequence[str],
+) -> Float[np.ndarray, "frames dofs"]:
+    """Inverse dynamics of a motion under the feet's wrenches [N, N·m about the ground origin]."""
+    feet = [skeleton.body_index(name) for name in foot_bodies]
+    return RigidBodyModel(skeleton).inverse_dynamics(
+        motion.q, motion.velocity, motion.acceleration, wrench_ground, feet
+    )
+
 
 OURS, MARKER_FIT, LABORATORY = "ours", "marker fit", "laboratory"
 CUTOFFS_HZ = (3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)

@@ -14,8 +14,8 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.markdown import write_section
 from benchmarks.recordings import data_folder, described_folders
-from benchmarks.sections import write_section
 from benchmarks.zoo.changes import changed_sets
 from benchmarks.zoo.judge import Answer, Check, checks
 from benchmarks.zoo.truth import Truth, described_truth, read_truth
@@ -93,7 +93,7 @@ def page(rows: list[Row]) -> str:
     }
     understood = sum(row.understood for row in rows)
     silent, told, crashed = count["in silence"], count["told"], count["crashed"]
-    head = f"""# The zoo
+    head = f"""## Sets as laboratories left them
 
 Of {len(rows)} sets of recordings as laboratories left them, **{understood} are understood at the first
 command** ({understood / len(rows):.0%}); {told} are wrong and say so, {silent} are wrong in silence,

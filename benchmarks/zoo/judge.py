@@ -1,4 +1,4 @@
-"""Hold what a program made of a set against what is so."""
+"""Hold what a program made of a set against what is so; of angles, signs and offsets are conventions."""
 
 import re
 import tomllib
@@ -7,15 +7,24 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import ezc3d
 import numpy as np
 
 from addb_viewer import Subject
 from addb_viewer.api.fit import Fit
 from addb_viewer.api.fitted_trial import FittedTrial
-from benchmarks.zoo.angles import agreement, included_agreement
 from benchmarks.zoo.truth import Contact, Interval, TrialTruth, Truth
 from benchmarks.zoo.visit import Visit
 
+LEAST_RANGE_DEG = 15.0  # what moves by less is mostly noise and convention
+FEWEST = 20
+COORDINATES = {
+    "HipAngles": "hip_flexion",
+    "KneeAngles": "knee_angle",
+    "AnkleAngles": "ankle_angle",
+    "ElbowAngles": "elbow_flex",
+}
+SIDES = {"L": "l", "R": "r"}
 EDGE_S = 0.1  # contacts are known to 0.05 s, filtered forces spread by as much
 LONG_S = 0.06  # a shorter stretch of wrong frames is an edge
 LOADED_N = 50.0
@@ -273,23 +282,49 @@ def _human(answer: Answer, trial: FittedTrial) -> Iterator[Check]:
 
 
 def included_checks(truth: TrialTruth, trial: FittedTrial) -> Iterator[Check]:
-    """Angles between three markers."""
+    """Flexions beside the angles that three markers include."""
     for coordinate, *names in truth.included:
         if coordinate not in trial.coordinates.names or not set(names) <= set(trial.markers.names):
             continue
-        follows = included_agreement(_column(trial, coordinate), *(trial.markers[n] for n in names))
+        first, middle, last = (trial.markers[n] for n in names)
+        a, b = first - middle, last - middle
+        cosine = (a * b).sum(axis=1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
+        bent = 180.0 - np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        follows = _correlation(_column(trial, coordinate), bent)
         if follows is not None:
             figure = f"{coordinate} r {follows:.2f} with {'-'.join(names)}"
             yield Check("angles", follows >= FOLLOWS, figure, f"{coordinate}|elbow")
 
 
 def reference_checks(answer: Answer, truth: TrialTruth, trial: FittedTrial) -> Iterator[Check]:
-    """Angles and moments that the file carries itself."""
+    """Sagittal angles that a C3D file carries itself, of both sides, whatever their sign."""
     file = next((f for f in Path(answer.visit.folder).rglob(truth.files[0])), None)
     if file is None or file.suffix.lower() != ".c3d":
         return
-    for found in agreement(file, trial, truth.reference):
-        yield Check("angles", found.follows >= FOLLOWS, found.words, found.coordinate.rsplit("_", 1)[0])
+    contents = ezc3d.c3d(str(file))
+    points = contents["data"]["points"]
+    labels = [label.split(":")[-1] for label in contents["parameters"]["POINT"]["LABELS"]["value"]]
+    for output in truth.reference:
+        for side, ending in SIDES.items():
+            coordinate = f"{COORDINATES[output]}_{ending}"
+            if f"{side}{output}" not in labels or coordinate not in trial.coordinates.names:
+                continue
+            theirs = points[0, labels.index(f"{side}{output}")].astype(float)
+            theirs[theirs == 0.0] = np.nan
+            follows = _correlation(trial.coordinates[coordinate], theirs)
+            if follows is not None:
+                figure = f"{trial.name} {coordinate} r {abs(follows):.2f}"
+                yield Check("angles", abs(follows) >= FOLLOWS, figure, coordinate.rsplit("_", 1)[0])
+
+
+def _correlation(ours: np.ndarray, theirs_deg: np.ndarray) -> float | None:
+    """Of two angles; None where they are of other frames, or move too little."""
+    if len(ours) != len(theirs_deg):
+        return None
+    known = np.isfinite(ours) & np.isfinite(theirs_deg)
+    if known.sum() < FEWEST or np.ptp(theirs_deg[known]) < LEAST_RANGE_DEG:
+        return None
+    return float(np.corrcoef(ours[known], theirs_deg[known])[0, 1])
 
 
 def _is_of(trial: FittedTrial, truth: TrialTruth) -> bool:

@@ -5,7 +5,7 @@ Times are seconds from the first frame of the file. What is None or empty is unk
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -83,17 +83,9 @@ class Truth:
 def read_truth(file: Path) -> Truth:
     """A set's truth file; its schema stands beside the files."""
     told = tomllib.loads(file.read_text(encoding="utf-8"))
-    about = told["set"]
+    about = {("trial_count" if key == "ntrials" else key): value for key, value in told["set"].items()}
     return Truth(
-        persons=about["persons"],
-        usable=about["usable"],
-        why=about["why"],
-        format_told=tuple(about["format_told"]),
-        legs=about.get("legs", True),
-        trial_count=about.get("ntrials"),
-        not_body=tuple(about.get("not_body", ())),
-        choose=tuple(about.get("choose", ())),
-        extra_forces=tuple(about.get("extra_forces", ())),
+        **_fields(Truth, about),
         people=tuple(_person(one) for one in told.get("person", {}).values()),
         trials=tuple(_trial(name, one) for name, one in told.get("trial", {}).items()),
         wrong_if=told.get("wrong_if", {}),
@@ -133,42 +125,27 @@ def _loaded(file: Path) -> bool:
 
 def _person(told: Mapping[str, Any]) -> PersonTruth:
     static = told.get("static")
-    return PersonTruth(
-        _pair(told.get("mass_kg")),
-        _pair(told.get("height_m")),
-        None if static is None else tuple(static.split("|")),
-        tuple(told.get("trials", ())),
-    )
+    named = {} if static is None else {"static": static.split("|")}
+    return PersonTruth(**_fields(PersonTruth, {**told, **named}))
 
 
 def _trial(name: str, told: Mapping[str, Any]) -> TrialTruth:
     plates = {
-        int(key.removeprefix("plate")): PlateTruth(
-            one["zero_N"], one["tolerance_N"], tuple(map(tuple, one["loaded"]))
-        )
+        int(key.removeprefix("plate")): PlateTruth(**_fields(PlateTruth, one))
         for key, one in told.items()
         if key.startswith("plate") and isinstance(one, dict)
     }
-    of_table = [(foot, start, end) for _, foot, start, end in told.get("mot_loaded", ())]
+    of_table = tuple((foot, start, end) for _, foot, start, end in told.get("mot_loaded", ()))
     if of_table:
-        plates = {0: PlateTruth(0.0, float("inf"), tuple(of_table))}
-    found = TrialTruth(
-        name,
-        (told.get("markers_file", f"{name}.trc"), *told.get("also", ())),
-        told.get("frames"),
-        None,
-        plates,
-        told.get("listed_until_s"),
-        tuple(map(tuple, told.get("partly", ()))),
-        tuple(map(tuple, told.get("off_plate", ()))),
-        told.get("plates_dead", False),
-        _pair(told.get("force_offset_ms")),
-        tuple(told.get("computed_points", ())),
-        tuple(map(tuple, told.get("included", ()))),
-        tuple(told.get("reference", ())),
-    )
-    return replace(found, seen=tuple(map(tuple, told["seen"]))) if "seen" in told else found
+        plates = {0: PlateTruth(0.0, float("inf"), of_table)}
+    files = (told.get("markers_file", f"{name}.trc"), *told.get("also", ()))
+    return TrialTruth(**_fields(TrialTruth, told) | {"name": name, "files": files, "plates": plates})
 
 
-def _pair(values: Any) -> Interval | None:
-    return None if values is None else (float(values[0]), float(values[1]))
+def _fields(of: type, told: Mapping[str, Any]) -> dict[str, Any]:
+    """What a file says of these fields, lists as tuples."""
+    return {field.name: _as_tuples(told[field.name]) for field in fields(of) if field.name in told}
+
+
+def _as_tuples(value: Any) -> Any:
+    return tuple(map(_as_tuples, value)) if isinstance(value, list) else value

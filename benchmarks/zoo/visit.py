@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from benchmarks.recordings import program_version
+
 COMMANDS = ("init", "fit", "diagnose")
 LONGEST_S = 1800
 DESCRIPTIONS = ("subject.toml", "_subject.json", "settings.toml", "markers.toml")
@@ -52,7 +54,7 @@ def visited(source: Path, out: Path) -> Visit:
         source: the set.
         out: where its copy and the answers lie.
     """
-    kept, code = out / "visit.json", code_of_the_program()
+    kept, code = out / "visit.json", program_version()
     if kept.exists():
         found = Visit(**json.loads(kept.read_text(encoding="utf-8")))
         if found.code == code:
@@ -69,24 +71,6 @@ def visited(source: Path, out: Path) -> Visit:
     visit = Visit(str(copy), code, status, said, seconds)
     kept.write_text(json.dumps(asdict(visit), indent=1), encoding="utf-8")
     return visit
-
-
-def code_of_the_program() -> str:
-    """Tree of the program's packages in git, and what differs from it."""
-    root = Path(__file__).resolve().parents[2]
-    packages = ("solver", "addb_viewer", "annotations")
-    trees = [f"HEAD:{name}" for name in packages]
-    git = ("git", "-C", str(root))
-    head = subprocess.run([*git, "rev-parse", *trees], capture_output=True, text=True, check=True).stdout
-    edits = subprocess.run([*git, "diff", "HEAD", "--", *packages], capture_output=True, check=True).stdout
-    return " ".join(head.split()) + (f" {hash_of(edits)}" if edits else "")
-
-
-def hash_of(data: bytes) -> str:
-    """A short name for these bytes."""
-    import hashlib  # noqa: PLC0415 (rarely needed)
-
-    return hashlib.sha256(data).hexdigest()[:12]
 
 
 def _not_as_found(folder: str, names: list[str]) -> set[str]:

@@ -8,14 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.faults.editor import clocks, markers, people, plates
-from benchmarks.faults.editor.fault import NoPlaceError
-from benchmarks.faults.editor.files import read_mot, read_trc, write_folder
-from benchmarks.faults.editor.kinds import CLEAN, KINDS
-from benchmarks.faults.editor.making import make
-from benchmarks.faults.editor.recording import Plate, Recording, Trial
+from benchmarks.faults.editor import edits, plates
+from benchmarks.faults.editor.draw import CLEAN, KINDS, make
+from benchmarks.faults.editor.recording import (
+    NoPlaceError,
+    Plate,
+    Recording,
+    Trial,
+    read_mot,
+    read_trc,
+    write_folder,
+)
 from benchmarks.faults.editor.sources import SOURCES
-from benchmarks.faults.names import NAMES
+from benchmarks.faults.judge import NAMES
 
 
 @pytest.fixture
@@ -52,7 +57,7 @@ def test_the_editor_knows_nothing_of_what_it_judges():
     """Imported in a process of its own; what is judged must not make the cases."""
     judged = "('solver', 'addb_viewer', 'annotations')"
     asked = (
-        "import sys, benchmarks.faults.editor.making; "
+        "import sys, benchmarks.faults.editor.draw; "
         f"print([m for m in sys.modules if m.split('.')[0] in {judged}])"
     )
     said = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
@@ -151,7 +156,7 @@ def test_an_object_weighs_as_much_loaded_and_empty(recording):
 
 @pytest.mark.parametrize("lag", [0.02, 0.15])
 def test_late_forces_carry_the_past(recording, lag):
-    changed, _ = edited(recording, clocks.late([lag]))
+    changed, _ = edited(recording, edits.late([lag]))
     trial, old = changed.trials[0], recording.trials[0]
     assert trial.times[0] >= lag
     was = np.interp(trial.force_times - lag, old.force_times, old.plates[1].force[:, 1])
@@ -159,7 +164,7 @@ def test_late_forces_carry_the_past(recording, lag):
 
 
 def test_one_late_plate_leaves_the_other(recording):
-    changed, fault = edited(recording, clocks.one_plate_late(0.03))
+    changed, fault = edited(recording, edits.one_plate_late(0.03))
     trial, other = changed.trials[0], 1 - (fault.plate - 1)
     kept = np.isin(recording.trials[0].force_times, trial.force_times)
     np.testing.assert_array_equal(trial.plates[other].force, recording.trials[0].plates[other].force[kept])
@@ -170,13 +175,13 @@ def test_a_smoothed_force_has_lost_half_its_power_at_the_cutoff(recording):
     force = trial.plates[1].force.copy()
     force[:, 1] = 400 + 100 * np.sin(2 * np.pi * 5.0 * trial.force_times)
     recording = recording.with_trial(0, trial.with_plate(1, replace(trial.plates[1], force=force)))
-    changed, _ = edited(recording, clocks.smoothed(5.0))
+    changed, _ = edited(recording, edits.smoothed(5.0))
     middle = changed.trials[0].plates[1].force[600:1400, 1] - 400
     assert np.abs(middle).max() == pytest.approx(100 / np.sqrt(2), rel=0.02)
 
 
 def test_a_slip_moves_one_marker_rigidly_from_a_moment_on(recording):
-    changed, fault = edited(recording, markers.slipped(0.03))
+    changed, fault = edited(recording, edits.slipped(0.03))
     old, new = recording.trials[0], changed.trials[0]
     m, first = old.labels.index(fault.markers[0]), np.searchsorted(old.times, fault.times_s[0])
     away = np.linalg.norm(new.positions - old.positions, axis=2)
@@ -186,7 +191,7 @@ def test_a_slip_moves_one_marker_rigidly_from_a_moment_on(recording):
 
 
 def test_cloth_carries_neighbours_without_changing_their_distances(recording):
-    changed, fault = edited(recording, markers.carried_by_cloth(0.03))
+    changed, fault = edited(recording, edits.carried_by_cloth(0.03))
     old, new = recording.trials[0], changed.trials[0]
     moved = [old.labels.index(name) for name in fault.markers]
     assert len(moved) == 4
@@ -197,7 +202,7 @@ def test_cloth_carries_neighbours_without_changing_their_distances(recording):
 
 
 def test_exchanged_labels_change_back(recording):
-    changed, fault = edited(recording, markers.labels_exchanged(0.4))
+    changed, fault = edited(recording, edits.labels_exchanged(0.4))
     old, new = recording.trials[0], changed.trials[0]
     a, b = (old.labels.index(name) for name in fault.markers)
     inside = (old.times >= fault.times_s[0]) & (old.times <= fault.times_s[1])
@@ -208,7 +213,7 @@ def test_exchanged_labels_change_back(recording):
 def test_a_harness_lightens_the_plates_by_its_pull_at_the_pelvis(recording):
     trial = replace(recording.trials[0], labels=("A", "R.ASIS", "C", "D", "LPSI", "F"))
     both = recording.with_trial(0, trial.cut(0.0, 1.1))
-    changed, fault = edited(both, people.supported(0.2))
+    changed, fault = edited(both, edits.supported(0.2))
     old, new = both.trials[0], changed.trials[0]
     lost = sum(p.force - q.force for p, q in zip(old.plates, new.plates, strict=True))
     np.testing.assert_allclose(lost, np.tile([0.0, fault.size["force_N"], 0.0], (len(lost), 1)), atol=1e-9)
@@ -220,7 +225,7 @@ def test_a_harness_lightens_the_plates_by_its_pull_at_the_pelvis(recording):
     light = tuple(replace(p, force=0.01 * p.force, moment=0.01 * p.moment) for p in trial.plates)
     too_light = recording.with_trial(0, replace(trial, plates=light))
     with pytest.raises(NoPlaceError):
-        edited(too_light, people.supported(0.2))
+        edited(too_light, edits.supported(0.2))
 
 
 def test_every_kind_has_names_that_count_as_right():

@@ -1,11 +1,11 @@
-"""The page of known faults: a run, and other draws told after it with what is to say of them."""
+"""The section of known faults: a draw, and what is to say of it."""
 
 import json
 
 import pytest
 
 from benchmarks.faults import page as module
-from benchmarks.faults.page import load, page
+from benchmarks.faults.page import load, section
 
 TRUTH = {"kind": "other_mass", "source": "walk", "plate": None, "markers": [], "times_s": None, "size": {}}
 NAMED = {"id": "subject_mass", "target": "all", "confidence": 0.8, "parameters": {}, "frames": []}
@@ -43,21 +43,12 @@ def test_a_name_that_the_recording_gets_left_alone_as_well_is_marked(draw):
         assert next(v for v in load(out) if v.case == "case_000").also_alone == marked
 
 
-@pytest.mark.parametrize(("told_apart", "outcome"), [(False, "right"), (True, "class")])
-def test_a_class_that_the_recording_cannot_part_is_right(draw, monkeypatch, told_apart, outcome):
-    monkeypatch.setattr(module, "undecidable", lambda out, truth, figures: not told_apart)
-    (verdict,) = load(draw("first", [NAMED | {"id": "carried_mass"}]))
-    assert (verdict.outcome, verdict.as_a_class) == (outcome, not told_apart)
-
-
-def test_another_draw_stands_after_the_first_with_its_code_and_note(draw, tmp_path, monkeypatch):
+def test_the_section_counts_what_is_right_and_holds_the_note(draw, monkeypatch):
     monkeypatch.setattr(module, "SOURCES", ())
     first, other = draw("first", [NAMED]), draw("other", [])
     (other / "note.txt").write_text("Kinds whose causes had changed.\n")
-    alone, both = page(first, tmp_path), page(first, tmp_path, [other])
-    assert both.startswith(alone)
-    told = both[len(alone) :]
+    told = section(other)
     assert "code of other: 1 of 1 cases" in told
     assert "Kinds whose causes had changed." in told
-    assert "| faults: right | 100 %" in alone
+    assert "| faults: right | 100 %" in section(first)
     assert "| faults: right | 0 %" in told

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from benchmarks.gait_events import Told, judged, without_forces
-from benchmarks.gait_plates import RECORDINGS, Load, Points, Recording, Step, lag_ms, steps_of
+from benchmarks.gait_plates import RECORDINGS, Load, Points, Recording, Step, steps_of
 
 WALK = Recording("folder", "walk", "m.trc", "f.mot", ("R",), ("L",))
 
@@ -56,23 +56,6 @@ def test_each_event_is_matched_once_and_the_rest_is_missed_or_extra():
     assert not verdict.passes
     everywhere = Recording("folder", "walk", "m.trc", "f.mot", ("R",), ("L",), all_steps=True)
     assert len(judged(everywhere, points(), steps, told).extra) == 3
-
-
-def test_a_lag_of_the_plates_is_found():
-    """Forces of a pelvis that bobs at 2 Hz with a slower sway, 20 ms late."""
-    bob = points()
-    height = 0.02 * np.sin(4 * np.pi * bob.times) + 0.01 * np.sin(2 * np.pi * 0.7 * bob.times)
-    bob.places["hip"][:, 1] = height
-
-    def acceleration(t):
-        return -0.02 * (4 * np.pi) ** 2 * np.sin(4 * np.pi * t) - 0.01 * (1.4 * np.pi) ** 2 * np.sin(
-            1.4 * np.pi * t
-        )
-
-    times = np.arange(4000) / 1000
-    plate = Load(times, 70 * (9.81 + acceleration(times - 0.02)), np.zeros((4000, 3)))
-    recording = Recording("folder", "walk", "m.trc", "f.mot", ("R",), ("L",), pelvis=("hip",))
-    assert lag_ms(recording, bob, [plate]) == pytest.approx(20.0, abs=2.0)
 
 
 @pytest.mark.real

@@ -5,10 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.hidden import drawing, making
-from benchmarks.hidden.classes import CAUSES, NONE, SOMETHING_ELSE
-from benchmarks.hidden.drawing import CLEAN, INSIDE, OUTSIDE, OVERSIZES, draw_setting, plan_public
-from benchmarks.hidden.sealing import Salts, SealError, check_seals, kept_salts, seal
+from benchmarks.hidden import cases
+from benchmarks.hidden.cases import CLEAN, INSIDE, OUTSIDE, OVERSIZES, draw_setting, plan_public
+from benchmarks.hidden.format import (
+    CAUSES,
+    NONE,
+    SOMETHING_ELSE,
+    Salts,
+    SealError,
+    check_seals,
+    kept_salts,
+    seal,
+)
 from solver.simulate.faults.cases import IDS
 from solver.simulate.faults.hidden import UNSIZED
 from solver.simulate.faults.physical import UNKNOWN
@@ -31,14 +39,14 @@ def made_twice(tmp_path_factory):
     world = short(plan_world(np.random.default_rng(5), "walk", "treadmill"))
     with pytest.MonkeyPatch.context() as patch:
         drawn = (world, replace(draw_handout(np.random.default_rng(1), "generic"), zeroed=True))
-        patch.setattr(drawing, "draw_setting", lambda rng: (*drawn, int(rng.integers(2**31))))
-        patch.setattr(drawing, "IDS", ("plate_gain", "subject_mass"))
+        patch.setattr(cases, "draw_setting", lambda rng: (*drawn, int(rng.integers(2**31))))
+        patch.setattr(cases, "IDS", ("plate_gain", "subject_mass"))
         (root / "truth").mkdir()
         (root / "truth" / "salts.json").write_text('{"draw": "%s"}' % ("5a" * 16))
-        making.make(root / "out", root / "truth", COUNT, 3)
+        cases.make(root / "out", root / "truth", COUNT, 3)
         (root / "again_truth").mkdir()
         (root / "again_truth" / "salts.json").write_bytes((root / "truth" / "salts.json").read_bytes())
-        making.make(root / "again", root / "again_truth", COUNT, 3)
+        cases.make(root / "again", root / "again_truth", COUNT, 3)
     return root
 
 
@@ -64,7 +72,7 @@ def test_nothing_that_is_handed_out_tells_the_truth(made_twice):
         keys.add(tuple(line.split("=")[0] for line in (folder / "subject.toml").read_text().splitlines()))
         models.add((folder / "model.osim").read_bytes())
         for path in (folder, *folder.rglob("*")):
-            assert path.stat().st_mtime == making.FILE_TIME_S
+            assert path.stat().st_mtime == cases.FILE_TIME_S
         for path in folder.iterdir():
             text = path.read_text(encoding="utf-8").lower()
             assert not [word for word in TELLTALES if word in text], path

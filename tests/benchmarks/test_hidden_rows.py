@@ -6,14 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.hidden.classes import CAUSES
-from benchmarks.hidden.page import TITLES, page
-from benchmarks.hidden.rows.balance import MarkerBalance
-from benchmarks.hidden.rows.causes import LOADED, TOUCHED
-from benchmarks.hidden.rows.least_squares import best_single_cause
-from benchmarks.hidden.rows.ours import answer_of
-from benchmarks.hidden.rows.torso_shift import with_torso_shifted
-from benchmarks.hidden.rows.versions import note_version, versions
+from benchmarks.hidden.format import CAUSES
+from benchmarks.hidden.ordinary import LOADED, TOUCHED, MarkerBalance, best_single_cause, with_torso_shifted
+from benchmarks.hidden.page import TITLES, section
+from benchmarks.hidden.rows import answer_of, note_version, versions
 from tests.benchmarks.test_hidden_scoring import truth
 
 G = 9.80665
@@ -173,7 +169,7 @@ def test_the_page_judges_ours_on_all_and_every_row_on_what_all_answered(tmp_path
     note_version(tmp_path / "results")
     note_version(tmp_path / "results")
     (version,) = versions(tmp_path / "results")
-    text = page(tmp_path / "out", tmp_path / "truth", tmp_path / "results")
+    text = section(tmp_path / "out", tmp_path / "truth", tmp_path / "results")
     assert f"page`, code {version}: 2 of 2 cases that were drawn,\n2 inside the list" in text
     assert "On the 1 cases that every row has answered: 1 inside the list, 0 outside it, 0 clean." in text
     own, beside = text.split("## Beside")

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.hidden.classes import CAUSES, NONE, SOMETHING_ELSE
+from benchmarks.hidden.format import CAUSES, NONE, SOMETHING_ELSE, Answer, SubmissionError, read_submission
 from benchmarks.hidden.scorer import calibration_error, figures, judge, read_truths
-from benchmarks.hidden.submission import Answer, SubmissionError, read_submission
 from solver.simulate.faults.cases import IDS
 
 ROOT = Path(__file__).parents[2]

@@ -5,9 +5,8 @@ import pytest
 from scipy.signal import butter, freqz
 
 from benchmarks.truth.figures import figures, gains, inner, lag_ms
-from benchmarks.truth.pooling import best_cutoff, peak_percent, pooled, range_percent
-from benchmarks.truth.time_history import TimeHistory, time_history_of
-from benchmarks.truth.ways import OURS, at_cutoff, low_passed_markers
+from benchmarks.truth.tables import best_cutoff, peak_percent, pooled, range_percent
+from benchmarks.truth.ways import OURS, TimeHistory, at_cutoff, low_passed_markers, time_history_of
 from solver.common.filters import low_pass
 from solver.kinematics.motion import Motion
 

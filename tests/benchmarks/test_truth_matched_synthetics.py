@@ -5,10 +5,9 @@ import pytest
 
 from benchmarks.truth import matched_synthetics
 from benchmarks.truth.figures import error_by_band
-from benchmarks.truth.pooling import kept_movement, matched_synthetic_bands
 from benchmarks.truth.recorded import solved
-from benchmarks.truth.time_history import time_history_of, torques_of
-from benchmarks.truth.ways import OURS, at_cutoff
+from benchmarks.truth.tables import matched_synthetic_bands
+from benchmarks.truth.ways import OURS, at_cutoff, time_history_of, torques_of
 from solver.dynamics.material_acceleration import required_ground
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
@@ -79,25 +78,3 @@ def test_bands_tell_who_is_nearer():
     assert nearer.markers_deg == (0.2, 0.2)
     assert not not_nearer.is_nearer
     assert matched_synthetic_bands([run, run], 4.0) == []
-
-
-def test_movement_kept_is_told_and_whether_the_rest_was_movement():
-    def against(range_excess, speed_excess):
-        return {
-            "angle": {"knee_angle_r": {"range": 50.0, "range_excess": range_excess}},
-            "speed": {"knee_angle_r": {"peak": 100.0, "peak_excess": speed_excess}},
-        }
-
-    where = {"recording": "a walk", "trial": "1"}
-    own = {**where, "fitted_to_forces": True, "against_marker_fit_below_limit": against(-0.5, -10.0)}
-    matched_synthetic = {
-        **where,
-        "against_marker_fit_below_limit": {OURS: against(0, -8.0), "truth": against(0, -9.0)},
-    }
-    kept, lost = kept_movement([own], [matched_synthetic, matched_synthetic], ("knee",))
-    assert (kept.figure, kept.percent, kept.is_kept) == ("range of motion", -1.0, True)
-    assert (lost.figure, lost.percent, lost.is_kept) == ("peak speed", -10.0, False)
-    assert lost.is_nearer  # 1 % from the truth, where the markers below the limit are 9 % from it
-    worse = {**where, "against_marker_fit_below_limit": {OURS: against(0, -8.0), "truth": against(0, 1.0)}}
-    assert not kept_movement([own], [matched_synthetic, worse], ("knee",))[1].is_nearer
-    assert kept_movement([own], [], ("knee",))[1].is_nearer is None

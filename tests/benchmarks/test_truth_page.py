@@ -3,15 +3,14 @@
 import numpy as np
 
 from benchmarks.truth.figures import figures, gains
-from benchmarks.truth.page import page
-from benchmarks.truth.time_history import time_history_of
-from benchmarks.truth.ways import CUTOFFS_HZ, LABORATORY, MARKER_FIT, OURS, at_cutoff
+from benchmarks.truth.page import section
+from benchmarks.truth.ways import CUTOFFS_HZ, LABORATORY, MARKER_FIT, OURS, at_cutoff, time_history_of
 from solver.common.filters import low_pass
 from solver.kinematics.motion import Motion
 
 DOFS = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r", "lumbar_extension")
 RATE = 100.0
-VERSIONS = dict.fromkeys(("synthetic", "simulated", "recorded"), "abc")
+VERSION = "abc"
 
 
 def case(activity="walk", version="abc", error=None):
@@ -44,7 +43,7 @@ def case(activity="walk", version="abc", error=None):
 
 
 def test_ours_stands_beside_the_best_filter():
-    text = page([case()], VERSIONS)
+    text = section([case()], VERSION)
     row = next(line for line in text.splitlines() if line.startswith("| walk | own | 5 |"))
     angles = row.split("|")[4]
     ours, _, _, best = (part.strip() for part in angles.split("/"))
@@ -57,9 +56,9 @@ def test_ours_stands_beside_the_best_filter():
 
 
 def test_faults_and_figures_of_other_code_are_told():
-    text = page([case(version="old", error="no frame shows three markers")], VERSIONS)
+    text = section([case(version="old", error="no frame shows three markers")], VERSION)
     assert "1 of 1 files of figures are of other code" in text
     assert "no frame shows three markers" in text
-    whole = page([case()], VERSIONS)
+    whole = section([case()], VERSION)
     assert "other code" not in whole
     assert "Not measured" not in whole

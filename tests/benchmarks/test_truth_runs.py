@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.truth import recorded, simulated, synthetic_subject
 from benchmarks.truth.figures import figures, inner
-from benchmarks.truth.pooling import pooled
+from benchmarks.truth.tables import pooled
 from benchmarks.truth.ways import LABORATORY, MARKER_FIT, OURS, all_ways, bench_settings, feet_wrenches
 from solver.fitting.pipeline import solve
 from solver.skeleton.forward import marker_positions

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.diagnosis.judge import judged
 from solver.simulate.faults import recorded
 from solver.simulate.faults.cases import IDS, OVERGROUND_ONLY, made, one_case
 from solver.simulate.faults.hidden import UNSIZED, write_recording
 from tests.hidden_effects.conftest import short_plan
+from tests.hidden_effects.judging import judged
 
 diagnose = pytest.importorskip(
     "solver.diagnosis.diagnose", reason="solver.diagnosis is not there yet: nothing looks for hidden effects"

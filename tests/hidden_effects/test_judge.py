@@ -1,11 +1,8 @@
-"""How answers are judged against the truth, and counted by kind and size."""
+"""How answers are judged against the truth."""
 
 import pytest
 
-from benchmarks.diagnosis.curves import curves
-from benchmarks.diagnosis.judge import Verdict, judged, overlap, parameter_scores
-from benchmarks.diagnosis.rates import smallest_found, table, wilson
-from benchmarks.diagnosis.score import Scored
+from tests.hidden_effects.judging import judged, overlap, parameter_scores
 
 
 def truth(*effects, kind="single"):
@@ -123,49 +120,3 @@ def test_parameters_are_near_within_a_tenth_or_two_deviations():
 def test_overlap_is_intersection_over_union():
     assert overlap([[0, 10]], [[5, 15]]) == pytest.approx(1 / 3)
     assert overlap([[0, 10]], [["walk", 0, 10]]) == 1.0
-
-
-def answered(id, size, outcome, activity="walk"):
-    truth = {"effects": [{"id": id, "size": size}], "world": {"world": {"activity": activity}}}
-    return Scored(truth, {}, Verdict("case", "single", outcome))
-
-
-CASES = [
-    *[answered("clock_offset", 0.5, outcome) for outcome in ("right", "missed", "wrong", "class")],
-    *[answered("clock_offset", 1.0, "right")] * 4,
-    *[answered("drag", 1.0, "missed")] * 4,
-    answered("drag", 1.0, "right", "squat"),
-    answered("plate_swap", 1.0, "right"),
-]
-
-
-def test_named_and_noticed_are_counted_by_size_and_squats_are_apart():
-    told = curves(CASES).splitlines()[2:]
-    assert told == [
-        "| walk | × 0.5 | 38 % [9, 78] (1.5/4) | 75 % [30, 95] (3/4) |",
-        "| walk | × 1 | 50 % [22, 78] (4/8) | 50 % [22, 78] (4/8) |",
-        "| squat | × 1 | 100 % [21, 100] (1/1) | 100 % [21, 100] (1/1) |",
-    ]
-
-
-def test_wilsons_interval_against_the_quadratic_it_solves():
-    """Its ends are the rates p for which (p̂ − p)² = z² p (1 − p) / n."""
-    for hits, count in ((0, 150), (3, 150), (95, 100), (28.5, 30)):
-        for end in wilson(hits, count):
-            p = hits / count
-            assert (p - end) ** 2 == pytest.approx(1.959964**2 * end * (1 - end) / count, abs=1e-12)
-
-
-def test_two_percent_need_about_a_hundred_and_fifty_clean_recordings_without_an_alarm():
-    assert wilson(0, 150)[1] == pytest.approx(0.025, abs=0.001)
-
-
-def test_the_smallest_size_found_is_found_at_all_larger_ones():
-    sizes = [0.5] * 4 + [1.0] * 4 + [1.5] * 4
-    assert smallest_found(sizes, [0, 1, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1]) == 1.0
-    assert smallest_found(sizes, [1, 1, 1, 1, 0, 1, 1, 1, 1, 1, 1, 1]) == 1.5
-    assert smallest_found(sizes, [1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 1, 1]) is None
-
-
-def test_a_table_is_markdown():
-    assert table(["a", "b"], [[1, "x"]]) == "| a | b |\n|---|---|\n| 1 | x |"

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.faults.editor import clocks, plates
-from benchmarks.faults.editor.files import write_folder
+from benchmarks.faults.editor import edits, plates
+from benchmarks.faults.editor.recording import write_folder
 from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.subject.subject import open_subject
 from solver.dynamics.com_trajectory import MassEstimate
@@ -54,7 +54,7 @@ def nominal(fit):
     [
         (WALKS, "turned", plates.turned(90.0)),
         (WALKS, "object", plates.standing_object(8.0, 0.2)),
-        (RUN, "late", clocks.late([0.03])),
+        (RUN, "late", edits.late([0.03])),
     ],
 )
 def test_a_fault_moves_no_segment(fitted, name, what, edit):
@@ -75,7 +75,7 @@ def test_a_trial_that_contradicts_the_others_does_not_weigh_the_body(fitted):
 
 
 def test_a_note_names_segments_that_a_late_clock_asks_for(fitted):
-    faulty = fitted(RUN, "late", clocks.late([0.03]))
+    faulty = fitted(RUN, "late", edits.late([0.03]))
     (note,) = [n for n in faulty.notes if "better with other segment masses" in n]
     assert "tibia_r and tibia_l 1." in note
     assert not any("better with other segment masses" in n for n in fitted(WALKS).notes)

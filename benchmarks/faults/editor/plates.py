@@ -5,8 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.faults.editor.fault import STANCE_S, Edit, Fault, NoPlaceError, drawn_plate, stretches
-from benchmarks.faults.editor.recording import Plate, Recording, Trial
+from benchmarks.faults.editor.recording import (
+    STANCE_S,
+    Edit,
+    Fault,
+    NoPlaceError,
+    Plate,
+    Recording,
+    Trial,
+    drawn_plate,
+    stretches,
+)
 
 GRAVITY = 9.80665  # [m/s²]
 POUND_N = 4.4482216

@@ -3,8 +3,7 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchmarks.faults.editor.files import read_mot, read_trc
-from benchmarks.faults.editor.recording import Recording, Trial
+from benchmarks.faults.editor.recording import Recording, Trial, read_mot, read_trc
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import json
 import pytest
 
 from addb_viewer.app.app import start
-from benchmarks.queue_page import write_root
+from tests.addb_viewer.app.root_of_many import write_root
 from tests.patience import PATIENCE_MS
 
 axe = pytest.importorskip("axe_playwright_python.base", reason="axe-playwright-python is not installed")

@@ -88,7 +88,7 @@ def test_it_is_written_whole_or_not_at_all(report, tmp_path):
 
 
 def test_a_long_recording_stays_small():
-    from benchmarks.recordings_speed import synthetic_fit
+    from benchmarks.speed.stages import synthetic_fit
 
     page = subject_page(SubjectReport(recording_of(synthetic_fit())))
     assert len(page.encode()) < 5e6

@@ -27,7 +27,7 @@ def test_what_lies_freed_below_something_that_stays_goes_back_to_the_system():
 FREED = """
 import sys
 from solver.common.memory_release import {what}
-from benchmarks.processes import resident_megabytes
+from benchmarks.speed.measuring import resident_megabytes
 import os, numpy as np
 {before}
 np.ones({size})  # freed at once: from then on C's library keeps arrays of such a size, if it may

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.referee import referee
+from benchmarks.opensim_reference import referee
 from solver.capture.formats.storage import read_storage
 from solver.common.errors import FitError
 from solver.contact.wrenches import FrameMask

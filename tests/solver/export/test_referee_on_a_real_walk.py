@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.referee import referee
+from benchmarks.opensim_reference import referee
 from solver.capture.subject.subject import open_subject
 from solver.common.gravity import GRAVITY
 from solver.export.opensim import export_opensim

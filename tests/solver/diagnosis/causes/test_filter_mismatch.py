@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.signal import butter, filtfilt, freqz
 
-from benchmarks.faults.editor.clocks import smoothed as smoothed_files
-from benchmarks.faults.editor.files import write_folder
+from benchmarks.faults.editor.edits import smoothed as smoothed_files
+from benchmarks.faults.editor.recording import write_folder
 from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.subject.subject import open_subject
 from solver.common.filters import low_pass

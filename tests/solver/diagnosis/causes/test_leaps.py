@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.faults.editor.markers import carried_by_cloth, slipped
+from benchmarks.faults.editor.edits import carried_by_cloth, slipped
 from benchmarks.faults.editor.sources import SOURCES
 from solver.diagnosis.causes.leaps import leaps
 

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.faults.editor.files import write_folder
-from benchmarks.faults.editor.harmless import part
-from benchmarks.faults.editor.markers import carried_by_cloth, slipped
+from benchmarks.faults.editor.edits import carried_by_cloth, part, slipped
+from benchmarks.faults.editor.recording import write_folder
 from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.subject.subject import open_subject
 from solver.common.progress import silent

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.faults.editor import clocks, markers, people, plates
-from benchmarks.faults.editor.files import write_folder
+from benchmarks.faults.editor import edits, plates
+from benchmarks.faults.editor.recording import write_folder
 from benchmarks.faults.editor.sources import SOURCES
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import READING, read_trial
@@ -40,16 +40,16 @@ def test_sound_stretches_leave_all_direct_checks_quiet(real_data, tmp_path, sour
 @pytest.mark.parametrize(
     ("name", "edit", "heard_of"),
     [
-        ("walk over plates F", clocks.late([0.06]), (About.CLOCK, "lag")),
-        ("treadmill run C", clocks.late([0.04]), (About.CLOCK, "lag")),
-        ("two walks over plates F", clocks.late([0.0, 0.03]), (About.CLOCK, "lag")),
+        ("walk over plates F", edits.late([0.06]), (About.CLOCK, "lag")),
+        ("treadmill run C", edits.late([0.04]), (About.CLOCK, "lag")),
+        ("two walks over plates F", edits.late([0.0, 0.03]), (About.CLOCK, "lag")),
         ("treadmill walk A", plates.pounds(), (About.PLATE_SCALE, "weight")),
         ("treadmill run C", plates.gain(0.5), (About.PLATE_SCALE, "weight")),
         ("standing on two plates D", plates.gain(0.5), (About.PLATE_SCALE, "exchange between plates")),
-        ("treadmill walk A", people.somebody_elses_mass(1.25), (About.ENTERED_MASS, "weight")),
+        ("treadmill walk A", edits.somebody_elses_mass(1.25), (About.ENTERED_MASS, "weight")),
         ("standing on two plates D", plates.standing_object(16.0, 0.2), (About.LOAD, "weight")),
         ("two treadmill walks A", plates.standing_object(9.0, 0.2), (About.LOAD, "weight")),
-        ("standing on two plates D", people.supported(0.2), (About.LOAD, "weight")),
+        ("standing on two plates D", edits.supported(0.2), (About.LOAD, "weight")),
         ("treadmill walk I", plates.turned(180.0), (About.PLATE_TURN, "path of the pressure")),
         ("treadmill run C", plates.turned(90.0), (About.PLATE_TURN, "path of the pressure")),
         ("walk over plates F", plates.mirrored(0), (About.PLATE_TURN, "path of the pressure")),
@@ -70,7 +70,7 @@ def test_a_fault_edited_in_is_heard(real_data, tmp_path, name, edit, heard_of):
 )
 def test_beside_a_lag_nothing_is_said_that_it_explains(real_data, tmp_path, name, late_s):
     """Plates seemed to be elsewhere, turned, or to read multiples."""
-    recording, _ = clocks.late([late_s])(BY_NAME[name].read(real_data), np.random.default_rng(4))
+    recording, _ = edits.late([late_s])(BY_NAME[name].read(real_data), np.random.default_rng(4))
     assert spoken(with_evidence(tmp_path / "late", recording)) == {About.CLOCK}
 
 
@@ -100,7 +100,7 @@ def test_of_whole_recordings_those_are_heard_whose_files_are_known_to_hold_somet
 
 def test_a_marker_that_slips_is_named(real_data, tmp_path):
     source = BY_NAME["treadmill walk A"]
-    edit = markers.slipped(0.04)
+    edit = edits.slipped(0.04)
     recording, fault = edit(source.read(real_data), np.random.default_rng(1))
     said = [
         one for one in with_evidence(tmp_path / "slipped", recording) if one.direct_check == "rigid distances"
@@ -111,7 +111,7 @@ def test_a_marker_that_slips_is_named(real_data, tmp_path):
 
 
 def test_a_run_that_was_low_passed_at_5_Hz_has_lost_its_edges(real_data, tmp_path):
-    recording, _ = clocks.smoothed(5.0)(BY_NAME["treadmill run C"].read(real_data), np.random.default_rng(0))
+    recording, _ = edits.smoothed(5.0)(BY_NAME["treadmill run C"].read(real_data), np.random.default_rng(0))
     said = [
         one
         for one in with_evidence(tmp_path / "smooth", recording)

@@ -1,1 +1,0 @@
-"""Diagnosis held to account: hidden effects, and whether they are found, named and measured."""

@@ -1,1 +1,0 @@
-"""Methods that answer the public cases, each as a plain submission."""

@@ -1,1 +1,0 @@
-"""Pictures of the app in several states, at all sizes and in both themes."""

@@ -1,0 +1,1 @@
+"""Speed and memory: one package, and one way of measuring."""
