@@ -210,7 +210,7 @@ def recorded(folder: Path) -> Iterator[Example]:
             trials = sorted({k.trial for k in KNOWN if k.folder == known.folder})
             file.write_bytes(pickle.dumps(_tracked(known.folder, trials)))
         skeleton, trial, mass = pickle.loads(file.read_bytes())[known.trial]
-        motion, contacts = trial.motion, trial.contacts
+        motion, contacts = trial.motion.filled(), trial.contacts
         assert contacts is not None
         during = None
         if known.seconds is not None:

@@ -50,11 +50,10 @@ def serve(root: Path) -> None:
 
 def play(port: int, players: int, solve: bool) -> None:
     """Be some browsers, each of which plays a trial of its own; one asks for a solve before."""
-    browsers = [PaperBrowser(port, name=f"player {k}", at=[f"walk-{k + 1}", "walk"]) for k in range(players)]
-    for k, browser in enumerate(browsers):
-        browser.until(
-            lambda browser=browser, k=k: f"walk-{k + 1}" in str(browser.bar.get("place", "")), "its trial"
-        )
+    places = [[f"walk-{k + 1}", "walk"] for k in range(players)]
+    browsers = [PaperBrowser(port, name=at[0], at=at) for at in places]
+    for browser in browsers:
+        browser.until(lambda browser=browser: browser.trial and browser.row_blocks(), "its trial")
     if solve:
         browsers[0].press("Solve again")
     for browser in browsers:
