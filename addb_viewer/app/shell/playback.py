@@ -35,7 +35,7 @@ class Pace:
 
     @contextmanager
     def turn(self) -> Iterator[None]:
-        """WorkerProcess that can wait: one browser after the other, and not while a key is being obeyed."""
+        """Work that can wait: one browser after the other, and not while a key is being obeyed."""
         with self._turn:
             with self._free:
                 self._free.wait_for(lambda: self._pressed == 0, LONGEST_WAIT_S)
@@ -43,7 +43,7 @@ class Pace:
 
     @contextmanager
     def first(self) -> Iterator[None]:
-        """WorkerProcess that somebody has just asked for by a key: it goes ahead of all that waits."""
+        """Work that somebody has just asked for by a key: it goes ahead of all that waits."""
         with self._free:
             self._pressed += 1
         try:

@@ -392,12 +392,12 @@ class Session:
         self.show_summary()
         c.show.legend.content = self.scene.legend
 
-    def _draw(self, position: Position) -> None:
-        replay = self._replay
-        if replay is None or self._closed:
-            return
-        frame = min(position.frame, replay.frames - 1)
-        with self.drawing, self.client.atomic():
+    def _draw(self, _: Position) -> None:
+        with self.drawing, self.client.atomic():  # another trial may have come while this waited
+            replay, position = self._replay, self.playback.position
+            if replay is None or self._closed:
+                return
+            frame = min(position.frame, replay.frames - 1)
             self.scene.draw(frame, eye_of(self.client.camera, self.picture))
             self.timeline.cursor(frame)
             self._show_position(position, frame, replay)

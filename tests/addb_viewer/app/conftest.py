@@ -20,6 +20,7 @@ from tests.addb_viewer.app.ten_trials import write_ten_trials, write_trials
 from tests.addb_viewer.chromium import remembering
 from tests.patience import PATIENCE_MS, PATIENCE_S
 
+FEET = ("calcn_r", "calcn_l")
 EVAL_PROBE = "Evaluating a string as JavaScript"  # by viser's sorter of splats, which the app does not draw
 SOFTWARE_RENDERED = """() => {
     const gl = document.createElement("canvas").getContext("webgl2");
@@ -83,6 +84,40 @@ def make_app(make_library):
         return ReviewApp(open_server(port=0), TrialQueue.of(make_library(folder, replays)), **options)
 
     return made
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """The subject's of `app`."""
+    return tmp_path
+
+
+@pytest.fixture
+def app(folder, make_replay, make_app):
+    """Open on two walks."""
+    app = make_app(folder, [make_replay(), make_replay("run", 180)], login="Zoë")
+    yield app
+    app.close()
+
+
+@pytest.fixture
+def stored(folder):
+    """The review of a trial as the store has it."""
+
+    def read(trial="walk"):
+        with open_log(folder) as log:
+            return log.review(trial, FEET)
+
+    return read
+
+
+@pytest.fixture
+def page(open_page, app):
+    """A page of the app, whose scripts went without an error."""
+    page = open_page(app)
+    yield page
+    assert page.errors == []
+    page.close()
 
 
 @pytest.fixture
@@ -176,7 +211,7 @@ def walks_review(walks_folder):
 
     def read(trial="part1"):
         with open_log(walks_folder) as log:
-            return log.review(trial, ("calcn_r", "calcn_l"))
+            return log.review(trial, FEET)
 
     return read
 

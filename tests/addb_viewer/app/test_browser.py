@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from solver.common.errors import CaptureError
+from solver.common.notes import Kind, noted
 
 pytestmark = pytest.mark.browser
 
@@ -17,7 +18,7 @@ def app(tmp_path_factory, make_replay, make_app):
     spiteful = make_replay("measured only", 120, fitted=False)
     spiteful = replace(
         spiteful,
-        notes=(SPITEFUL,),
+        notes=noted(Kind.OTHER, SPITEFUL),
         plates=tuple(replace(p, name=SPITEFUL) for p in spiteful.plates),
         markers=replace(spiteful.markers, names=(SPITEFUL,) * 5),
     )
@@ -104,18 +105,6 @@ def test_space_after_a_click_on_play_toggles_once(session, page, until):
     assert not session.playback.position.playing
 
 
-def test_j_k_l(session, page, until, frame_is):
-    page.keyboard.press("End")
-    frame_is(session, 199)
-    page.keyboard.press("j")
-    until(lambda: session.playback.position.frame < 100)  # from there L plays long enough to be seen
-    assert session.playback.position.speed == -1.0
-    page.keyboard.press("k")
-    until(lambda: not session.playback.position.playing)
-    page.keyboard.press("l")
-    until(lambda: session.playback.position.playing and session.playback.position.speed == 1.0)
-
-
 def test_a_typed_frame_is_gone_to(session, page, until):
     box = frame_box(page)
     until(lambda: box.fill("57") or session.playback.position.frame == 57, "frame 57, typed until it stays")
@@ -182,22 +171,6 @@ def test_a_trial_that_cannot_be_read_says_so_and_the_present_one_stays(session, 
     page.get_by_text("markers.trc: line 7 is cut off").wait_for()
     assert session.shown == "walk"
     assert session.controls.trial.value == "walk"
-
-
-def test_following_keeps_the_person_in_the_middle_and_stops_without_a_jump(session, page, until):
-    page.get_by_role("tab", name="View", exact=True).click()
-    session.playback.seek(150)
-    until(lambda: abs(session.scene.lab.position[0] + 1.5) < 1e-6)
-    page.get_by_text("Follow", exact=True).click()
-    until(lambda: not session.scene.options.follow)
-    session.playback.seek(50)
-    until(lambda: session.scene.bodies.handles[0].position[0] == pytest.approx(0.5))
-    assert session.scene.lab.position[0] == pytest.approx(-1.5)
-    page.get_by_text("Follow", exact=True).click()
-    until(lambda: session.scene.options.follow)
-    assert session.scene.lab.position[0] == pytest.approx(-1.5)
-    session.scene.anchor[:] = 0.0
-    session.playback.redraw()
 
 
 def frame_box(page):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.shell.commands import COMMANDS, with_keys
-from addb_viewer.jobs.review_store import open_log
 from annotations.events import Status
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -51,15 +50,6 @@ def at(page, until):
     return lambda frame: until(
         lambda: page.session.frame == frame or (review.chosen or (None,))[0] == frame, f"frame {frame}"
     )
-
-
-@pytest.fixture
-def stored(folder):
-    def read(trial="walk"):
-        with open_log(folder) as log:
-            return log.review(trial, ("calcn_r", "calcn_l"))
-
-    return read
 
 
 def test_arrows_and_letters_move_the_cursor_and_not_the_camera(page, at):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.jobs.review_store import open_log
 from addb_viewer.jobs.stored_solves import KEPT, NEW, REPLACED, stored_solves
 from annotations.events import Status
 from solver.capture.subject.subject import open_subject
@@ -19,8 +18,6 @@ from tests.patience import PATIENCE_S
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
 
-FEET = ("calcn_r", "calcn_l")
-
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -30,15 +27,6 @@ def folder(tmp_path_factory):
     write_demo_subject(folder, np.random.default_rng(3), trials=("static", "walk", "squat"))
     save_fit(solve(open_subject(folder), Settings()), folder / "results")
     return folder
-
-
-@pytest.fixture
-def stored(folder):
-    def read(trial="walk"):
-        with open_log(folder) as log:
-            return log.review(trial, FEET)
-
-    return read
 
 
 def flags(review):

@@ -7,8 +7,6 @@ from annotations.events import FlagRange, Status
 
 pytestmark = pytest.mark.browser
 
-FEET = ("calcn_r", "calcn_l")
-
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -20,15 +18,6 @@ def app(folder, make_replay, make_app):
     app = make_app(folder, [make_replay(), make_replay("run", 180)], login="ada")
     yield app
     app.close()
-
-
-@pytest.fixture
-def stored(folder):
-    def read(trial="walk"):
-        with open_log(folder) as log:
-            return log.review(trial, FEET)
-
-    return read
 
 
 def test_the_name_is_typed_and_entered_and_the_key_before_is_obeyed(app, open_page, stored, until):

@@ -21,16 +21,6 @@ LASTS = """() => new Promise((done) => {
 })"""
 
 
-@pytest.fixture
-def page(tmp_path, make_replay, make_app, open_page):
-    app = make_app(tmp_path, [make_replay(), make_replay("run", 180)], login="Zoë")
-    page = open_page(app)
-    yield page
-    assert page.errors == []
-    page.close()
-    app.close()
-
-
 def test_labels_are_in_the_picture_and_clicks_measure_what_is_seen(page, until):
     session = page.session
     canvas = page.locator("#root canvas").first.bounding_box()

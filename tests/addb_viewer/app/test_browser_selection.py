@@ -7,13 +7,6 @@ pytestmark = pytest.mark.browser
 SIZES = [(1280, 800), (1920, 1080)]
 
 
-@pytest.fixture
-def app(tmp_path, make_replay, make_app):
-    app = make_app(tmp_path, [make_replay()], login="Zoë")
-    yield app
-    app.close()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
 def test_escape_and_a_click_into_the_scene_drop_the_selection(app, open_page, until, size):

@@ -24,16 +24,6 @@ SEEN = """() => {
 }"""
 
 
-@pytest.fixture
-def page(tmp_path, make_replay, make_app, open_page):
-    app = make_app(tmp_path, [make_replay(), make_replay("run", 180)], login="Zoë")
-    page = open_page(app)
-    yield page
-    assert page.errors == []
-    page.close()
-    app.close()
-
-
 @pytest.mark.slow
 def test_the_picture_of_the_cursor_is_seen_and_the_clock_is_kept(tmp_path, page, until, monkeypatch):
     monkeypatch.setattr(file_parts, "MOST_BYTES", 2000)  # so that it comes in several parts

@@ -5,23 +5,12 @@ import pytest
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, Status
 
-FEET = ("calcn_r", "calcn_l")
-
 
 @pytest.fixture
 def app(tmp_path, make_replay, make_app):
     app = make_app(tmp_path, [make_replay(), make_replay("run", 180), make_replay("jump", 170)])
     yield app
     app.close()
-
-
-@pytest.fixture
-def stored(tmp_path):
-    def read(trial="walk"):
-        with open_log(tmp_path) as log:
-            return log.review(trial, FEET)
-
-    return read
 
 
 def paint(browser, frames, label):

@@ -2,19 +2,10 @@
 
 import sqlite3
 
-import pytest
-
 from addb_viewer.jobs.review_store import FILE, open_log
 from annotations.events import Status
 
 FEET = ("calcn_r", "calcn_l")
-
-
-@pytest.fixture
-def app(tmp_path, make_replay, make_app):
-    app = make_app(tmp_path, [make_replay(), make_replay("run", 100)])
-    yield app
-    app.close()
 
 
 def spoil(folder, trial):

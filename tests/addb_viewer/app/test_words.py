@@ -14,6 +14,7 @@ from annotations.activities import ACTIVITIES, activity_words
 from annotations.events import AcceptProposal, FlagRange, ImportLabels, Proposal, SetActivity
 from annotations.reasons import REASONS
 from annotations.suggested_activity import SuggestedActivity
+from solver.common.notes import Kind, noted
 from solver.contact.proposals import Proposal as Detected
 
 NOT_SAID = {
@@ -62,7 +63,8 @@ def page(tmp_path, make_replay, make_app, enter, diagnosed):
         ),
     )
     object.__setattr__(replay, "forces", replace(replay.forces, proposals=proposals))
-    object.__setattr__(replay, "notes", ("walk: calcn_l is off its plate on frames 3 to 9",))
+    off = noted(Kind.OTHER, "walk: calcn_l is off its plate on frames 3 to 9")
+    object.__setattr__(replay, "notes", off)
     object.__setattr__(replay, "suggested", (SuggestedActivity(0, 90, "jump", "drop jump", 0.9),))
     app = make_app(tmp_path, [replay, make_replay("run", 180)])
     with open_log(tmp_path) as log:

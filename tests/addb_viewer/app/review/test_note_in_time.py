@@ -2,17 +2,8 @@
 
 import threading
 
-import pytest
-
 from addb_viewer.app.review import panel as review_panel
 from addb_viewer.jobs.review_store import open_log
-
-
-@pytest.fixture
-def app(tmp_path, make_replay, make_app):
-    app = make_app(tmp_path, [make_replay()])
-    yield app
-    app.close()
 
 
 def test_a_note_typed_as_the_one_before_is_taken_away_stays(app, tmp_path, enter, monkeypatch):

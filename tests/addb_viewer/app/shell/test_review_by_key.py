@@ -5,29 +5,11 @@ import pytest
 
 from addb_viewer.app.queue import controller
 from addb_viewer.app.scene.camera import distance_to_see
-from addb_viewer.jobs.review_store import open_log
 from addb_viewer.trial_view.worst_frame import worst_frame
 from annotations.events import Status
 from annotations.suggested_activity import SuggestedActivity
 
-FEET = ("calcn_r", "calcn_l")
 SHIFT_T = "Accept what is sure, finish, go to the next"
-
-
-@pytest.fixture
-def app(tmp_path, make_replay, make_app):
-    app = make_app(tmp_path, [make_replay(), make_replay("run", 180)], login="Zoë")
-    yield app
-    app.close()
-
-
-@pytest.fixture
-def stored(tmp_path):
-    def read(trial="walk"):
-        with open_log(tmp_path) as log:
-            return log.review(trial, FEET)
-
-    return read
 
 
 def test_a_key_hit_twice_is_one_t_and_old_words_are_said_again(app, enter, stored, monkeypatch):

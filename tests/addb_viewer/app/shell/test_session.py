@@ -6,7 +6,6 @@ import weakref
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.trial_view.missing_force import MissingForce
@@ -14,26 +13,6 @@ from annotations.errors import ReviewError
 from annotations.events import SetStatus, Status
 from annotations.suggested_activity import SuggestedActivity
 from tests.patience import PATIENCE_S
-
-FEET = ("calcn_r", "calcn_l")
-
-
-@pytest.fixture
-def app(tmp_path, make_replay, make_app):
-    app = make_app(tmp_path, [make_replay(), make_replay("run", 180)], login="Zoë")
-    yield app
-    app.close()
-
-
-@pytest.fixture
-def stored(tmp_path):
-    """The review of the walk as the store has it."""
-
-    def read(trial="walk"):
-        with open_log(tmp_path) as log:
-            return log.review(trial, FEET)
-
-    return read
 
 
 def flags(review):
