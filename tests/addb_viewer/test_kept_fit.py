@@ -9,7 +9,8 @@ import addb_viewer
 from addb_viewer import Fit, ReviewError, SolverError, Subject
 from addb_viewer.jobs.stored_solves import stored_solves
 from tests.addb_viewer.conftest import MARKERS_ALONE
-from tests.addb_viewer.typed import COMMANDS, TYPED, run
+from tests.addb_viewer.shell import run
+from tests.addb_viewer.typed import COMMANDS, TYPED
 
 # what these need is not there: another reviewer, a table, a cause, a shared database
 NEED_MORE = {"accept", "agreement", "label", "redo", "reject", "share"}

@@ -12,7 +12,8 @@ from solver.capture.atomic import whole_file, write_whole
 from solver.capture.formats.text_exports import ENDINGS, export_of
 from solver.capture.subject.measured_files import READ, reason_to_stay
 from solver.common.errors import CaptureError
-from tests.addb_viewer.typed import COMMANDS, TYPED, run
+from tests.addb_viewer.shell import run
+from tests.addb_viewer.typed import COMMANDS, TYPED
 
 READ_BY = {  # options and arguments whose file is only read
     "file",

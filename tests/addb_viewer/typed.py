@@ -1,7 +1,6 @@
 """Every command as somebody types it."""
 
 from typer.main import get_command
-from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
 
@@ -52,7 +51,3 @@ def _commands(group, before=""):
 
 
 COMMANDS = dict(_commands(get_command(app)))  # by their words, those of groups too
-
-
-def run(*words):
-    return CliRunner().invoke(app, [str(word) for word in words])

@@ -25,6 +25,7 @@ from solver.capture.subject.subject import SharedFolderError, open_subject, subj
 from solver.capture.trial import read_trial
 from solver.fitting.provenance import provenance_of
 from solver.fitting.settings import as_dict
+from tests.addb_viewer.shell import run
 
 TOML = """mass_kg = 72.6
 height_m = 1.8
@@ -282,10 +283,6 @@ NAMES = {  # how a laboratory calls them, and the folders of the two
     "silent": (lambda who, what: f"{what}{'7' if who == '4' else '9'}", ("person_1", "person_2")),
 }
 PLAYERS = "wild/two_players_one_c3d/tennis_serve_2players.c3d"
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(params=NAMES)

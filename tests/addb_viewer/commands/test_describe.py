@@ -20,10 +20,6 @@ from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 
 
-def run(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
 @pytest.fixture
 def bare(real_data, tmp_path):
     """Copies of real folders without their subject.toml."""
@@ -151,12 +147,12 @@ def folder(tmp_path):
     return tmp_path
 
 
-def run_markers(*arguments):
+def run(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def test_it_prints_each_label_and_writes_the_map(folder):
-    done = run_markers("markers", folder, "--json", folder / "found.json")
+    done = run("markers", folder, "--json", folder / "found.json")
     assert done.exit_code == 0, done.output
     assert "10 of 11 labels understood" in done.output
     assert read_map(folder / "markers.toml")["LKNE"] == "knee_lateral_l"
@@ -167,22 +163,22 @@ def test_it_prints_each_label_and_writes_the_map(folder):
 
 
 def test_what_a_person_wrote_stays(folder):
-    run_markers("markers", folder)
+    run("markers", folder)
     file = folder / "markers.toml"
     file.write_text(file.read_text().replace('"M17" = ""', '"M17" = "t10"'))
-    done = run_markers("markers", folder)
+    done = run("markers", folder)
     assert "the map says so" in done.output
     assert read_map(file)["M17"] == "t10"
 
 
 def test_no_write_leaves_nothing_behind(folder):
-    assert run_markers("markers", folder, "--no-write").exit_code == 0
+    assert run("markers", folder, "--no-write").exit_code == 0
     assert not (folder / "markers.toml").exists()
 
 
 def test_a_broken_map_is_one_line(folder):
     (folder / "markers.toml").write_text("[markers\n")
-    done = run_markers("markers", folder)
+    done = run("markers", folder)
     assert done.exit_code == 1
     assert "markers.toml" in done.stderr
 
@@ -197,7 +193,7 @@ def test_a_broken_map_is_one_line(folder):
 )
 def test_what_a_fit_would_refuse_is_refused_here(folder, line, said):
     (folder / "markers.toml").write_text(f"[markers]\n{line}\n")
-    done = run_markers("markers", folder)
+    done = run("markers", folder)
     assert done.exit_code == 1
     assert said in " ".join(done.stderr.split())
     assert (folder / "markers.toml").read_text() == f"[markers]\n{line}\n"
@@ -205,25 +201,25 @@ def test_what_a_fit_would_refuse_is_refused_here(folder, line, said):
 
 def test_a_label_that_no_recording_has_is_named(folder):
     (folder / "markers.toml").write_text('[markers]\n"RKNEE" = "knee_lateral_r"\n')
-    done = run_markers("markers", folder)
+    done = run("markers", folder)
     assert done.exit_code == 0
     assert "'RKNEE' (nearest: 'RKNE')" in done.output
 
 
 def test_what_the_map_leaves_out_is_not_counted(folder):
     (folder / "markers.toml").write_text('[markers]\n"RKNE" = ""\n')
-    assert "9 of 11 labels understood" in run_markers("markers", folder).output
+    assert "9 of 11 labels understood" in run("markers", folder).output
 
 
 def test_long_reasons_leave_room_for_the_labels(folder, monkeypatch):
     monkeypatch.setattr("addb_viewer.commands.describe.WIDTH_OF_A_PIPE", 80)
-    lines = run_markers("markers", folder).output.splitlines()
+    lines = run("markers", folder).output.splitlines()
     for label, landmark in (("LKNE", "knee_lateral_l"), ("C7", "c7")):
         assert any(line.split()[:2] == [label, landmark] for line in lines)
 
 
 def test_landmarks_are_listed_without_a_subject():
-    done = run_markers("markers", "--landmarks")
+    done = run("markers", "--landmarks")
     assert done.exit_code == 0
     assert "fibula_head_l" in done.output
 

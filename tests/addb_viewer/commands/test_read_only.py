@@ -3,15 +3,10 @@
 import shutil
 
 import pytest
-from typer.testing import CliRunner
 
-from addb_viewer.commands.cli import app
+from tests.addb_viewer.shell import run
 
 WITHOUT_FORCES = "[trajectory]\nenabled = false\n"
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture

@@ -10,12 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from addb_viewer.commands.cli import app
 from solver.common.errors import ResultsError
 from solver.fitting.results.store import load_fit
 from tests.addb_viewer.app.ten_trials import write_trials
+from tests.addb_viewer.shell import run
 
 pytestmark = pytest.mark.real
 
@@ -33,10 +32,6 @@ def kept(real_data, tmp_path_factory):
 @pytest.fixture
 def folder(kept, tmp_path):
     return shutil.copytree(kept, tmp_path / "walks")
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def rows(file):

@@ -22,6 +22,7 @@ from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.capture.formats.trc import read_trc, write_trc
 from solver.capture.subject.subject import open_subject
 from tests.addb_viewer.dataset.builds import ALL, TERMS, Here, planned_apart
+from tests.addb_viewer.shell import run
 
 GRAVITY = np.array([0.0, -9.80665, 0.0])
 
@@ -156,7 +157,7 @@ def test_the_same_inputs_give_the_same_bytes_and_nothing_is_done_twice(release, 
 def test_who_withdrew_stays_out_of_later_builds_and_of_splits(walks, fitted, tmp_path):
     out, engine = tmp_path / "release", Here()
     build(planned_apart(walks), out, ALL, engine)
-    assert CliRunner().invoke(app, ["dataset", "split", str(out), "--leave-one-person-out"]).exit_code == 0
+    assert run("dataset", "split", out, "--leave-one-person-out").exit_code == 0
     without = BuildOptions(TERMS, unreviewed=True, without=("Lab/at_100",))
     build(planned([walks], without), out, without, engine)
     again = build(planned_apart(walks), out, ALL, engine)
@@ -168,7 +169,7 @@ def test_who_withdrew_stays_out_of_later_builds_and_of_splits(walks, fitted, tmp
         "Lab/at_200"
     ]
     dry = ["dataset", "build", *map(str, sorted(walks.iterdir())), "--out", str(out), "--dry-run"]
-    told = CliRunner().invoke(app, [*dry, "--unreviewed", "--licence", "CC0-1.0", "--consent", "public"])
+    told = run(*dry, "--unreviewed", "--licence", "CC0-1.0", "--consent", "public")
     assert told.exit_code == 0, told.output
 
 

@@ -7,12 +7,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
-from typer.testing import CliRunner
 
-from addb_viewer.commands.cli import app
 from addb_viewer.dataset.build import build, planned
 from addb_viewer.dataset.check.checking import checked
 from tests.addb_viewer.dataset.builds import ALL, Here
+from tests.addb_viewer.shell import run
 
 FRAMES = "frames/Lab__at_100.parquet"
 TRIAL = "Lab/at_100/walk"
@@ -62,7 +61,7 @@ def test_one_walk_recorded_at_two_rates_is_one_recording_and_nothing_else_is_wro
 
 def test_what_was_built_passes(one_walk):
     assert checked(one_walk) == []
-    result = CliRunner().invoke(app, ["dataset", "check", str(one_walk)])
+    result = run("dataset", "check", one_walk)
     assert result.exit_code == 0
     assert result.output == "0 errors, 0 warnings\n"
 
@@ -74,7 +73,7 @@ def test_a_changed_a_missing_and_a_strange_file_are_told(spoiled, tmp_path):
     said = {(one.where, one.level.value) for one in checked(spoiled)}
     assert said == {("README.md", "error"), ("LICENCES.md", "error"), ("notes.txt", "warning")}
     out = tmp_path / "found.json"
-    result = CliRunner().invoke(app, ["dataset", "check", str(spoiled), "--json", str(out)])
+    result = run("dataset", "check", spoiled, "--json", out)
     assert result.exit_code == 1
     told = json.loads(out.read_text())
     assert told["errors"] == 2

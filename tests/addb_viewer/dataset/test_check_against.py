@@ -6,14 +6,13 @@ import shutil
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from typer.testing import CliRunner
 
-from addb_viewer.commands.cli import app
 from addb_viewer.dataset.build import build, planned
 from addb_viewer.dataset.check.against import TOLERANCES, differences
 from addb_viewer.dataset.release_subject import BuildOptions
 from addb_viewer.dataset.schema import TABLES
 from tests.addb_viewer.dataset.builds import TERMS, Here
+from tests.addb_viewer.shell import run
 
 FRAMES = "frames/Lab__at_100.parquet"
 TRIAL = "Lab/at_100/walk"
@@ -42,7 +41,7 @@ def told(now, before):
 
 def test_a_release_is_the_same_as_its_copy(release, copy):
     assert told(release, copy) == []
-    shown = CliRunner().invoke(app, ["dataset", "check", str(release), "--against", str(copy)])
+    shown = run("dataset", "check", release, "--against", copy)
     assert (shown.exit_code, shown.output.splitlines()[-1]) == (1, "1 error, 0 warnings")  # one walk, twice
     assert "[against]" not in shown.output
 
@@ -56,7 +55,7 @@ def test_last_digits_are_no_difference_and_more_is(release, copy):
     assert (level, where) == ("error", TRIAL)
     assert said.startswith("frames: tau_knee_angle_r is ")
     assert said.endswith(" N*m, apart on 1 of 121 rows; 1 more columns")
-    shown = CliRunner().invoke(app, ["dataset", "check", str(copy), "--against", str(release)])
+    shown = run("dataset", "check", copy, "--against", release)
     assert shown.exit_code == 1
     assert f"error: {TRIAL}: frames: tau_knee_angle_r" in shown.output
 

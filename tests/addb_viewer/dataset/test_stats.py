@@ -22,6 +22,7 @@ from addb_viewer.dataset.stats.numbers import Frames, gathered
 from addb_viewer.dataset.stats.page import PAPER_SOURCES, PAPER_SUM, as_csv, clinical_percent, page, stats_of
 from addb_viewer.text.amounts import counted, lasting
 from tests.addb_viewer.dataset.synthetic_release import JOINTS, write, write_release
+from tests.addb_viewer.shell import run
 
 G = 9.80665
 CLASS_OF = {"walk": "walking", "run": "running", "transition": "other", "none": "unlabelled"}
@@ -329,6 +330,6 @@ def test_one_person_is_not_one_persons():
 
 
 def test_a_folder_that_is_no_release_is_told(tmp_path):
-    result = CliRunner().invoke(app, ["dataset", "stats", str(tmp_path)])
+    result = run("dataset", "stats", tmp_path)
     assert result.exit_code == 1
     assert "subjects.parquet: no such file" in " ".join(result.output.split())
