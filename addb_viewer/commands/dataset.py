@@ -206,7 +206,7 @@ def show(release: Release, trial: Trial = None, debug: Debug = False) -> None:
     """Say what a release holds; or of a trial where its numbers come from."""
     with errors_as_lines(debug):
         from addb_viewer.dataset import open as open_release  # noqa: PLC0415 (loads PyArrow)
-        from addb_viewer.dataset.showing import overview, trial_in_words  # noqa: PLC0415 (likewise)
+        from addb_viewer.dataset.reader import overview, trial_in_words  # noqa: PLC0415 (likewise)
 
         opened = open_release(release)
         for line in overview(opened) if trial is None else trial_in_words(opened, trial):
