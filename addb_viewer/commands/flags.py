@@ -20,7 +20,7 @@ from annotations.folding import folded
 from annotations.log import ReviewLog
 from annotations.ranges_csv import ranges_csv
 from annotations.review_json import export_labels, lost_in_review_json
-from annotations.trial_review import FlaggedRange, TrialReview
+from annotations.trial_review import ActivityRange, ClearedRange, FlaggedRange, TrialReview
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Subject, TrialFiles
 
@@ -140,27 +140,9 @@ def _figures(review: TrialReview) -> dict[str, Any]:
         "status_note": review.status_note,
         "missing": [_flag(flag) for flag in review.flags],
         "stays_out": None if review.stays_out is None else [_flag(flag) for flag in review.stays_out],
-        "cleared": [
-            {
-                "range": [cleared.start, cleared.end],
-                "foot": cleared.foot,
-                "source": cleared.source.value,
-                "author": cleared.author,
-                "edit": cleared.edit,
-                "note": cleared.note,
-            }
-            for cleared in review.cleared
-        ],
+        "cleared": [_range(one, "foot", "source", "author", "edit", "note") for one in review.cleared],
         "activities": [
-            {
-                "range": [activity.start, activity.end],
-                "activity": activity.activity,
-                "subclass": activity.subclass,
-                "author": activity.author,
-                "edit": activity.edit,
-                "note": activity.note,
-            }
-            for activity in review.activities
+            _range(one, "activity", "subclass", "author", "edit", "note") for one in review.activities
         ],
         "conflicts": [str(conflict) for conflict in review.conflicts],
         "unreadable": unreadable_figures(review.unreadable),
@@ -168,17 +150,11 @@ def _figures(review: TrialReview) -> dict[str, Any]:
 
 
 def _flag(flag: FlaggedRange) -> dict[str, Any]:
-    return {
-        "range": [flag.start, flag.end],
-        "foot": flag.foot,
-        "reason": flag.reason,
-        "source": flag.source.value,
-        "author": flag.author,
-        "edit": flag.edit,
-        "note": flag.note,
-        "confidence": flag.confidence,
-        "detector": flag.detector,
-    }
+    return _range(flag, "foot", "reason", "source", "author", "edit", "note", "confidence", "detector")
+
+
+def _range(one: FlaggedRange | ClearedRange | ActivityRange, *names: str) -> dict[str, Any]:
+    return {"range": [one.start, one.end], **{name: getattr(one, name) for name in names}}
 
 
 Reviewer = Annotated[str, typer.Argument(metavar="REVIEWER", help="Name of a reviewer, or imported.")]

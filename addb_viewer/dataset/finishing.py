@@ -6,7 +6,7 @@ import os
 import platform
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -96,7 +96,7 @@ def manifest_of(
 
 def _told(options: BuildOptions) -> dict[str, Any]:
     """Options without the names and hashes of who withdrew."""
-    plain = options.as_plain()
+    plain = asdict(options)
     del plain["withdrawn"]
     return plain | {"without": len(options.without)}
 
@@ -239,7 +239,7 @@ def _shared_rows(
     for _, receipt in sorted(receipts.items()):
         for table, own in receipt.rows.items():
             rows[table] += own
-    rows[LEFT_OUT.name] = [one.row() for one in left_out]
+    rows[LEFT_OUT.name] = [asdict(one) for one in left_out]
     return rows
 
 

@@ -1,7 +1,7 @@
 """Who a subject is in a release, on what terms others may have it, and what a release is built with."""
 
 import hashlib
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
@@ -116,13 +116,9 @@ class BuildOptions:
         """Whether the person withdrew, now or before an earlier build."""
         return person_id in self.without or hash_of_person(person_id) in self.withdrawn
 
-    def as_plain(self) -> dict[str, Any]:
-        """As JSON has it."""
-        return asdict(self)
-
 
 def options_from(plain: dict[str, Any]) -> BuildOptions:
-    """The options that `as_plain` was asked of."""
+    """The options that `asdict` was asked of."""
     return BuildOptions(
         Terms(**plain["terms"]),
         plain["unreviewed"],

@@ -63,10 +63,6 @@ class LeftOut:
         if self.reason not in REASONS[self.level]:
             raise ValueError(f"no reason '{self.reason}' for a {self.level}")
 
-    def row(self) -> dict[str, object]:
-        """Of the table `left_out`."""
-        return asdict(self)
-
 
 def hours_of(frames: int, rate_hz: float) -> float:
     """How long so many frames last [h]."""

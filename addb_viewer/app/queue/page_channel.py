@@ -126,20 +126,7 @@ def live_words(
         "here": [[*place, list(names)] for place, names in sorted(people.items())],
         "work": dict(at_work),
         "batches": {
-            kind: {
-                "running": state.running,
-                "by": state.by,
-                "done": state.fitted,
-                "total": state.total,
-                "subject": state.subject,
-                "stage": state.stage,
-                "fraction": state.fraction,
-                "heldUp": state.held_up,
-                "left": state.seconds_left,
-                "failures": dict(state.failures),
-                "warnings": dict(state.warnings),
-                "waiting": list(state.waiting),
-            }
+            kind: {**asdict(state), "total": state.total, "left": state.seconds_left}
             for kind, state in states.items()
             if state.total
         },

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -38,27 +39,8 @@ class Finding:
         return f"{self.level}: {self.where}: {self.said} [{self.check}]"
 
 
-def error(check: str, where: str, said: str) -> Finding:
-    """Something that must be corrected.
-
-    Args:
-        check: that found it.
-        where: file, subject or trial.
-        said: what is wrong.
-    """
-    return Finding(Level.ERROR, check, where, said)
-
-
-def warning(check: str, where: str, said: str) -> Finding:
-    """Something to look at.
-
-    Args:
-        check: that found it.
-        where: file, subject or trial.
-        said: what looks wrong.
-    """
-    return Finding(Level.WARNING, check, where, said)
-
+error = partial(Finding, Level.ERROR)
+warning = partial(Finding, Level.WARNING)
 
 GRAVITY = np.array([0.0, -9.80665, 0.0])  # [m/s²]
 FORCE_N, FORCE_SHARE = 0.1, 1e-4  # of the balance: a constant, and a share of the weight

@@ -127,7 +127,7 @@ function drawBatches() {
   const failed = told("failures"), warned = told("warnings");
   const said = running.map(([kind, batch]) => {
     const rest = batch.left === null ? "" : `, ${hours(batch.left / 3600)} left`;
-    return `${words[kind]} ${Math.min(batch.done + 1, batch.total)} of ${batch.total}${batch.heldUp ? ", waits its turn" : rest}`;
+    return `${words[kind]} ${Math.min(batch.fitted + 1, batch.total)} of ${batch.total}${batch.held_up ? ", waits its turn" : rest}`;
   });
   if (failed.length) said.push(`${failed.length} failed`);
   if (warned.length) said.push(`${warned.length} with a warning`);
