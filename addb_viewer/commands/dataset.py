@@ -306,15 +306,13 @@ def stats(release: Release, out: StatsOut = None, frames: FramesOption = None, d
 
         folder = release.resolve()
         place = out or folder.with_name(f"{folder.name}.stats")
-        found, path = write_stats(folder, place, frames and Frames(frames))
-        total = found.tables["sources"][-1]
+        tables, chosen, path = write_stats(folder, place, frames and Frames(frames))
+        total = tables["sources"][-1]
         hours = f"{lasting(total['total_hours'])}, {lasting(total['grf_hours'])} in the figures"
         typer.echo(f"{counted(total['subjects'], 'person')}, {hours}")
         if not total["grf_hours"]:
-            typer.echo(
-                f"note: no frame is such (--frames {found.frames}): figures are empty; try --frames all"
-            )
-        elif frames is None and found.frames is Frames.ALL:
+            typer.echo(f"note: no frame is such (--frames {chosen}): figures are empty; try --frames all")
+        elif frames is None and chosen is Frames.ALL:
             typer.echo("note: no frame is reviewed and without a fault: figures are about all that count")
         typer.echo(path)
 

@@ -116,10 +116,18 @@ def new_folder(results: Path) -> Path:
             return place / str(number)
 
 
-def finish(folder: Path, *, by: str, seconds: float | None, state: str = NEW) -> None:
-    """Say that the fit in a solve's folder is whole."""
-    told = {"by": by, "when": datetime.now(UTC).isoformat(), "seconds": seconds, "state": state}
-    write_json(folder / MADE, told)
+def finish(
+    folder: Path,
+    *,
+    by: str,
+    seconds: float | None,
+    state: str = NEW,
+    when: datetime | None = None,
+    decided_by: str | None = None,
+) -> None:
+    """Say that the fit in a solve's folder is whole; members as of `Solve`, `when` is now by default."""
+    told = {"by": by, "when": (when or datetime.now(UTC)).isoformat(), "seconds": seconds, "state": state}
+    write_json(folder / MADE, {**told, "decided_by": decided_by})
 
 
 def keep(solve: Solve, results: Path, subject_folder: Path, by: str | None = None) -> Solve:
@@ -180,8 +188,9 @@ def prune(results: Path) -> None:
 
 def _marked(solve: Solve, state: str, by: str | None = None) -> Solve:
     decided_by = by or solve.decided_by
-    told = {"by": solve.by, "when": solve.when.isoformat(), "seconds": solve.seconds, "state": state}
-    write_json(solve.folder / MADE, {**told, "decided_by": decided_by})
+    finish(
+        solve.folder, by=solve.by, seconds=solve.seconds, state=state, when=solve.when, decided_by=decided_by
+    )
     return replace(solve, state=state, decided_by=decided_by)
 
 
@@ -204,8 +213,7 @@ def _put_aside(results: Path) -> Path:
     except OSError as error:
         shutil.rmtree(folder, ignore_errors=True)
         raise ResultsError(f"{results}: the present fit cannot be put aside ({error}).") from error
-    told = {"by": "before this app", "when": when.isoformat(), "seconds": None, "state": REPLACED}
-    write_json(folder / MADE, told)
+    finish(folder, by="before this app", seconds=None, state=REPLACED, when=when)
     return folder
 
 

@@ -298,40 +298,28 @@ def clinical_percent() -> float:
 DOTS_PER_INCH = 150
 
 
-@dataclass(frozen=True)
-class Stats:
-    """All numbers, by the name of their file."""
-
-    frames: Frames
-    tables: Mapping[str, numbers.Rows]
-
-
-def stats_of(found: Gathered, frames: Frames) -> Stats:
-    """The numbers of every table and figure.
+def stats_of(found: Gathered) -> dict[str, Rows]:
+    """The numbers of every table and figure, by the name of their file.
 
     Args:
         found: in a release.
-        frames: which of its frames.
     """
     segments, persons = numbers.segments(found), numbers.persons(found)
     sources = numbers.sources(found)
-    return Stats(
-        frames,
-        {
-            "sources": sources,
-            "activity": numbers.activity(found),
-            "segments": segments,
-            "contact": numbers.contact(segments),
-            "persons": persons,
-            "demographics": numbers.demographics(persons),
-            "quality": numbers.quality(segments),
-            "clinical": numbers.clinical(segments, sources[-1]["grf_hours"]),
-            "scatter": found.points,
-        },
-    )
+    return {
+        "sources": sources,
+        "activity": numbers.activity(found),
+        "segments": segments,
+        "contact": numbers.contact(segments),
+        "persons": persons,
+        "demographics": numbers.demographics(persons),
+        "quality": numbers.quality(segments),
+        "clinical": numbers.clinical(segments, sources[-1]["grf_hours"]),
+        "scatter": found.points,
+    }
 
 
-def write_stats(release: Path, out: Path, frames: Frames | None) -> tuple[Stats, Path]:
+def write_stats(release: Path, out: Path, frames: Frames | None) -> tuple[dict[str, Rows], Frames, Path]:
     """Describe a release.
 
     Args:
@@ -340,7 +328,7 @@ def write_stats(release: Path, out: Path, frames: Frames | None) -> tuple[Stats,
         frames: which frames figures are about; None: the paper's choice, or all where that is none.
 
     Returns:
-        The numbers, and the page.
+        The numbers, which frames they are about, and the page.
 
     Raises:
         ReleaseError: a table of the release is missing or cannot be read.
@@ -353,8 +341,7 @@ def write_stats(release: Path, out: Path, frames: Frames | None) -> tuple[Stats,
     if frames is None and not found.hours:
         chosen = Frames.ALL
         found = gathered(release, chosen)
-    stats = stats_of(found, chosen)
-    tables = stats.tables
+    tables = stats_of(found)
     figures = {
         "activity": drawing.activity_figure(tables["activity"]),
         "speed_length": drawing.speed_length_figure(tables["segments"]),
@@ -368,8 +355,8 @@ def write_stats(release: Path, out: Path, frames: Frames | None) -> tuple[Stats,
         write_whole(out / f"{name}.csv", as_csv(rows))
     pictures = {name: _written(figure, out, name) for name, figure in figures.items()}
     path = out / "index.html"
-    write_whole(path, page(release.resolve().name, stats.frames, tables, pictures))
-    return stats, path
+    write_whole(path, page(release.resolve().name, chosen, tables, pictures))
+    return tables, chosen, path
 
 
 def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:

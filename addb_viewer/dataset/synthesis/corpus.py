@@ -122,7 +122,7 @@ class SubjectTrap:
             root: name of the corpus' folder.
         """
         if self.name == "broken_description":
-            return [Expected("subject", f"{root}/{subject.place}", self.reason, self.name)]
+            return [Expected("subject", f"{root}/{subject.subject_id}", self.reason, self.name)]
         if self.level == "trial":
             trials = [
                 Expected("trial", f"{subject.subject_id}/{made.recorded.name}", self.reason, self.name)

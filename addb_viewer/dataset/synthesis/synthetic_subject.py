@@ -240,18 +240,13 @@ class MadeSubject:
 
     @property
     def subject_id(self) -> str:
-        """As a release calls it."""
+        """As a release calls it, and where its folder is in the corpus."""
         return f"{self.laboratory.source}/{self.folder}"
 
     @property
     def person_id(self) -> str:
         """Likewise."""
         return f"{self.laboratory.source}/{self.person_name}"
-
-    @property
-    def place(self) -> str:
-        """Of its folder in the corpus."""
-        return f"{self.laboratory.source}/{self.folder}"
 
 
 def write_subject_folder(root: Path, subject: MadeSubject) -> Path:
@@ -261,7 +256,7 @@ def write_subject_folder(root: Path, subject: MadeSubject) -> Path:
         root: of the corpus.
         subject: to be written.
     """
-    folder = root / subject.place
+    folder = root / subject.subject_id
     folder.mkdir(parents=True, exist_ok=True)
     for trial in (subject.static, *(made.recorded for made in subject.trials)):
         write_trial(folder, trial)
@@ -277,7 +272,7 @@ def write_truth(folder: Path, subject: MadeSubject) -> dict[str, Any]:
         folder: of the truth.
         subject: whose.
     """
-    place = folder / subject.place
+    place = folder / subject.subject_id
     place.mkdir(parents=True, exist_ok=True)
     for made in subject.trials:
         arrays: dict[str, Any] = truth_of(made.recorded)
@@ -285,7 +280,7 @@ def write_truth(folder: Path, subject: MadeSubject) -> dict[str, Any]:
     return {
         "subject_id": subject.subject_id,
         "person_id": subject.person_id,
-        "place": subject.place,
+        "place": subject.subject_id,
         "sex": subject.person.sex,
         "age_years": subject.person.age_years,
         "height_m": subject.person.height_m,

@@ -55,7 +55,7 @@ def written(release):
 def stats(release, request):
     """The numbers as CSV, the rows of the release, and which of its frames count."""
     folder, rows = release
-    found = stats_of(gathered(folder, request.param), request.param).tables
+    found = stats_of(gathered(folder, request.param))
     reviewed = {trial["trial_id"]: trial["reviewed"] for trial in rows["trials"]}
 
     def chosen(frame):
@@ -228,7 +228,7 @@ def test_all_figures_are_there_and_the_page_holds_them(written):
 
 
 def test_the_files_hold_the_numbers(written, release):
-    found = stats_of(gathered(release[0], Frames.ALL), Frames.ALL).tables
+    found = stats_of(gathered(release[0], Frames.ALL))
     assert {path.stem for path in written[0].glob("*.csv")} == set(found)
     for name, rows in found.items():
         assert (written[0] / f"{name}.csv").read_text() == as_csv(rows)
@@ -248,7 +248,7 @@ def test_labels_lie_inside_the_figures_and_segments_are_counted_in_whole_numbers
     """Of a release with few segments, for which fractions would be drawn."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    tables = stats_of(gathered(release[0], Frames.ALL), Frames.ALL).tables
+    tables = stats_of(gathered(release[0], Frames.ALL))
     of_segments = [draw(tables["segments"]) for draw in (speed_length_figure, contact_figure, quality_figure)]
     for figure in (*of_segments, activity_figure(tables["activity"]), demographics_figure(tables["persons"])):
         figure.draw_without_rendering()
@@ -282,7 +282,7 @@ def test_a_release_without_reviewed_frames_says_so(tmp_path):
     rows = write_release(tmp_path)
     write(tmp_path, TRIALS, [trial | {"reviewed": False} for trial in rows["trials"]])
     found = gathered(tmp_path, Frames.PAPER)
-    tables = stats_of(found, Frames.PAPER).tables
+    tables = stats_of(found)
     told = page("r", Frames.PAPER, tables, dict.fromkeys(FIGURES, b""))
     assert "No frame of this release is such a frame" in told
     for figure in (activity_figure(tables["activity"]), quality_figure(tables["segments"])):
