@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from addb_viewer.benchmark.bands import ErrorBands, error_bands
-from addb_viewer.benchmark.scoring import scored_frames
+from addb_viewer.benchmark.scoring import ErrorBands, error_bands, scored_frames
 from addb_viewer.benchmark.task import Example, Log, Predicted, Seen, Trials
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.dynamics.force_prediction.divided_wrench import going_with_the_ground, pressed

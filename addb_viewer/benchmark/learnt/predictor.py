@@ -7,7 +7,6 @@ from pathlib import Path
 import torch
 from torch import nn
 
-from addb_viewer.benchmark.bands import ErrorBands, error_bands
 from addb_viewer.benchmark.learnt.training import (
     CHECKPOINT,
     Data,
@@ -28,6 +27,7 @@ from addb_viewer.benchmark.learnt.windows import (
     windows_of,
     wrenches_of,
 )
+from addb_viewer.benchmark.scoring import ErrorBands, error_bands
 from addb_viewer.benchmark.task import BenchmarkError, Log, Predicted, Seen, Trials
 
 NETWORKS: dict[str, Callable[[int], nn.Module]] = {"mlp": mlp, "groundlinknet": GroundLinkNet}

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from addb_viewer.benchmark.averages import average
-from addb_viewer.benchmark.bands import EDGES_N_PER_KG, error_bands
 from addb_viewer.benchmark.scoring import (
+    EDGES_N_PER_KG,
     WholeAnswer,
     centre_of_pressure,
     completed,
+    error_bands,
     frame_errors,
     phases_of,
     scored_frames,
