@@ -34,14 +34,14 @@ from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.contact.wrenches import FrameMask
 from solver.dynamics.com_trajectory import com_data
-from solver.dynamics.force_prediction.missing_wrench import unmeasured_forces
+from solver.dynamics.force_prediction.missing_wrench import predict_ground_forces
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.root_wrench import about_point
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
-from solver.fitting.torques_stage import filtered
+from solver.fitting.torques_stage import filter_as_forces
 from solver.kinematics.motion import Motion
 from solver.kinematics.unseen_bodies import unseen_mass_notes
 from solver.skeleton.scaling import with_mass
@@ -102,7 +102,7 @@ def _row(folder: str, activity: str, trial: TrialFit, fit: Fit, settings: Settin
     if judged.sum() < FEWEST_FRAMES or own is None:
         return None
     skeleton = with_mass(fit.skeleton, own.mass_kg)
-    demand, com = _demand(trial, filtered(trial.motion, settings), skeleton, settings)
+    demand, com = _demand(trial, filter_as_forces(trial.motion, settings), skeleton, settings)
     recorded = trial.contacts.wrench_ground[:, :, :3].sum(axis=1)
 
     def missed(wrench: Float[np.ndarray, "frames 6"]) -> float:
@@ -115,7 +115,7 @@ def _row(folder: str, activity: str, trial: TrialFit, fit: Fit, settings: Settin
         activity,
         bool(unseen_mass_notes(match.skeleton(skeleton), match.observed(trial.capture.markers))),
         missed(_demand(trial, trial.motion.low_passed(PLAIN_HZ), skeleton, settings)[0]),
-        {hz: missed(unmeasured_forces(demand, com, rate, hz).wrench_ground) for hz in CUTOFFS_HZ},
+        {hz: missed(predict_ground_forces(demand, com, rate, hz).wrench_ground) for hz in CUTOFFS_HZ},
     )
 
 

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from addb_viewer.api.fitted_trial import FittedTrial
 from addb_viewer.api.labelled import UnknownNameError
 from solver.gait.cycles import Cycle
-from solver.gait.stride_curves import stretched
+from solver.gait.stride_curves import stretch_to_stride
 
 RESTS_ON_FORCES = ("torques", "powers", "forces", "moments", "residual_force", "residual_moment")
 
@@ -85,7 +85,7 @@ def curves(
         of = getattr(trial, series)
         if not of.names:
             continue
-        row = stretched(cycle, trial.times, of[name], points)
+        row = stretch_to_stride(cycle, trial.times, of[name], points)
         if measured_only and series in RESTS_ON_FORCES:
             times = cycle.start_s + share * (cycle.end_s - cycle.start_s)
             row[~_between_used(trial, times)] = np.nan

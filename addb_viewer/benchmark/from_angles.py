@@ -12,8 +12,8 @@ from jaxtyping import Bool, Float
 from addb_viewer.benchmark.scoring import ErrorBands, error_bands, scored_frames
 from addb_viewer.benchmark.task import Example, Log, Predicted, Seen, Trials
 from solver.capture.plates.conditioning import shared_cutoff
-from solver.dynamics.force_prediction.divided_wrench import going_with_the_ground, pressed
-from solver.dynamics.force_prediction.missing_wrench import unmeasured_forces
+from solver.dynamics.force_prediction.divided_wrench import feet_moving_with_ground, press_on_soles
+from solver.dynamics.force_prediction.missing_wrench import predict_ground_forces
 from solver.dynamics.root_wrench import root_wrench
 from solver.fitting.settings import Settings
 from solver.kinematics.motion import Motion
@@ -72,7 +72,7 @@ class FromAngles:
         """
         smooth = motion.low_passed(self.cutoff_Hz)
         total = self.total_wrench(seen, motion, self.cutoff_Hz)
-        carry = going_with_the_ground(
+        carry = feet_moving_with_ground(
             seen.skeleton,
             seen.foot_bodies,
             smooth.q,
@@ -80,7 +80,7 @@ class FromAngles:
             rate=seen.rate,
             speed_m_s=self.settings.contact.touch_speed_m_s,
         )
-        wrenches = pressed(seen.skeleton, seen.foot_bodies, smooth.q, total, carry, reach=self.reach)
+        wrenches = press_on_soles(seen.skeleton, seen.foot_bodies, smooth.q, total, carry, reach=self.reach)
         feet = body_poses(seen.skeleton, seen.q)[1][:, list(seen.feet)]
         force = wrenches[..., :3]
         return Predicted(force, wrenches[..., 3:] - np.cross(feet, force), q=smooth.q)
@@ -94,7 +94,7 @@ class FromAngles:
             cutoff_Hz: of the smoothing.
         """
         demand, com = self._required(seen, motion)
-        return unmeasured_forces(demand, com, seen.rate, cutoff_Hz).wrench_ground
+        return predict_ground_forces(demand, com, seen.rate, cutoff_Hz).wrench_ground
 
     def _required(
         self, seen: Seen, motion: Motion
@@ -116,7 +116,7 @@ class FromAngles:
             demand, com = self._required(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
             errors = []
             for cutoff in CUTOFFS_HZ:
-                total = unmeasured_forces(demand, com, seen.rate, cutoff).wrench_ground[:, :3]
+                total = predict_ground_forces(demand, com, seen.rate, cutoff).wrench_ground[:, :3]
                 off = np.linalg.norm(total - measured.force.sum(axis=1), axis=1)
                 errors.append(float(off[counts].mean()) / measured.mass_kg)
             self._known[key] = errors

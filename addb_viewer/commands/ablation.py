@@ -234,7 +234,7 @@ def as_json(conditions: list[Condition]) -> dict[str, object]:
 def _run_as_json(repetition: Repetition) -> dict[str, object]:
     """Hidden ranges, figures by arm (null where there is no frame to judge), notes."""
     return {
-        "hidden": [list(run) for run in runs(repetition.hidden)],
+        "hidden": [list(run) for run in runs(repetition.held_out)],
         "arms": {arm: _numbers(figures) for arm, figures in repetition.figures.items()},
         "notes": list(repetition.notes),
     }
@@ -316,7 +316,7 @@ def torque_figure(times: Float[np.ndarray, " frames"], repetition: Repetition, t
         "</clipPath>",
     ]
     step = 1 / (times[1] - times[0])
-    for start, end in runs(repetition.hidden):
+    for start, end in runs(repetition.held_out):
         left, right = x(times[start]), x(times[end - 1] + 1 / step)
         parts.append(
             f'<rect x="{left:.1f}" y="{_TOP}" width="{right - left:.1f}" height="{_HEIGHT}" '

@@ -31,7 +31,7 @@ from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory.spline_basis import DEGREE, spline_at
 from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
 from solver.fitting.settings import Settings
-from solver.fitting.torques_stage import filtered
+from solver.fitting.torques_stage import filter_as_forces
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion, ResampledMotion, resampled
 from solver.skeleton.forward import body_poses, marker_positions
@@ -315,7 +315,7 @@ def _motions(
             return MarkerErrors(names, np.zeros((motion.frames, len(names))))
         return MarkerErrors(names, by_frames(distances, motion.q, observed))
 
-    f = moving_at(filtered(raw, settings), grid, errors_of)
+    f = moving_at(filter_as_forces(raw, settings), grid, errors_of)
     if grid.is_native:
         of_markers = Moving(raw, (alone or trial).marker_errors)
         return of_markers, f, Moving(trial.motion, trial.marker_errors) if alone else None

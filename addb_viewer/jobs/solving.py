@@ -21,7 +21,7 @@ from solver.contact.force_review import ForceReview
 from solver.dynamics.cross_validation.held_out import HeldOutLayout
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.fit import Fit
-from solver.fitting.held_out_stage import completing_held_out, layouts_due, predicting_held_out
+from solver.fitting.held_out_stage import complete_held_out, layouts_due, predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import differences, provenance_of
 from solver.fitting.results.disk_space import check_room_for_fit
@@ -264,7 +264,7 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     """
     fit = None if kept is None else resolved(job, kept, part(progress, 0.0, RESOLVED))
     if fit is not None:
-        fit = predicting_held_out(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
+        fit = predict_held_out(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
         return fit, "only flags changed: scaling and marker fit are those of the kept fit"
     fit = solve(
         job.subject,
@@ -368,7 +368,7 @@ class HoldingOut:
             FitReplacedError: there is another fit in the results folder by now.
             ResultsError: the results folder cannot be written to.
         """
-        completing_held_out(self.fit, settings, progress, extension=extension, came=self._came)
+        complete_held_out(self.fit, settings, progress, extension=extension, came=self._came)
 
     def _came(self, layout: HeldOutLayout) -> None:
         self.fit = replace(self.fit, held_out_layouts=(*self.fit.held_out_layouts, layout))

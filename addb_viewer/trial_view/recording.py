@@ -16,7 +16,7 @@ from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import from_dict
 from solver.fitting.summary import all_notes, summary
-from solver.fitting.torques_stage import filtered
+from solver.fitting.torques_stage import filter_as_forces
 from solver.fitting.trajectory_stage import before_forces
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.forward import marker_positions
@@ -113,7 +113,7 @@ def _of_markers_alone(trial: TrialFit, fit: Fit) -> Replay | None:
     before = before_forces(trial)
     dynamics = None
     if trial.contacts is not None and trial.mask is not None:
-        motion = filtered(before.motion, settings)
+        motion = filter_as_forces(before.motion, settings)
         dynamics = inverse_dynamics(skeleton, motion, trial.contacts, trial.mask, settings.dynamics)
     bare = replace(
         before,

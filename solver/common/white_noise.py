@@ -5,9 +5,9 @@ from jaxtyping import Float
 from numpy.lib.stride_tricks import sliding_window_view
 
 ORDER = 5  # of the differences: no motion shows in them between hundredths of a second
-GROWN = 252**0.5  # how much larger than the noise they are: binomials (5 of 10)
+FIFTH_DIFFERENCE_GROWTH = 252**0.5  # how much larger than the noise they are: binomials (5 of 10)
 NORMAL = 1.4826  # standard deviation of normal deviates, by the median of their absolute values
-FEWEST = 20  # differences
+FEWEST_DIFFERENCES = 20  # differences
 
 
 def white_noise(values: Float[np.ndarray, "samples columns"]) -> Float[np.ndarray, " columns"]:
@@ -26,9 +26,9 @@ def white_noise(values: Float[np.ndarray, "samples columns"]) -> Float[np.ndarra
     if len(values) <= ORDER:
         return found
     known = sliding_window_view(np.isfinite(values), ORDER + 1, axis=0).all(axis=2)
-    enough = known.sum(axis=0) >= FEWEST
+    enough = known.sum(axis=0) >= FEWEST_DIFFERENCES
     apart = np.where(known, np.abs(np.diff(values, ORDER, axis=0)), np.nan)[:, enough]
-    found[enough] = NORMAL * np.nanmedian(apart, axis=0) / GROWN
+    found[enough] = NORMAL * np.nanmedian(apart, axis=0) / FIFTH_DIFFERENCE_GROWTH
     return found
 
 
@@ -36,4 +36,4 @@ def white_noise_together(values: Float[np.ndarray, "samples columns"]) -> float:
     """One standard deviation of all columns, recorded throughout; zero of fewer than six samples."""
     if len(values) <= ORDER:
         return 0.0
-    return float(NORMAL * np.median(np.abs(np.diff(values, ORDER, axis=0))) / GROWN)
+    return float(NORMAL * np.median(np.abs(np.diff(values, ORDER, axis=0))) / FIFTH_DIFFERENCE_GROWTH)

@@ -20,7 +20,7 @@ SHORTEST_STANDING_S = 0.1  # [s] of loaded frames from which a foot's height abo
 SHORTEST_PHASE_S = SHORTEST_CONTACT_S
 SHORTEST_GAP_S = 0.03  # [s] shorter lifts inside a contact phase are noise; a running flight lasts 0.08 s
 
-MEASURED = 0.5  # share of a contact's frames that plates must carry for it to count as measured
+MEASURED_SHARE = 0.5  # share of a contact's frames that plates must carry for it to count as measured
 
 
 def touching(
@@ -99,7 +99,7 @@ class ContactPhase:
     @property
     def is_measured(self) -> bool:
         """Whether plates carry the foot on half of its frames or more."""
-        return self.loaded >= MEASURED
+        return self.loaded >= MEASURED_SHARE
 
 
 def contact_phases(

@@ -63,7 +63,7 @@ SPIKE_S = 0.002  # [s] no step rises and falls within it, not even a sprinter's
 SPIKE = 0.5  # of body weight: smaller spikes vanish in the 30 Hz filter
 DROPOUT_S = 0.08  # [s] no foot leaves the plate at full load and is back so soon
 
-SAME = 1e-9  # of the force: equal but for rounding in a unit's conversion
+SAME_VALUE_SHARE = 1e-9  # of the force: equal but for rounding in a unit's conversion
 
 FEWEST_FRAMES = 8  # below it a trial has no accelerations
 
@@ -112,7 +112,7 @@ def _clipped(force: Float[np.ndarray, "samples 3"], rate: float) -> Bool[np.ndar
         top = channel.max(initial=0.0)
         if top < CLIPPED_N:
             continue
-        for start, end in runs(channel >= top * (1.0 - SAME)):
+        for start, end in runs(channel >= top * (1.0 - SAME_VALUE_SHARE)):
             length = end - start
             if length < shortest or start < length or end + length > len(channel):
                 continue

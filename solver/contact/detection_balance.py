@@ -23,8 +23,9 @@ JUMP_OFFSET_M = 0.005
 
 UP = 1  # y, among the three components of a force
 FEWEST_FRAMES = 4  # that a third difference needs
-SETTLED = 4.0  # periods of the cutoff after which an end of the trial is forgotten
-FADED = 8.0  # likewise after which a force is: Whittaker's slowest wave, exp(−π t·cutoff), is 1e-11 there
+SETTLED_PERIODS = 4.0  # periods of the cutoff after which an end of the trial is forgotten
+# likewise after which a force is: Whittaker's slowest wave, exp(−π t·cutoff), is 1e-11 there
+FADED_PERIODS = 8.0
 
 
 @dataclass(frozen=True)
@@ -183,7 +184,7 @@ class _Smoother:
 
     def near(self, start: int, end: int) -> slice:
         """Frames that feel what happens on some: as many seen ones on either side as it takes to fade."""
-        reach = max(FEWEST_FRAMES, round(FADED * self.rate / self.cutoff_Hz))
+        reach = max(FEWEST_FRAMES, round(FADED_PERIODS * self.rate / self.cutoff_Hz))
         seen = np.flatnonzero(self.seen)
         before, behind = np.searchsorted(seen, start) - reach, np.searchsorted(seen, end) + reach
         return slice(
@@ -198,7 +199,7 @@ class _Smoother:
     def noise_gain(self, order: int) -> Float[np.ndarray, " frames"]:
         """Standard deviation of a derivative where the series has white noise of one: larger at the ends."""
         frames = len(self.seen)
-        enough = min(frames, 2 * round(SETTLED * self.rate / self.cutoff_Hz) + 1)
+        enough = min(frames, 2 * round(SETTLED_PERIODS * self.rate / self.cutoff_Hz) + 1)
         short = _Smoother(np.ones(enough, dtype=bool), self.rate, self.cutoff_Hz)
         gain = np.linalg.norm(short.derivative(np.eye(enough), order), axis=1)
         middle = enough // 2

@@ -231,8 +231,12 @@ def search(
             rate=rate,
         )
         contact_states = likeliest_contact_states(frame_evidence)
-        unmeasured = (contact_states.lost & ~loaded).any(axis=1) | contact_states.elsewhere | ~known | jumping
-        explained = slow.explain(~_around(unmeasured, 0.5 * rate / settings.place_cutoff_Hz), settings)
+        without_measured_forces = (
+            (contact_states.lost & ~loaded).any(axis=1) | contact_states.elsewhere | ~known | jumping
+        )
+        explained = slow.explain(
+            ~_around(without_measured_forces, 0.5 * rate / settings.place_cutoff_Hz), settings
+        )
     return Findings(
         contact_states=contact_states,
         frame_evidence=frame_evidence,

@@ -34,15 +34,15 @@ def as_plain(review: ForceReview) -> dict[str, Any]:
     return asdict(review)
 
 
-def from_plain(told: Mapping[str, Any]) -> ForceReview:
+def from_plain(plain: Mapping[str, Any]) -> ForceReview:
     """The review that `as_plain` was given, by way of JSON.
 
     Raises:
         KeyError, TypeError, ValueError: it is none.
     """
-    by_file, stays_out = told["by_file"], told["stays_out"]
+    by_file, stays_out = plain["by_file"], plain["stays_out"]
     return ForceReview(
-        by_people=_labels(told["by_people"]),
+        by_people=_labels(plain["by_people"]),
         by_file=None if by_file is None else _labels(by_file),
         stays_out=None
         if stays_out is None
@@ -50,5 +50,5 @@ def from_plain(told: Mapping[str, Any]) -> ForceReview:
     )
 
 
-def _labels(told: list[list[Any]]) -> tuple[ForceLabel, ...]:
-    return tuple(ForceLabel(int(start), int(end), foot, reason) for start, end, foot, reason in told)
+def _labels(plain: list[list[Any]]) -> tuple[ForceLabel, ...]:
+    return tuple(ForceLabel(int(start), int(end), foot, reason) for start, end, foot, reason in plain)

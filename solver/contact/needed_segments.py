@@ -14,14 +14,14 @@ from jaxtyping import Float
 from solver.common.errors import ModelError
 from solver.contact.sole import ANKLE_REACH_M, independent_feet, soles
 from solver.kinematics.scale_prior import LEG_LENGTH_FRACTION, stature
-from solver.kinematics.unseen_bodies import untold_dofs
+from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
 UPRIGHT = 0.8  # of the leg's length: hips above the ankles; 0.97 to 1.06 in 13 static trials, half in a chair
-RARELY = 0.05  # of the frames: who is upright no oftener sits, kneels or lies
+RARELY_UPRIGHT_SHARE = 0.05  # of the frames: who is upright no oftener sits, kneels or lies
 BESIDE_FEET_M = 0.1  # from every sole to below the centre of mass: something else carries; squatting, 0
-MOSTLY = 0.5  # of the frames
+MOSTLY_SEEN_SHARE = 0.5  # of the frames
 
 
 def unseen_coordinates(
@@ -33,7 +33,7 @@ def unseen_coordinates(
         skeleton: its markers are those of `observed_ground`, in the same order.
         observed_ground: NaN where unseen [m].
     """
-    untold = untold_dofs(skeleton, observed_ground)
+    untold = undetermined_dofs(skeleton, observed_ground)
     return tuple(name for name, is_untold in zip(skeleton.dofs, untold, strict=True) if is_untold)
 
 
@@ -79,18 +79,20 @@ def why_not_predicted(
         seen = seen_legs(skeleton, unseen, feet)
     except ModelError as error:
         return str(error)
-    hidden = [foot for foot in feet if foot not in seen]
-    if hidden:
-        legs = "a leg is not seen" if len(hidden) == 1 else "legs are not seen"
-        return f"{legs} ({', '.join(hidden)}: no marker from the knee down), and predicted forces need both"
+    unseen_feet = [foot for foot in feet if foot not in seen]
+    if unseen_feet:
+        legs = "a leg is not seen" if len(unseen_feet) == 1 else "legs are not seen"
+        return (
+            f"{legs} ({', '.join(unseen_feet)}: no marker from the knee down), and predicted forces need both"
+        )
     upright = hips_over_ankles(skeleton, q)
-    if upright is None or (upright > UPRIGHT).mean() > RARELY:
+    if upright is None or (upright > UPRIGHT).mean() > RARELY_UPRIGHT_SHARE:
         return ""
     R, p = body_poses(skeleton, q)
     below = com_ground.copy()
     below[:, 1] = np.min([sole.corners_ground(R, p)[..., 1].min(axis=1) for sole in outlines], axis=0)
     beside = np.min([sole.distance(R, p, below) for sole in outlines], axis=0) > BESIDE_FEET_M
-    if beside.mean() < MOSTLY:
+    if beside.mean() < MOSTLY_SEEN_SHARE:
         return ""
     return (
         "the person sits, kneels or lies (hips below standing height, centre of mass beside the feet), and "

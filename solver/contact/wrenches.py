@@ -47,7 +47,7 @@ class ContactWrenches:
         return self.plate.shape[1] > 0
 
 
-def unmeasured(foot_bodies: tuple[str, ...], frames: int) -> ContactWrenches:
+def without_measured_forces(foot_bodies: tuple[str, ...], frames: int) -> ContactWrenches:
     """Of a trial without any plate: nothing was observed."""
     feet = len(foot_bodies)
     nothing = np.zeros((frames, feet, 6))

@@ -22,7 +22,7 @@ from solver.dynamics.trajectory.trial_data import TrialData
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.settings import Settings
-from solver.fitting.trajectory_stage import before_forces, started, trial_data
+from solver.fitting.trajectory_stage import before_forces, begin_at_forces, trial_data
 from solver.kinematics.marker_matching import MarkerMatch, match_markers
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import marker_positions
@@ -31,9 +31,8 @@ from solver.skeleton.skeleton import Skeleton
 
 BOOTSTRAPS = 400
 FEWEST_BLOCKS = 3  # drawn anew, fewer say nothing of how they scatter
-OWN_TIME_HISTORY_BLOCKS = (
-    3  # a column that acts for no longer than so many blocks has a time time history of its own
-)
+# a column that acts for no longer than so many blocks has a time time history of its own
+OWN_TIME_HISTORY_BLOCKS = 3
 SUB_BLOCK_S = 0.06  # held out at a time where such a time history has to be told by the frames around
 LEAST_LEFT = 0.5  # of the recorded force; whatever takes more away explains by silence
 LEAST_PLACED_N = 5.0  # below it nobody asks on which segment a force acts
@@ -126,7 +125,7 @@ class _Case:
 
     def data(self, skeleton: Skeleton, settings: Settings, *, held_out: bool, extended: bool) -> TrialData:
         counts = self.plain.counts & ~self.held_out if held_out else self.plain.counts
-        data = started(replace(self.plain, counts=counts), self.trial, skeleton, settings)
+        data = begin_at_forces(replace(self.plain, counts=counts), self.trial, skeleton, settings)
         return self.extra.added_to(data, self.gain) if extended else data
 
 

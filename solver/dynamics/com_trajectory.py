@@ -83,7 +83,7 @@ class MassRatio:
         return MassEstimate(mass, mass * self.std / self.best, mass * self.sampling_std / self.best)
 
 
-def told_ratio(
+def estimate_mass_ratio(
     projection: "Projection", rate: float, settings: ComSettings, prior: MassPrior | None = None
 ) -> MassRatio | None:
     """The mass ratio of least squares, weighed against a prior where there is one.
@@ -385,7 +385,7 @@ def fit_com_trajectory(data: ComData, settings: ComSettings, prior: MassPrior | 
     if data.frames < FEWEST_FRAMES:
         return unchanged(data)
     projection = project(data, settings.penalty_s2(data.observed))
-    ratio = told_ratio(projection, data.rate, settings, prior)
+    ratio = estimate_mass_ratio(projection, data.rate, settings, prior)
     path = projection.path(ratio.best if ratio else 0.0)
     return ComTrajectory(
         com_ground=path.com_ground,

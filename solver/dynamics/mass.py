@@ -12,9 +12,9 @@ from solver.dynamics.com_trajectory import (
     FEWEST_FRAMES,
     ComData,
     MassEstimate,
+    estimate_mass_ratio,
     fit_com_trajectory,
     project,
-    told_ratio,
 )
 
 # [s] force and motion are held against each other as averages over it: three times what the 5 Hz low-pass
@@ -53,8 +53,8 @@ class Balance:
     def masses(self) -> Float[np.ndarray, " some"]:
         """Mass that each complete and loaded window tells [kg]."""
         well = self.complete & (self.support > WELL_LOADED * self.gravity)
-        told = self.force_up[well] / self.support[well]
-        return told[told > LIGHTEST_KG]
+        masses = self.force_up[well] / self.support[well]
+        return masses[masses > LIGHTEST_KG]
 
     def frames(self, mass_kg: float, imbalance: float) -> Bool[np.ndarray, " frames"]:
         """Observed frames in no window whose force is off by more than that share of its greatest."""
@@ -67,11 +67,11 @@ def balance(data: ComData, settings: ComSettings) -> Balance:
     """Force beside motion; the accelerations are those of a trajectory that knows no force at all."""
     strength = float(np.linalg.norm(data.gravity))
     up = -data.gravity / strength
-    blind = fit_com_trajectory(replace(data, observed=np.zeros(data.frames, dtype=bool)), settings)
+    without_forces = fit_com_trajectory(replace(data, observed=np.zeros(data.frames, dtype=bool)), settings)
     window = 2 * round(WINDOW_S * data.rate / 2) + 1
-    support = blind.acceleration_ground @ up + strength
+    support = without_forces.acceleration_ground @ up + strength
     return Balance(
-        acceleration_ground=blind.acceleration_ground,
+        acceleration_ground=without_forces.acceleration_ground,
         force_up=uniform_filter1d(data.force_ground @ up, window, mode="nearest"),
         support=uniform_filter1d(support, window, mode="nearest"),
         greatest=np.maximum(maximum_filter1d(support, window), strength),
@@ -110,10 +110,10 @@ def mass_from_forces(trials: Sequence[ComData], settings: ComSettings) -> MassEs
 
 def _first_guess(balances: Sequence[Balance]) -> float | None:
     """The greatest mass that balances nearly as many frames as any."""
-    told = np.concatenate([np.empty(0), *(b.masses for b in balances)])
-    if not len(told):
+    masses = np.concatenate([np.empty(0), *(b.masses for b in balances)])
+    if not len(masses):
         return None
-    guesses = np.quantile(told, GUESSES)
+    guesses = np.quantile(masses, GUESSES)
     frames = np.array([sum(b.frames(m, IMBALANCE).sum() for b in balances) for m in guesses])
     return float(guesses[frames >= START_SHARE * frames.max()][-1])
 
@@ -131,10 +131,10 @@ def _pooled_mass(
         projection = project(
             replace(trial, observed=observed, gravity=gravity), settings.penalty_s2(observed)
         )
-        ratio = told_ratio(projection, trial.rate, settings)
+        ratio = estimate_mass_ratio(projection, trial.rate, settings)
         if ratio is not None and ratio.mass is not None:
             estimates.append(replace(ratio.mass, lean_deg=lean_deg))
-    return pooled(estimates, settings) if estimates else None
+    return pool_masses(estimates, settings) if estimates else None
 
 
 def _gravity_of_forces(
@@ -154,7 +154,7 @@ def _gravity_of_forces(
     return gravity, lean_deg
 
 
-def pooled(estimates: Sequence[MassEstimate], settings: ComSettings) -> MassEstimate:
+def pool_masses(estimates: Sequence[MassEstimate], settings: ComSettings) -> MassEstimate:
     """Random-effects mean of several trials' masses (DerSimonian & Laird 1986).
 
     The scatter between trials that their own noise doesn't explain adds to every trial's variance. The

@@ -24,11 +24,10 @@ TRACKED_BLOCKS = 3  # likewise the marker fit per frame: the diagonal, the one b
 PER_MARKER = 12  # places as observed and of the model before and after the fit, and errors
 PER_DOF = 10  # motions and splines of the fits so far, torques
 PER_BODY = 48  # numbers per body and frame: pose, twists and momenta of it
-LAID_OUT = (
-    3  # kinds of products in the table of a coefficient's window: own, and with the frame before, twice
-)
-MARGIN = 1.15  # for passing copies; measured peaks of 15 s to 4 min lie 0.9 to 1.0 times the rest
-BESIDE = 32 * 2**20  # bytes, of any fit: frames worked out together, libraries loaded on the way
+# kinds of products in the table of a coefficient's window: own, and with the frame before, twice
+LAID_OUT = 3
+PEAK_MARGIN = 1.15  # for passing copies; measured peaks of 15 s to 4 min lie 0.9 to 1.0 times the rest
+OTHER_BYTES = 32 * 2**20  # bytes, of any fit: frames worked out together, libraries loaded on the way
 CGROUPS = Path("/sys/fs/cgroup")
 OWN_GROUPS = Path("/proc/self/cgroup")
 UNLIMITED = 2**60  # bytes; what groups without a limit say is near 2^63
@@ -80,7 +79,7 @@ def needed_bytes(
     else:
         at_once = max(settings.inertia_frames, settings.window_frames)
         largest = max(_of_band(trial, at_once, dofs, shared, settings) for trial in fitted)
-    return BESIDE + round(NUMBER * MARGIN * (kept + max(tracked, largest)))
+    return OTHER_BYTES + round(NUMBER * PEAK_MARGIN * (kept + max(tracked, largest)))
 
 
 def _of_band(trial: TrialSize, frames: int, dofs: int, shared: int, settings: TrajectorySettings) -> int:

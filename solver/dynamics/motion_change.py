@@ -17,7 +17,7 @@ from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
-FINER = 8  # bins an hertz of a second's segment, so that a band holds what lies between its edges
+BINS_PER_HERTZ = 8  # bins an hertz of a second's segment, so that a band holds what lies between its edges
 AT_ONCE = 60  # windows
 
 BANDS_HZ = ((0.0, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 10.0), (10.0, np.inf))
@@ -91,7 +91,7 @@ def spectra_of(
     from scipy.signal import csd, welch  # noqa: PLC0415 (slow to load; every reader of a fit leads here)
 
     length = min(len(reference), round(rate))
-    options = {"fs": rate, "nperseg": length, "nfft": FINER * length, "detrend": "linear", "axis": 0}
+    options = {"fs": rate, "nperseg": length, "nfft": BINS_PER_HERTZ * length, "detrend": "linear", "axis": 0}
     step = length - length // 2
     windows = (len(reference) - length) // step + 1
     own, cross = np.zeros(()), np.zeros(())

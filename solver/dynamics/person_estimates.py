@@ -8,7 +8,7 @@ from solver.capture.capture import Subject
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_trajectory import MassEstimate, Standing, disagreement
-from solver.dynamics.mass import pooled
+from solver.dynamics.mass import pool_masses
 from solver.kinematics.scale_prior import stature, stature_of_trunk
 from solver.skeleton.skeleton import Skeleton
 
@@ -24,7 +24,7 @@ _BETWEEN_SPREAD = 0.20  # where a stature may be a child's or a grown-up's
 _LEAST_SHARE, _MOST_SHARE = 0.55, 1.8  # of the usual mass: an index of 13 to 44 kg/m² of grown-ups
 HIP_HEIGHT = 0.530  # over stature (Drillis & Contini 1966)
 STATURE_STD_M = 0.05  # of a stature from legs and trunk: 4 cm of eleven people, 6 from their legs alone
-_LIKELY = 0.9  # a sex less probable than this is not called likely
+_LIKELY_SEX_PROBABILITY = 0.9  # a sex less probable than this is not called likely
 
 
 class PersonMass(NamedTuple):
@@ -39,7 +39,7 @@ class PersonMass(NamedTuple):
 class Plates:
     """What forces say of the mass."""
 
-    told: MassEstimate | None = None  # by the trials' frames that count
+    estimate: MassEstimate | None = None  # by the trials' frames that count
     standing: tuple[Standing, ...] = ()  # by somebody still; who weighs as no person does is none
     read_something: bool = False
 
@@ -56,22 +56,22 @@ def person_mass(
         plates: what they tell.
         settings: how far the entered mass and the forces may differ.
     """
-    leaning = _leaning(plates.told)
+    leaning = _leaning(plates.estimate)
     if subject.mass_kg is not None:
-        warning = plates.told and disagreement(plates.told, subject.mass_kg, settings)
+        warning = plates.estimate and disagreement(plates.estimate, subject.mass_kg, settings)
         return PersonMass(subject.mass_kg, (*([warning] if warning else ()), *leaning))
     standing = [one for one in plates.standing if _is_a_persons(one.mass.mass_kg, height_m, subject)]
     if standing:
-        weight = pooled([one.mass for one in standing], settings)
-        told = f"{weight.mass_kg:.1f} ± {weight.std_kg:.1f} kg stand still on the plates"
+        weight = pool_masses([one.mass for one in standing], settings)
+        what = f"{weight.mass_kg:.1f} ± {weight.std_kg:.1f} kg stand still on the plates"
         where = ", ".join(one.name for one in standing)
-        return PersonMass(weight.mass_kg, (Note(Kind.PERSON, f"mass not given; {told} ({where})"), *leaning))
-    if plates.told is not None:
-        mass = plates.told.mass_kg
+        return PersonMass(weight.mass_kg, (Note(Kind.PERSON, f"mass not given; {what} ({where})"), *leaning))
+    if plates.estimate is not None:
+        mass = plates.estimate.mass_kg
         notes = (
             Note(
                 Kind.PERSON,
-                f"mass not given; {mass:.1f} ± {plates.told.std_kg:.1f} kg estimated from the forces",
+                f"mass not given; {mass:.1f} ± {plates.estimate.std_kg:.1f} kg estimated from the forces",
             ),
             *leaning,
         )
@@ -82,8 +82,8 @@ def person_mass(
     if plates.read_something:
         why = "and the recorded forces do not tell it, as none counts that carries the body"
     if subject.model is not None:
-        told = f"the model's own {skeleton.mass:.1f} kg is used"
-        return PersonMass(skeleton.mass, noted(kind, f"mass not given, {why}; {told}"), _INDEX_SPREAD)
+        what = f"the model's own {skeleton.mass:.1f} kg is used"
+        return PersonMass(skeleton.mass, noted(kind, f"mass not given, {why}; {what}"), _INDEX_SPREAD)
     if math.isnan(height_m):
         return PersonMass(
             skeleton.mass, noted(kind, f"mass not given, {why}, nor a height: it is unknown"), math.inf
@@ -91,16 +91,16 @@ def person_mass(
     mass, std = mass_of_height(height_m, subject.sex)
     if subject.height_m is None:
         std = math.hypot(std, 2 * mass * STATURE_STD_M / height_m)
-    told = f"people of {height_m:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
-    return PersonMass(mass, noted(kind, f"mass not given, {why}; {told}"), std / mass)
+    what = f"people of {height_m:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
+    return PersonMass(mass, noted(kind, f"mass not given, {why}; {what}"), std / mass)
 
 
-def _leaning(told: MassEstimate | None) -> tuple[Note, ...]:
-    if told is None or not told.lean_deg:
+def _leaning(estimate: MassEstimate | None) -> tuple[Note, ...]:
+    if estimate is None or not estimate.lean_deg:
         return ()
     return noted(
         Kind.FORCES_AGAINST_BODY,
-        f"the forces lean {told.lean_deg:.0f}° on average although nobody is accelerated, so they weigh "
+        f"the forces lean {estimate.lean_deg:.0f}° on average although nobody is accelerated, so they weigh "
         "along their own direction: does the belt slope, and are forces given in its axes? `diagnose` tells",
     )
 
@@ -160,7 +160,7 @@ def person_sex(subject: Subject, height_m: float) -> tuple[Note, ...]:
         return noted(Kind.PERSON, f"sex not given, and a child's height does not show it; {used}")
     male = probability_male(height_m, 0.0 if subject.height_m is not None else STATURE_STD_M)
     likely, p = ("male", male) if male > 0.5 else ("female", 1 - male)
-    if p < _LIKELY:
+    if p < _LIKELY_SEX_PROBABILITY:
         return noted(
             Kind.PERSON, f"sex not given, and the height does not show it ({likely}: {100 * p:.0f} %); {used}"
         )

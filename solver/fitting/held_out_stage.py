@@ -18,7 +18,7 @@ from solver.fitting.prediction_stage import predicted_held_out, prediction_fit_o
 from solver.fitting.seen_part import in_whole, seen_part
 from solver.fitting.settings import Settings, from_dict
 from solver.fitting.torques_stage import under_forces
-from solver.fitting.trajectory_stage import all_data, before_forces, extra_of, started
+from solver.fitting.trajectory_stage import all_data, before_forces, begin_at_forces, extra_of
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
@@ -27,7 +27,7 @@ CUTOFFS_HZ = (3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)  # of all that l
 FramesByTrial = Sequence[Bool[np.ndarray, " frames"]]
 
 
-def predicting_held_out(
+def predict_held_out(
     fit: Fit, settings: Settings, progress: Progress, extension: Extension | None = None
 ) -> Fit:
     """The fit with its held-out blocks predicted, where they were still due; with the fit's extension."""
@@ -101,7 +101,7 @@ def layouts_due(fit: Fit) -> tuple[tuple[str, int], ...]:
     return tuple(layout for layout in LAYOUTS if layout not in done)
 
 
-def completing_held_out(
+def complete_held_out(
     fit: Fit,
     settings: Settings,
     progress: Progress,
@@ -120,8 +120,8 @@ def completing_held_out(
     """
     due = layouts_due(fit)
     for k, layout in enumerate(due):
-        told = part(progress, k / len(due), (k + 1) / len(due))
-        judged = judged_layout(fit, layout, settings, told, extension=extension)
+        weighed = part(progress, k / len(due), (k + 1) / len(due))
+        judged = judged_layout(fit, layout, settings, weighed, extension=extension)
         came(judged)
         fit = replace(fit, held_out_layouts=(*fit.held_out_layouts, judged))
     return fit
@@ -206,23 +206,23 @@ def _predicted(
     if not any(w.any() for w in left_out):
         return []
     before = [before_forces(fit) for fit in fits]
-    hidden = [_without(fit, w) for fit, w in zip(before, left_out, strict=True)]
-    told = estimate_mass_and_gains(hidden, skeleton, settings, extended=extension is not None)
-    data = all_data(hidden, match, told, extension)
-    nominal = with_mass(skeleton, told.mass_kg)
-    blind = [started(d, fit, nominal, settings) for d, fit in zip(data, hidden, strict=True)]
+    known = [_without(fit, w) for fit, w in zip(before, left_out, strict=True)]
+    weighed = estimate_mass_and_gains(known, skeleton, settings, extended=extension is not None)
+    data = all_data(known, match, weighed, extension)
+    nominal = with_mass(skeleton, weighed.mass_kg)
+    begun = [begin_at_forces(d, fit, nominal, settings) for d, fit in zip(data, known, strict=True)]
     result = fit_trajectories(
         nominal,
-        blind,
+        begun,
         settings.trajectory,
         progress,
         extra=extension.parameters if extension else None,
-        weighed=extension is None,
+        mass_is_fitted=extension is None,
     )
-    prediction_fit = prediction_fit_of(before, blind, result, nominal, settings, extension=extension)
+    prediction_fit = prediction_fit_of(before, begun, result, nominal, settings, extension=extension)
     judged = []
     for k, (frames, fit, motion) in enumerate(zip(left_out, before, result.motions, strict=True)):
-        gain = told.gains[k]  # of the plates, as the frames that are known tell it
+        gain = weighed.gains[k]  # of the plates, as the frames that are known tell it
         ours, extra = under_forces(fit, motion, result.skeleton, settings), extra_of(fit, extension)
         if extra is not None:
             ours = with_extra_wrench(ours, extra, result.extra)

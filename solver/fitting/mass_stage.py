@@ -64,8 +64,8 @@ def estimate_mass_and_gains(
     if extended and len(fits) < 2:
         return nothing
     trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
-    told = [mass_from_forces([trial], settings.com) for trial in trials]
-    agree = agreeing(told, own_mass, CONTRADICTING_MASS)
+    estimates = [mass_from_forces([trial], settings.com) for trial in trials]
+    agree = agreeing(estimates, own_mass, CONTRADICTING_MASS)
     pooled = mass_from_forces([t for t, kept in zip(trials, agree, strict=True) if kept], settings.com)
     if pooled is None:
         return nothing
@@ -74,7 +74,7 @@ def estimate_mass_and_gains(
         reference = own_mass * (1 + _moved(pooled, own_mass, weights))
     gains, notes = [], list[Note]()
     against = "the other trials" if len(fits) > 1 else "the body's mass"
-    for fit, own, kept in zip(fits, told, agree, strict=True):
+    for fit, own, kept in zip(fits, estimates, agree, strict=True):
         gain = 1.0
         if own is not None:
             trust = 1 / (1 + (own.sampling_std_kg / (GAIN_STD * reference)) ** 2)
@@ -93,17 +93,21 @@ def estimate_mass_and_gains(
     return MassAndGains(own_mass if extended else reference, tuple(gains), tuple(notes))
 
 
-def agreeing(told: Sequence[MassEstimate | None], own_mass: float, tolerance: float) -> list[bool]:
+def agreeing(estimates: Sequence[MassEstimate | None], own_mass: float, tolerance: float) -> list[bool]:
     """Which trials may weigh the body: all but those far from the middle of all, the own mass among them.
 
     Of two that differ nobody knows which is right; both stay.
     """
-    votes = [estimate.mass_kg for estimate in told if estimate is not None]
+    votes = [estimate.mass_kg for estimate in estimates if estimate is not None]
     if len(votes) < 2:
-        return [True] * len(told)
+        return [True] * len(estimates)
     middle = float(np.median([*votes, own_mass]))
-    kept = [e is None or abs(e.mass_kg / middle - 1) <= tolerance for e in told]
-    return kept if any(e is not None and k for e, k in zip(told, kept, strict=True)) else [True] * len(told)
+    kept = [e is None or abs(e.mass_kg / middle - 1) <= tolerance for e in estimates]
+    return (
+        kept
+        if any(e is not None and k for e, k in zip(estimates, kept, strict=True))
+        else [True] * len(estimates)
+    )
 
 
 def _moved(pooled: MassEstimate, own_mass: float, weights: TrajectorySettings) -> float:

@@ -29,7 +29,7 @@ from solver.fitting.state import FitState, Recordings
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.hip_width import expected_hip_width
 from solver.kinematics.inverse_kinematics import inverse_kinematics
-from solver.kinematics.label_faults.repair import with_labels_repaired
+from solver.kinematics.label_faults.repair import repair_labels_of
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.model_ownership import Ownership, whose_model
@@ -43,9 +43,10 @@ from solver.skeleton.subject_model import load_subject_model
 
 POSES = 12  # of somebody who stands still
 SHORTEST_S = 0.5
-STEADY = 0.1  # of the weight: how far it spreads over four fifths of the time; who sways keeps within 5 %
+# of the weight: how far it spreads over four fifths of the time; who sways keeps within 5 %
+STEADY_SPREAD_SHARE = 0.1
 UNDER_M = 0.05  # from below the centre of mass to where it presses: within 2.7 cm there; one of two feet, 10
-PRESSED = 0.75  # of a sole's length and width, about its pieces' middles: pressure spares the rim
+PRESSED_SOLE_SHARE = 0.75  # of a sole's length and width, about its pieces' middles: pressure spares the rim
 RIM_M = 0.03  # by which soles of the model may be misplaced over a plate's edge
 
 
@@ -112,7 +113,7 @@ def repair_labels(state: FitState, settings: Settings) -> FitState:
         others = [other.markers for other in recordings.shown if other is not capture]
         with cpu_timer("load"), about(capture.name):
             repaired.append(
-                with_labels_repaired(
+                repair_labels_of(
                     capture,
                     others,
                     state.groundwork.match,
@@ -227,7 +228,7 @@ def _weight_of(
         return None
     up = sum(plate.force_ground[known, 1] for plate in plates)
     low, weight, high = np.percentile(up, [10, 50, 90])
-    if weight < LIGHTEST_KG * g or high - low > STEADY * weight:
+    if weight < LIGHTEST_KG * g or high - low > STEADY_SPREAD_SHARE * weight:
         return None
     some = np.unique(np.linspace(0, markers.frames - 1, POSES).round().astype(int))
     rate = markers.rate * len(some) / markers.frames
@@ -263,7 +264,7 @@ def _over(
     """Whether both soles are over these plates."""
     R, p = body_poses(skeleton, q)
     feet = independent_feet(skeleton, foot_bodies)
-    pressed = [sole.middle(PRESSED) for sole in soles(skeleton, feet)]
+    pressed = [sole.middle(PRESSED_SOLE_SHARE) for sole in soles(skeleton, feet)]
     points = [np.median(sole.corners_ground(R, p), axis=0)[:, [0, 2]] for sole in pressed]
     corners = [plate.corners_ground[:, [0, 2]] for plate in plates if plate.corners_ground is not None]
     inside = [_within(np.concatenate(points), own) for own in corners]

@@ -19,7 +19,7 @@ from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.edit_stage import follow_small_edit
 from solver.fitting.failing_trials import Failed, together, without_failing
 from solver.fitting.fit import Fit, TrialFit
-from solver.fitting.held_out_stage import predicting_held_out
+from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.mass_stage import weigh_body
 from solver.fitting.model_stage import read_recordings, repair_labels, scale_model, weigh_who_stands
 from solver.fitting.prediction_stage import predict_missing_forces
@@ -28,7 +28,7 @@ from solver.fitting.result_stage import (
     as_fit,
     lay_into_whole,
     leave_out_impossible_angles,
-    note_what_is_unmeasured,
+    note_what_is_predicted,
 )
 from solver.fitting.review_stage import (
     apply_reviews,
@@ -109,7 +109,7 @@ def _solve(
     )
     del state  # where the markers alone had the model's
     release_memory()
-    return predicting_held_out(fit, settings, part(progress, FITTED, 1.0), extension)
+    return predict_held_out(fit, settings, part(progress, FITTED, 1.0), extension)
 
 
 def fit_markers(state: FitState, settings: Settings, progress: Progress) -> FitState:
@@ -147,7 +147,7 @@ def finish(state: FitState, settings: Settings, progress: Progress) -> Fit:
         state = estimate_person(state, settings)
         state = detect_missing_forces(state, settings)
     state = fit_to_forces(state, settings, progress)
-    state = note_what_is_unmeasured(state, settings)
+    state = note_what_is_predicted(state, settings)
     state = compute_torques(state, settings)
     state = lay_into_whole(state)
     state = leave_out_impossible_angles(state)
@@ -194,7 +194,7 @@ def resolve(
     Files, scaling, marker fit and the feet that forces belong to are taken from the previous fit: no review
     changes them. After a small edit the motion is made anew near it alone. Agrees with `solve` to within the
     trajectory fit's tolerance. The held-out blocks wait for
-    `predicting_held_out`, which takes longer than all of this.
+    `predict_held_out`, which takes longer than all of this.
 
     Args:
         previous: a fit of the same files with the same settings; `can_resolve` tells.

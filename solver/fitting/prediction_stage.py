@@ -11,7 +11,7 @@ from solver.dynamics.cross_validation.held_out import HeldOut
 from solver.dynamics.cross_validation.held_out_layouts import frames_of
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
-from solver.dynamics.force_prediction.prediction_fit import Predicted, predicted, predicted_near
+from solver.dynamics.force_prediction.prediction_fit import Predicted, fit_prediction, fit_prediction_near
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
@@ -40,7 +40,7 @@ def predict_missing_forces(state: FitState, settings: Settings) -> FitState:
     if edit is not None and edit.learnt is not None:
         trials = _begun_before(fits, state.data)
         prediction = replace(
-            predicted_near(
+            fit_prediction_near(
                 state.weighed_skeleton,
                 trials,
                 edit.edited,
@@ -133,7 +133,7 @@ def prediction_fit_of(
     extra = None
     if extension is not None and extension.parameters is not None:
         extra = extension.parameters if result is None else ExtraParameters(extension.prior_std, result.extra)
-    return predicted(
+    return fit_prediction(
         skeleton,
         trials,
         settings.trajectory,

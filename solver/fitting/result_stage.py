@@ -24,7 +24,7 @@ from solver.kinematics.unseen_bodies import (
 from solver.skeleton.skeleton import Skeleton
 
 
-def note_what_is_unmeasured(state: FitState, settings: Settings) -> FitState:
+def note_what_is_predicted(state: FitState, settings: Settings) -> FitState:
     """Every trial with notes on unseen segments and on a motion without forces."""
     skeleton, match = state.fitted_skeleton, state.groundwork.match
     pairs = zip(state.trials, state.whole, strict=True)

@@ -209,18 +209,18 @@ def _with_unseen(
     mask: FrameMask, part: FrameMask, span: slice, posed: Bool[np.ndarray, " frames"]
 ) -> FrameMask:
     """With a reason for the frames that show nobody."""
-    told = [
+    sourced = [
         ((start + span.start, end + span.start, foot, why), part.source_of(k))
         for k, (start, end, foot, why) in enumerate(part.reasons)
     ]
-    told += [
+    sourced += [
         ((start, end, None, TOO_FEW_MARKERS), RECORDING)
         for start, end in runs(~posed)
         if start < span.start or end > span.stop
     ]
-    told.sort(key=lambda reason: reason[0][:2])
+    sourced.sort(key=lambda reason: reason[0][:2])
     return replace(
-        mask, reasons=tuple(reason for reason, _ in told), sources=tuple(source for _, source in told)
+        mask, reasons=tuple(reason for reason, _ in sourced), sources=tuple(source for _, source in sourced)
     )
 
 

@@ -10,7 +10,7 @@ from solver.common.cpu_timer import CpuTimer
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.dynamics import BodyLoad, Dynamics
 from solver.dynamics.force_prediction.divided_wrench import distances_to_soles
-from solver.dynamics.force_prediction.missing_wrench import unmeasured_forces, with_joint_torques
+from solver.dynamics.force_prediction.missing_wrench import predict_ground_forces, with_joint_torques
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.extension import TrialExtension, with_extra_wrench
@@ -83,7 +83,7 @@ def with_dynamics(
         return fit
     cpu_timer, notes = CpuTimer(), fit.notes
     with cpu_timer("dynamics"):
-        motion = fit.motion if fit.kinematics_only else filtered(fit.motion, settings)
+        motion = fit.motion if fit.kinematics_only else filter_as_forces(fit.motion, settings)
         dynamics = under_forces(fit, motion, skeleton, settings)
         if not fit.mask.counts.any():
             predicted_ground = _predicted_by_motion(dynamics, settings)
@@ -99,7 +99,7 @@ def with_dynamics(
     return replace(fit, dynamics=dynamics, notes=notes, seconds=fit.seconds | {"dynamics": seconds})
 
 
-def filtered(motion: Motion, settings: Settings) -> Motion:
+def filter_as_forces(motion: Motion, settings: Settings) -> Motion:
     """The motion after the filter that the forces pass."""
     return motion.low_passed(shared_cutoff(motion.rate, settings.conditioning), settings.conditioning.order)
 
@@ -112,7 +112,7 @@ def without_noise(motion: Motion, settings: Settings) -> Motion:
 def _predicted_by_motion(dynamics: Dynamics, settings: Settings) -> Float[np.ndarray, "frames 6"]:
     """Wrench of all feet [N, N·m about the ground origin]: no force was counted, so the residual is all."""
     demand_ground = about_point(dynamics.residual_root, -dynamics.root_ground)
-    return unmeasured_forces(
+    return predict_ground_forces(
         demand_ground,
         dynamics.com_ground,
         dynamics.motion.rate,

@@ -15,7 +15,7 @@ from solver.common.progress import Progress, part
 from solver.contact.assignment import assign
 from solver.contact.needed_segments import seen_legs, unseen_coordinates, why_not_predicted
 from solver.contact.sole import independent_feet, soles
-from solver.contact.wrenches import unmeasured
+from solver.contact.wrenches import without_measured_forces
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.fitting.failing_trials import about
 from solver.fitting.fit import Groundwork, TrialFit
@@ -42,9 +42,9 @@ def track_markers(state: FitState, settings: Settings, progress: Progress) -> Fi
     shared = {stage: seconds / len(captures) for stage, seconds in state.seconds.items()}
     tracked = []
     for i, (capture, own) in enumerate(zip(captures, faults, strict=True)):
-        told = part(progress, i / len(captures), (i + 1) / len(captures))
+        own_progress = part(progress, i / len(captures), (i + 1) / len(captures))
         with about(capture.name):
-            trial = tracked_trial(capture, state.groundwork, settings, told)
+            trial = track_trial(capture, state.groundwork, settings, own_progress)
             tracked.append(replace(trial, label_faults=own, seconds=shared | trial.seconds))
     leaning = [
         note.in_trial(trial.capture.name)
@@ -89,9 +89,7 @@ def former_marker_fit(trial: TrialFit, groundwork: Groundwork, settings: Setting
     )
 
 
-def tracked_trial(
-    capture: Capture, groundwork: Groundwork, settings: Settings, progress: Progress
-) -> TrialFit:
+def track_trial(capture: Capture, groundwork: Groundwork, settings: Settings, progress: Progress) -> TrialFit:
     """Inverse kinematics of one trial."""
     cpu_timer = CpuTimer()
     with cpu_timer("kinematics"):
@@ -153,4 +151,4 @@ def _without_forces(fit: TrialFit, skeleton: Skeleton, subject: Subject) -> Tria
         return replace(
             fit, notes=(*fit.notes, Note(Kind.SOLVE, f"no forces are recorded and none predicted: {error}"))
         )
-    return replace(fit, contacts=unmeasured(feet, fit.motion.frames))
+    return replace(fit, contacts=without_measured_forces(feet, fit.motion.frames))

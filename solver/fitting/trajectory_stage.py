@@ -11,7 +11,7 @@ from solver.common.runs import runs
 from solver.dynamics.com_trajectory import ComData, MassPrior, fit_com_trajectory
 from solver.dynamics.root_wrench import centre_of_mass_of, with_com_at
 from solver.dynamics.trajectory.extension import Extension, TrialExtension
-from solver.dynamics.trajectory.near_edits import fitted_near
+from solver.dynamics.trajectory.near_edits import fit_near_edits
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import TrialData
@@ -35,7 +35,9 @@ def collect_data(state: FitState, settings: Settings) -> FitState:
     data = all_data(state.members, state.groundwork.match, state.weighed, state.extension)
     release_memory()
     begun = (
-        started(own, fit, skeleton, settings) if fit.spline is None else replace(own, spline=fit.spline)
+        begin_at_forces(own, fit, skeleton, settings)
+        if fit.spline is None
+        else replace(own, spline=fit.spline)
         for own, fit in zip(data, state.members, strict=True)
     )
     return replace(state, data=tuple(begun))
@@ -69,7 +71,7 @@ def _fitted(
     """Of all trials; near a small edit alone, where there is one."""
     weights, before = settings.trajectory, state.motion_only
     if state.edit is not None:
-        return fitted_near(
+        return fit_near_edits(
             state.weighed_skeleton,
             state.data,
             state.edit.edited,
@@ -84,7 +86,7 @@ def _fitted(
         progress,
         phi=before.phi if before else state.groundwork.phi,
         extra=state.extension.parameters if state.extension else None,
-        weighed=state.extension is None,
+        mass_is_fitted=state.extension is None,
         edited=edited,
     )
 
@@ -166,7 +168,7 @@ def extra_of(fit: TrialFit, extension: Extension | None) -> TrialExtension | Non
     return extra.between(first, first + frames) if extra else None
 
 
-def started(data: TrialData, fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialData:
+def begin_at_forces(data: TrialData, fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialData:
     """The search begins with the root moved: the centre of mass goes where the known forces take it."""
     com = ComData(
         centre_of_mass_of(skeleton, fit.motion.q),

@@ -29,7 +29,7 @@ from solver.gait.activity_model import (
     features_of,
     learnt_weights,
     shares,
-    smoothed,
+    smooth_probabilities,
     windows_of,
 )
 from solver.gait.activity_rules import kind_of, unlearnt
@@ -77,11 +77,11 @@ def suggested_activities(
     except ModelError:
         return ()  # a body that forces act on, and no foot with toes below a leg
     first = trial.capture.markers.first_frame
-    found = suggested(seen, trial.capture.name, learnt_weights())
+    found = suggest_activities(seen, trial.capture.name, learnt_weights())
     return tuple(replace(one, start=one.start + first, end=one.end + first) for one in found)
 
 
-def suggested(motion: BodyMotion, name: str, weights: Weights) -> tuple[ActivitySuggestion, ...]:
+def suggest_activities(motion: BodyMotion, name: str, weights: Weights) -> tuple[ActivitySuggestion, ...]:
     """Likewise, from the motion alone.
 
     Args:
@@ -91,7 +91,7 @@ def suggested(motion: BodyMotion, name: str, weights: Weights) -> tuple[Activity
     """
     windows = windows_of(motion)
     probabilities = _probabilities(motion, windows.spans, name, weights)
-    time_history = smoothed(probabilities)
+    time_history = smooth_probabilities(probabilities)
     found = []
     for first, last, place in _stretches(time_history, probabilities):
         activity = all_classes()[place]

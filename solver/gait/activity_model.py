@@ -93,10 +93,10 @@ def features_of(motion: BodyMotion, span: tuple[int, int]) -> Float[np.ndarray, 
         np.abs(knees[:, 0] - knees[:, 1]).mean() / np.radians(30),
         motion.ahead[part].max() / leg,
     )
-    return np.clip(np.array(numbers), -MOST, MOST)
+    return np.clip(np.array(numbers), -MOST_FEATURE_VALUE, MOST_FEATURE_VALUE)
 
 
-MOST = 2.0  # of any number: beyond, more says no more
+MOST_FEATURE_VALUE = 2.0  # of any number: beyond, more says no more
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ class Weights:
 @cache
 def learnt_weights() -> Weights:
     """Those of the package."""
-    told = json.loads(files("solver.gait").joinpath(FILE).read_text(encoding="utf-8"))
-    classes = told["classes"]
+    stored = json.loads(files("solver.gait").joinpath(FILE).read_text(encoding="utf-8"))
+    classes = stored["classes"]
     return Weights(
         np.array([[classes[name]["weights"][feature] for feature in NAMES] for name in LEARNT]),
         np.array([classes[name]["bias"] for name in LEARNT]),
@@ -132,7 +132,7 @@ def shares(
     return odds / odds.sum(axis=1, keepdims=True)
 
 
-def smoothed(probabilities: Float[np.ndarray, "windows classes"]) -> Int[np.ndarray, " windows"]:
+def smooth_probabilities(probabilities: Float[np.ndarray, "windows classes"]) -> Int[np.ndarray, " windows"]:
     """The likeliest classes over time, by Viterbi: a change costs what 2 s say that are nine tenths sure.
 
     Args:

@@ -24,7 +24,7 @@ PACE_WINDOW_S = 1.0  # [s] about a stride of a walk
 MOST_SAMPLES = 1500  # of soles' velocities; more tell no more of the surface's
 GRID_S = 0.1
 ROUNDS = 10  # of mean shift, which settles in a few
-FORGOTTEN = 64  # frames beyond which a cubic spline feels nothing of another: 0.27 a frame
+SPLINE_REACH_FRAMES = 64  # frames beyond which a cubic spline feels nothing of another: 0.27 a frame
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class _Sole:
         if self.whole is not None:
             return self.whole
         first, last = np.searchsorted(self.times, times[[0, -1]])
-        near = slice(max(0, first - FORGOTTEN), last + FORGOTTEN)
+        near = slice(max(0, first - SPLINE_REACH_FRAMES), last + SPLINE_REACH_FRAMES)
         return CubicSpline(self.times[near], self.corners_ground[near])
 
     def lowest(self, times: Float[np.ndarray, " steps"]) -> Float[np.ndarray, "steps 3"]:

@@ -42,7 +42,7 @@ class StrideCurves:
         return float(np.mean(shares)) if shares else None
 
 
-def stretched(
+def stretch_to_stride(
     cycle: Cycle,
     times: Float[np.ndarray, " frames"],
     values: Float[np.ndarray, " frames"],
@@ -83,5 +83,5 @@ def stride_curves(
             left_out += 1
             continue
         kept.append(cycle)
-        rows.append(stretched(cycle, times, values))
+        rows.append(stretch_to_stride(cycle, times, values))
     return StrideCurves(tuple(kept), np.array(rows).reshape(len(rows), POINTS), left_out)

@@ -44,7 +44,8 @@ LOW_M = 0.015  # over the lowest rest of the same foot in the recording: higher 
 HEIGHT_STD_M = 0.005  # of a height over the sole: soft shoes, ground, the frames chosen
 FOREFOOT_FROM_HEEL_M = 0.08  # markers nearer to each other do not tell the foot's pitch
 NOTABLE_M = 1e-4  # a marker whose place is so near stays as it is
-BELIEVED = 3.0  # standard deviations; a foot whose heights are further from the usual ones does not lie flat
+# standard deviations; a foot whose heights are further from the usual ones does not lie flat
+MOST_SOLE_DEVIATIONS = 3.0
 
 
 def pelvis_notes(skeleton: Skeleton, match: MarkerMatch, known: Collection[str] = ()) -> tuple[Note, ...]:
@@ -118,7 +119,7 @@ def on_flat_feet(skeleton: Skeleton, match: MarkerMatch, recordings: Sequence[Ma
             continue
         raised = height - usual
         raised -= np.average(raised[shown], weights=1 / variance[shown])
-        if (np.abs(raised[shown]) > BELIEVED * np.sqrt(variance[shown])).any():
+        if (np.abs(raised[shown]) > MOST_SOLE_DEVIATIONS * np.sqrt(variance[shown])).any():
             continue
         believed = np.where(shown, raised * variance / (variance + HEIGHT_STD_M**2), 0.0)
         for name, up in zip(names, believed, strict=True):

@@ -18,8 +18,8 @@ from solver.skeleton.skeleton import Skeleton
 JOINT_STD_RAD = 0.5  # of a joint that no marker shows, about the pose the fit gives it
 PLACED_M = 0.1  # the root's standard deviation, at most
 TURNED_RAD = 0.4  # likewise, about its least certain axis: what one free joint between it and markers leaves
-ENTERED = 0.8  # of the coordinates that a trial usually shows, where a stretch begins and ends
-SHOWN = 0.7  # of JOINT_STD_RAD: with less left, markers show a coordinate
+USUALLY_SHOWN_SHARE = 0.8  # of the coordinates that a trial usually shows, where a stretch begins and ends
+SHOWN_STD_SHARE = 0.7  # of JOINT_STD_RAD: with less left, markers show a coordinate
 BEYOND_RAD = 0.35  # past people's ranges of motion; joints of sound recordings go 0.2 past them at most
 BRIDGED_S = 0.2  # a shorter gap is bridged by the motion before and after, within about a centimetre
 
@@ -37,7 +37,7 @@ def posed_frames(
     """
     shown = np.zeros(len(q))
     if len(usable):
-        placed, told = by_frames(lambda some, at: _told(problem, some, at), q[usable], usable).T
+        placed, told = by_frames(lambda some, at: _determined(problem, some, at), q[usable], usable).T
         shown[usable] = np.where(placed, told, 0.0)
     own, short = shown >= problem.settings.fewest_seen_share, BRIDGED_S * rate
     posed = own.copy()
@@ -122,16 +122,16 @@ def beyond_people(
 
 
 def _shown(covariance: Float[np.ndarray, "some dofs dofs"]) -> Bool[np.ndarray, "some dofs"]:
-    return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) < SHOWN * JOINT_STD_RAD
+    return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) < SHOWN_STD_SHARE * JOINT_STD_RAD
 
 
 def _entered(shown: Float[np.ndarray, " frames"], start: int, end: int) -> tuple[int, int]:
     """Without ends on which a leg is still, or already, out of sight: beyond an end nothing bridges."""
-    whole = start + np.flatnonzero(shown[start:end] >= ENTERED)
+    whole = start + np.flatnonzero(shown[start:end] >= USUALLY_SHOWN_SHARE)
     return (int(whole[0]), int(whole[-1]) + 1) if len(whole) else (start, end)
 
 
-def _told(
+def _determined(
     problem: PoseProblem, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"]
 ) -> Float[np.ndarray, "some 2"]:
     """Whether the root is placed, and the share of coordinates shown of those that usually are."""

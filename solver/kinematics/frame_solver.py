@@ -23,7 +23,7 @@ INITIAL_DAMPING = 1e-3  # of the diagonal; small, because most starts are close
 FLEXED = {"hip_flexion": 1.4, "knee_angle": 1.4, "knee_flexion": 1.4}  # rad; sitting, squatting, landing
 ONE_WAY_RAD = 1.5  # range of a joint that may bend far to one side
 SLIGHTLY_BENT = 0.2  # of that range
-KEPT = 2  # starts a frame that are refined to the end
+STARTS_REFINED = 2  # starts a frame that are refined to the end
 REACHING = {"arm_flex": 1.2, "arm_add": -0.6, "elbow_flex": 1.2}  # rad; arms up and in front
 
 
@@ -259,7 +259,7 @@ def initial_poses(
     starts = [aligned(problem, root, posture, frames, weight) for posture in postures for weight in weights]
     which = np.tile(frames, len(starts))
     rough, cost = solve_frames(problem, np.concatenate(starts), which, robust=False, max_iterations=8)
-    order = cost.reshape(len(starts), -1).argsort(axis=0)[:KEPT]
+    order = cost.reshape(len(starts), -1).argsort(axis=0)[:STARTS_REFINED]
     kept = (order * len(frames) + np.arange(len(frames))).ravel()
     q, cost = solve_frames(problem, rough[kept], which[kept])
     best = cost.reshape(-1, len(frames)).argmin(axis=0)

@@ -23,10 +23,12 @@ from solver.markers.atlas import atlas, place_on
 from solver.markers.understanding import SURE_ENOUGH, Understanding, UnderstoodLabel, understand
 from solver.skeleton.skeleton import Marker, Skeleton
 
-HOLDS = 0.5  # of the labels that some table has; if fewer keep their distances, the names are wrong
+# of the labels that some table has; if fewer keep their distances, the names are wrong
+NAMES_HOLD_SHARE = 0.5
 LEG = ("femur", "tibia", "patella", "talus", "calcn", "toes")
 FEWEST_OF_A_LEG = 3  # labels without a meaning, if no label tells of a leg: thigh, shank and foot
-FEW = 0.25  # labels without a name, of those with one: then the named ones tell the pose of every limb
+# labels without a name, of those with one: then the named ones tell the pose of every limb
+FEW_UNNAMED_SHARE = 0.25
 _REGION = {  # the landmark that stands for "somewhere on this segment"
     "pelvis": "pelvis_cluster",
     "femur": "thigh_cluster",
@@ -45,7 +47,7 @@ FRAMES = 60  # of each recording
 SAME_M = 0.025  # skin and posture move distances within a segment by less
 FRAME_REACH_M = 0.15  # of a marker on a frame or plate from where its name says
 FEWEST_PAIRS = 10  # rigid in both recordings; fewer tell nothing
-AGREE = 0.6  # of them, at least
+LEAST_AGREEING_SHARE = 0.6  # of them, at least
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def read_labels(
         for label, name in (own | used).items()
         if label not in {r.label for r in meant if not r.used}
     }
-    holds = len(pinned) >= FEWEST_SHARED and len(used) >= HOLDS * len(meant)
+    holds = len(pinned) >= FEWEST_SHARED and len(used) >= NAMES_HOLD_SHARE * len(meant)
     computed = [row.label for row in understood.labels if row.computed]
     unknown = {r.label for r in understood.labels} - {*pinned, *computed, *(r.label for r in meant)}
     untold = sorted(unknown) if holds and len(computed) > len(unknown) else []
@@ -111,7 +113,10 @@ def read_labels(
         if len(wanted) < FEWEST_MARKERS:
             return ReadLabels(understood, {}, notes)
     recognition = recognise(
-        looked_at, pinned, search=not holds or len(unknown) > FEW * len(pinned), settings=settings
+        looked_at,
+        pinned,
+        search=not holds or len(unknown) > FEW_UNNAMED_SHARE * len(pinned),
+        settings=settings,
     )
     if recognition is None or not (holds or recognition.person):
         return ReadLabels(understood, {}, notes)
@@ -286,7 +291,7 @@ def disagreeing(recordings: Sequence[Markers]) -> str | None:
         if near.sum() < FEWEST_PAIRS:
             continue
         same = np.abs(mean_a[a] - mean_b[b])[near] < SAME_M
-        if same.mean() < AGREE:
+        if same.mean() < LEAST_AGREEING_SHARE:
             return (
                 f"between recordings {i + 1} and {j + 1}, {np.sum(~same)} of {len(same)} distances within "
                 "segments differ"

@@ -20,7 +20,8 @@ from solver.skeleton.skeleton import Skeleton
 NEAR_SHOULDER_M = 0.12  # the acromion's skin lies 3 to 8 cm above the joint's centre
 FURTHEST_M = 0.13  # a shoulder goes no further; at 19 cm from the acromion is C7, then the head
 LEAST_WIDTH_M = 0.06  # from a shoulder to the middle of both; nearer, nobody knows what is inside
-SHRUG = 0.8  # least cosine between where a marker went and up and inwards at 45°: within 37° of it
+# least cosine between where a marker went and up and inwards at 45°: within 37° of it
+LEAST_SHRUG_COSINE = 0.8
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ def shrugged(
     if width.min() < LEAST_WIDTH_M or far.max() > FURTHEST_M:
         return False
     expected = (inwards / width + [0.0, 1.0, 0.0]) / np.sqrt(2)
-    return bool(np.median((went * expected).sum(axis=1) / far) > SHRUG)
+    return bool(np.median((went * expected).sum(axis=1) / far) > LEAST_SHRUG_COSINE)
 
 
 def _carries_both(skeleton: Skeleton, body: int) -> bool:

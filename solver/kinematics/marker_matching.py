@@ -12,7 +12,7 @@ from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
 from solver.common.errors import FitError
 from solver.common.notes import Kind, Note, noted
-from solver.kinematics.unseen_bodies import untold_dofs
+from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_SHARED = 6  # below it a pose is not determined in any useful sense
@@ -113,7 +113,7 @@ def match_markers(
 
 def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[Note, ...]:
     """Segments that no marker of the recordings tells, and others on which the model alone has markers."""
-    untold = {d for d, u in zip(skeleton.dofs, untold_dofs(match.skeleton(skeleton)), strict=True) if u}
+    untold = {d for d, u in zip(skeleton.dofs, undetermined_dofs(match.skeleton(skeleton)), strict=True) if u}
     shared = {marker.body for marker in skeleton.markers if marker.name in match.model}
     free = [
         body

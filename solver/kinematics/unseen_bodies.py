@@ -10,7 +10,7 @@ from solver.skeleton.skeleton import Skeleton
 
 LONG_S = 0.1  # shorter gaps are bridged within millimetres
 NOTABLE_MASS = 0.03  # of the body's; an arm weighs 5 %, a hand or a foot's toes less than 1 %
-LISTED = 5  # stretches named; the rest is counted
+MOST_LISTED = 5  # stretches named; the rest is counted
 
 
 def unseen_body_notes(
@@ -54,9 +54,9 @@ def unseen_frame_notes(motion: Motion) -> tuple[Note, ...]:
         return ()
     listed = ", ".join(
         f"{start}-{end - 1} ({motion.times[start]:.2f} to {motion.times[end - 1]:.2f} s)"
-        for start, end in lost[:LISTED]
+        for start, end in lost[:MOST_LISTED]
     )
-    more = f" and {len(lost) - LISTED} more stretches" if len(lost) > LISTED else ""
+    more = f" and {len(lost) - MOST_LISTED} more stretches" if len(lost) > MOST_LISTED else ""
     return noted(
         Kind.OUT_OF_VIEW,
         f"no pose on {int((~motion.posed).sum())} of {motion.frames} frames, where too few markers are "
@@ -91,8 +91,8 @@ def guessed_notes(
 
 
 def _listed(stretches: tuple[tuple[int, int], ...]) -> str:
-    more = f" and {len(stretches) - LISTED} more stretches" if len(stretches) > LISTED else ""
-    return ", ".join(f"{start}-{end - 1}" for start, end in stretches[:LISTED]) + more
+    more = f" and {len(stretches) - MOST_LISTED} more stretches" if len(stretches) > MOST_LISTED else ""
+    return ", ".join(f"{start}-{end - 1}" for start, end in stretches[:MOST_LISTED]) + more
 
 
 def unseen_mass_notes(
@@ -109,7 +109,7 @@ def unseen_mass_notes(
     for body in reversed(range(len(skeleton.bodies))):
         if body in carries:
             carries.add(skeleton.joints[body].parent)
-    untold = untold_dofs(skeleton, observed_ground)
+    untold = undetermined_dofs(skeleton, observed_ground)
     guessed = []
     for body, joint in enumerate(skeleton.joints):
         own = [axis.coordinate in skeleton.dofs for axis in joint.axes]
@@ -131,7 +131,7 @@ def unseen_mass_notes(
     )
 
 
-def untold_dofs(
+def undetermined_dofs(
     skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"] | None = None
 ) -> Bool[np.ndarray, " dofs"]:
     """Degrees of freedom that move no marker: those of joints beyond which none is ever seen.

@@ -35,7 +35,7 @@ INCLINATION_VARIANCE_DEG2 = 5.0**2 + 4.6**2
 POSTURE_VARIANCE_DEG2 = 10.0**2
 # Some laboratories put these markers elsewhere on the pelvis altogether. So the bone's distribution has the
 # tails of Student's t, and posture, which people's joints bound, those of a Gaussian.
-TAIL = 3.0  # degrees of freedom
+TAIL_DEGREES_OF_FREEDOM = 3.0  # degrees of freedom
 UPRIGHT_M = 0.03  # below the highest the pelvis gets; lower down the person squats or sits
 HIGHEST = 95.0  # percentile that counts for "the highest": a jump is short
 NOTABLE_DEG = 0.1  # nearer to the usual inclination, the markers stay as they are
@@ -137,7 +137,9 @@ def of_bone(unusual_deg: float) -> float:
     """
 
     def unlikely(bone: float) -> float:
-        statistics = (TAIL + 1) * np.log1p(bone**2 / (TAIL * INCLINATION_VARIANCE_DEG2))
+        statistics = (TAIL_DEGREES_OF_FREEDOM + 1) * np.log1p(
+            bone**2 / (TAIL_DEGREES_OF_FREEDOM * INCLINATION_VARIANCE_DEG2)
+        )
         return float(statistics + (unusual_deg - bone) ** 2 / POSTURE_VARIANCE_DEG2)
 
     shares = np.linspace(0.0, unusual_deg, SHARES)

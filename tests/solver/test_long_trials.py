@@ -11,7 +11,7 @@ from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings
-from solver.fitting.trajectory_stage import all_data, started
+from solver.fitting.trajectory_stage import all_data, begin_at_forces
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
 from tests.flagged import flagged
@@ -79,7 +79,7 @@ def given(fit):
     told = estimate_mass_and_gains([before], fit.skeleton, WHOLE)
     data = all_data([before], fit.groundwork.match, told, None)
     body = with_mass(fit.skeleton, told.mass_kg)
-    return body, [started(data[0], before, body, WHOLE)]
+    return body, [begin_at_forces(data[0], before, body, WHOLE)]
 
 
 def test_inertias_given_windows_are_the_whole(whole, subject):

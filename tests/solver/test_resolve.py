@@ -15,7 +15,7 @@ from solver.common.progress import silent
 from solver.dynamics.force_prediction import prediction_fit
 from solver.fitting import trajectory_stage
 from solver.fitting.fit import Fit
-from solver.fitting.held_out_stage import predicting_held_out
+from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
 from solver.fitting.settings import Settings, as_dict
@@ -127,7 +127,7 @@ def test_another_flag_takes_one_fit_and_asks_no_blocks_anew(case, reviewed, monk
     fit = trajectory_stage.fit_trajectories
     with monkeypatch.context() as watched:
         watched.setattr(
-            prediction_fit, "chosen_kinds", lambda *_, **__: pytest.fail("blocks were asked anew")
+            prediction_fit, "choose_kinds", lambda *_, **__: pytest.fail("blocks were asked anew")
         )
         watched.setattr(trajectory_stage, "fit_trajectories", lambda *a, **k: fits.append(0) or fit(*a, **k))
         warm = resolve(reviewed, moved(case, 5), SETTINGS)
@@ -143,8 +143,8 @@ def test_solving_the_same_flags_again_moves_nothing_further(case, reviewed):
 
 def test_many_changed_frames_ask_blocks_anew(case, reviewed, monkeypatch):
     asked = []
-    choose = prediction_fit.chosen_kinds
-    monkeypatch.setattr(prediction_fit, "chosen_kinds", lambda *a, **k: asked.append(0) or choose(*a, **k))
+    choose = prediction_fit.choose_kinds
+    monkeypatch.setattr(prediction_fit, "choose_kinds", lambda *a, **k: asked.append(0) or choose(*a, **k))
     (trial,) = reviewed.trials
     known = np.flatnonzero(trial.forces_known)
     most = (int(known[0]), int(known[2 * len(known) // 3]), None, "manualReview")
@@ -162,7 +162,7 @@ def test_taking_it_back_gives_the_first_fit_again(case, reviewed):
 def test_the_held_out_blocks_are_due_and_then_those_of_a_solve_from_the_beginning(case, reviewed):
     assert reviewed.held_out_due
     assert reviewed.trials[0].held_out is None
-    ours = predicting_held_out(reviewed, SETTINGS, silent)
+    ours = predict_held_out(reviewed, SETTINGS, silent)
     cold = case.cold(case.after)
     assert not ours.held_out_due
     np.testing.assert_array_equal(ours.trials[0].held_out.frames, cold.trials[0].held_out.frames)
@@ -217,7 +217,7 @@ def test_a_small_edit_is_followed_near_it_alone(walk_with_short_reach, monkeypat
     name, foot = first.trials[0].capture.name, first.trials[0].contacts.foot_bodies[0]
     one, other = (60, 75, foot, "manualReview"), (140, 155, foot, "manualReview")
     with monkeypatch.context() as watched:
-        for module, whole in ((trajectory_stage, "fit_trajectories"), (prediction_fit, "chosen_kinds")):
+        for module, whole in ((trajectory_stage, "fit_trajectories"), (prediction_fit, "choose_kinds")):
             watched.setattr(module, whole, lambda *_, **__: pytest.fail("all frames were asked"))
         once = resolve(first, {name: flagged(one)}, settings)
         twice = resolve(once, {name: flagged(one, other)}, settings)

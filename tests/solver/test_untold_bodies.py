@@ -10,7 +10,7 @@ from solver.capture.trial import read_trial
 from solver.fitting.fit import Fit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for
-from solver.kinematics.unseen_bodies import untold_dofs
+from solver.kinematics.unseen_bodies import undetermined_dofs
 
 NEUTRAL_DEG = 15.0
 
@@ -19,7 +19,7 @@ def furthest_deg(fit: Fit) -> dict[str, float]:
     """Of each degree of freedom that moves no marker, how far it goes from the neutral pose."""
     skeleton = fit.skeleton
     away = np.degrees(np.abs(fit.trials[0].motion.q - skeleton.default_q)).max(axis=0)
-    untold = untold_dofs(skeleton, fit.groundwork.match.observed(fit.trials[0].capture.markers))
+    untold = undetermined_dofs(skeleton, fit.groundwork.match.observed(fit.trials[0].capture.markers))
     return {dof: away[i] for i, dof in enumerate(skeleton.dofs) if untold[i]}
 
 

@@ -44,7 +44,7 @@ HIDDEN = "hidden by the ablation"  # the mask's reason
 
 def oracle(
     data: ComData,
-    hidden: Bool[np.ndarray, " frames"],
+    held_out: Bool[np.ndarray, " frames"],
     settings: ComSettings,
     prior: MassPrior | None = None,
 ) -> ComTrajectory:
@@ -53,14 +53,20 @@ def oracle(
 
 
 def ours(
-    data: ComData, hidden: Bool[np.ndarray, " frames"], settings: ComSettings, prior: MassPrior | None = None
+    data: ComData,
+    held_out: Bool[np.ndarray, " frames"],
+    settings: ComSettings,
+    prior: MassPrior | None = None,
 ) -> ComTrajectory:
     """One trajectory through all frames, with a free acceleration where the force is hidden."""
-    return fit_com_trajectory(data.without(hidden), settings, prior)
+    return fit_com_trajectory(data.without(held_out), settings, prior)
 
 
 def piecewise(
-    data: ComData, hidden: Bool[np.ndarray, " frames"], settings: ComSettings, prior: MassPrior | None = None
+    data: ComData,
+    held_out: Bool[np.ndarray, " frames"],
+    settings: ComSettings,
+    prior: MassPrior | None = None,
 ) -> ComTrajectory:
     """A trajectory for each run of frames with force, on its own; between them the markers' centre of mass.
 
@@ -69,7 +75,7 @@ def piecewise(
     """
     stitched = unchanged(data)
     weighted, frames = 0.0, 0
-    for start, end in runs(data.without(hidden).observed):
+    for start, end in runs(data.without(held_out).observed):
         if end - start < FEWEST_FRAMES:
             continue
         run = fit_com_trajectory(data.between(start, end), settings, prior)
@@ -128,10 +134,10 @@ class AblationTrial:
             "ablation compares the knee's torque and looks for a coordinate with 'knee' in its name."
         )
 
-    def hiding(self, hidden: Bool[np.ndarray, " frames"]) -> FrameMask:
+    def hiding(self, held_out: Bool[np.ndarray, " frames"]) -> FrameMask:
         """The trial's mask without the foot's force on hidden frames."""
         counts = self.mask.counts.copy()
-        counts[hidden, self.foot] = False
+        counts[held_out, self.foot] = False
         return replace(self.mask, counts=counts)
 
 
@@ -151,7 +157,7 @@ class ArmFigures:
 class Repetition:
     """One choice of hidden frames: figures, and torque of the knee [N·m], by arm."""
 
-    hidden: Bool[np.ndarray, " frames"]
+    held_out: Bool[np.ndarray, " frames"]
     figures: dict[str, ArmFigures]
     knee_torque: dict[str, Float[np.ndarray, " frames"]]
     notes: tuple[str, ...]
@@ -180,8 +186,8 @@ def ablate(
     arms = _Arms(trial, settings)
     share = 1 / (1 + len(choices))
     oracle = arms.oracle(part(progress, 0.0, share))
-    for i, hidden in enumerate(choices):
-        yield arms.repetition(hidden, oracle, part(progress, (1 + i) * share, (2 + i) * share))
+    for i, held_out in enumerate(choices):
+        yield arms.repetition(held_out, oracle, part(progress, (1 + i) * share, (2 + i) * share))
 
 
 @dataclass(frozen=True)
@@ -206,32 +212,35 @@ class _Arms:
         return self._arm("oracle", nothing, progress)
 
     def repetition(
-        self, hidden: Bool[np.ndarray, " frames"], oracle: dict[str, _Outcome], progress: Progress
+        self, held_out: Bool[np.ndarray, " frames"], oracle: dict[str, _Outcome], progress: Progress
     ) -> Repetition:
         start = self.trial.data.start
         outcomes = {MARKERS: self._smoothed(start), **oracle}
-        outcomes |= self._arm("ours", hidden, part(progress, 0.0, 0.5))
-        outcomes |= self._arm("piecewise", hidden, part(progress, 0.5, 1.0))
-        whole, blind = self.trial.mask, self.trial.hiding(hidden)
+        outcomes |= self._arm("ours", held_out, part(progress, 0.0, 0.5))
+        outcomes |= self._arm("piecewise", held_out, part(progress, 0.5, 1.0))
+        whole, without_held_out = self.trial.mask, self.trial.hiding(held_out)
         knee = {
-            name: self._knee_torque(o, whole if name in oracle else blind) for name, o in outcomes.items()
+            name: self._knee_torque(o, whole if name in oracle else without_held_out)
+            for name, o in outcomes.items()
         }
         return Repetition(
-            hidden=hidden,
+            held_out=held_out,
             figures={
-                name: self._figures(o, hidden, knee[name] - knee[FITTED["oracle"]])
+                name: self._figures(o, held_out, knee[name] - knee[FITTED["oracle"]])
                 for name, o in outcomes.items()
             },
             knee_torque=knee,
             notes=tuple(f"{name}: {note}" for name, o in outcomes.items() for note in o.notes),
         )
 
-    def _arm(self, arm: str, hidden: Bool[np.ndarray, " frames"], progress: Progress) -> dict[str, _Outcome]:
+    def _arm(
+        self, arm: str, held_out: Bool[np.ndarray, " frames"], progress: Progress
+    ) -> dict[str, _Outcome]:
         """Before and after the joint fit."""
         trial, data = self.trial, self.trial.data
-        com = ARMS[arm](self.com, hidden, self.settings.com, self.mass).com_ground
+        com = ARMS[arm](self.com, held_out, self.settings.com, self.mass).com_ground
         start = replace(data.start, q=with_com_at(trial.skeleton, data.start.q, com))
-        seen = replace(data, initial=start, counts=data.counts & ~hidden)
+        seen = replace(data, initial=start, counts=data.counts & ~held_out)
         fit = fit_trajectories(trial.skeleton, [seen], self.settings.trajectory, progress)
         return {
             STARTED[arm]: self._smoothed(start),
@@ -256,11 +265,11 @@ class _Arms:
     def _figures(
         self,
         outcome: _Outcome,
-        hidden: Bool[np.ndarray, " frames"],
+        held_out: Bool[np.ndarray, " frames"],
         knee_difference: Float[np.ndarray, " frames"],
     ) -> ArmFigures:
         dynamics = self._dynamics(outcome, self.trial.mask)
-        both, unseen = dynamics.used & ~hidden, dynamics.used & hidden
+        both, unseen = dynamics.used & ~held_out, dynamics.used & held_out
         force, moment = dynamics.residual_root[:, :3], dynamics.residual_root[:, 3:]
         errors = marker_positions(outcome.skeleton, outcome.motion.q) - self.trial.data.observed_ground
         return ArmFigures(

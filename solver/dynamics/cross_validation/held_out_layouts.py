@@ -47,11 +47,11 @@ def random_shares(
         repetitions: how many choices; fewer where there are no more.
         rng: of the choices.
     """
-    hidden = min(len(steps), max(1, round(fraction * len(steps))))
-    wanted = min(repetitions, comb(len(steps), hidden))
+    held_out = min(len(steps), max(1, round(fraction * len(steps))))
+    wanted = min(repetitions, comb(len(steps), held_out))
     chosen: dict[tuple[int, ...], None] = {}
     while len(chosen) < wanted:
-        choice = rng.choice(len(steps), size=hidden, replace=False)
+        choice = rng.choice(len(steps), size=held_out, replace=False)
         chosen[tuple(sorted(int(i) for i in choice))] = None
     return [[steps[i] for i in choice] for choice in chosen]
 

@@ -20,7 +20,7 @@ LEAST_HEIGHT_M = 0.3  # of the centre of mass above a foot: lying people's legs 
 LEVEL = [0, 2]  # axes, y is up
 
 
-def divided(
+def divide_wrench(
     skeleton: Skeleton,
     foot_bodies: Sequence[str],
     q: Float[np.ndarray, "frames dofs"],
@@ -51,7 +51,7 @@ def divided(
     return np.concatenate([forces, moments], axis=2)
 
 
-def pressed(
+def press_on_soles(
     skeleton: Skeleton,
     foot_bodies: Sequence[str],
     q: Float[np.ndarray, "frames dofs"],
@@ -81,7 +81,7 @@ def pressed(
     return np.concatenate([forces, cross(points, forces)], axis=2)
 
 
-def going_with_the_ground(
+def feet_moving_with_ground(
     skeleton: Skeleton,
     foot_bodies: Sequence[str],
     q: Float[np.ndarray, "frames dofs"],

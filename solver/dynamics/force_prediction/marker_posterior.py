@@ -383,12 +383,12 @@ class LongMarkerPosterior:
             if not len(inside):
                 continue
             own = Windows(part.stop - part.start, windows.start[inside] - part.start, windows.weights)
-            told = self._made_again(part).wrench_covariance(measured_ground[part], own)
-            told = told.reshape(len(inside), 6, len(inside), 6)
+            found = self._made_again(part).wrench_covariance(measured_ground[part], own)
+            found = found.reshape(len(inside), 6, len(inside), 6)
             six = np.arange(6)
             pairs = np.ix_(inside, six, inside, six)
             here = (of_part[np.ix_(inside, inside)] == k)[:, None, :, None]
-            covariance[pairs] = np.where(here, told, covariance[pairs])
+            covariance[pairs] = np.where(here, found, covariance[pairs])
         return covariance.reshape(6 * windows.count, 6 * windows.count)
 
     def _made_again(self, part: slice) -> MarkerPosterior:
@@ -417,12 +417,12 @@ def trial_posterior(
     )
     if len(parts) == 1:
         return posterior_of(track, noise)
-    told = [_spline(track.part(part.start, part.stop), noise) for part in parts]
-    choices = sorted(smoothness for _, smoothness in told)
+    found = [_spline(track.part(part.start, part.stop), noise) for part in parts]
+    choices = sorted(smoothness for _, smoothness in found)
     chosen = replace(noise, smoothness=(choices[len(choices) // 2],))
     splines = [
         c if own == chosen.smoothness[0] else _spline(track.part(part.start, part.stop), chosen)[0]
-        for (c, own), part in zip(told, parts, strict=True)
+        for (c, own), part in zip(found, parts, strict=True)
     ]
     c = joined(splines, [part.start // track.spacing for part in parts])
     basis = spline_basis(start.frames, start.rate, track.spacing)

@@ -17,7 +17,7 @@ from scipy.linalg import solveh_banded
 
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import BodyLoad, Dynamics
-from solver.dynamics.force_prediction.divided_wrench import divided
+from solver.dynamics.force_prediction.divided_wrench import divide_wrench
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.dynamics.root_wrench import about_point
 from solver.skeleton.pinocchio_model import RigidBodyModel
@@ -26,9 +26,8 @@ from solver.skeleton.skeleton import Skeleton
 # Residuals are correlated over it: by half after 0.02 s in a synthetic walk, 0.03 to 0.04 s in a real one.
 FADE_S = 0.03  # [s]
 
-PASSES = (
-    2  # the second one knows where the body flies; a third takes stance for flight: a run errs by 15 % more
-)
+# the second one knows where the body flies; a third takes stance for flight: a run errs by 15 % more
+PASSES = 2
 FLIGHT_WEIGHT_S2 = 10.0  # [s²] of a force in flight against a momentum off; 1 to 1000 differ by 3 %
 ORDER = 3  # of the differences that are kept small, as of the shared low-pass
 FEWEST_FRAMES = 8  # below it a trial has no accelerations
@@ -124,9 +123,9 @@ def wrenches_by_motion(
 ) -> Float[np.ndarray, "frames feet 6"]:
     """Measured wrenches, and for feet whose force is missing the ones that the motion demands of them.
 
-    One foot missing: it gets what the others leave. Several: `divided` shares the demand out among them.
-    What the frames around say otherwise (their residual, and how the plates divided the load) is not dropped
-    at once: it fades within `FADE_S`, so that nothing jumps at the borders.
+    One foot missing: it gets what the others leave. Several: `divide_wrench` shares the demand out among
+    them. What the frames around say otherwise (their residual, and how the plates divided the load) is not
+    dropped at once: it fades within `FADE_S`, so that nothing jumps at the borders.
 
     Args:
         skeleton: that the dynamics were computed with.
@@ -153,7 +152,9 @@ def wrenches_by_motion(
         takes = missing[around] | (missing[around].sum(axis=1) < 2)[:, None]
         whole = demand[around] + (takes[:, :, None] * wrenches[around]).sum(axis=1)
         shares = np.zeros_like(wrenches)
-        shares[around] = divided(skeleton, contacts.foot_bodies, dynamics.motion.q[around], whole, takes)
+        shares[around] = divide_wrench(
+            skeleton, contacts.foot_bodies, dynamics.motion.q[around], whole, takes
+        )
         otherwise = _faded(wrenches - shares, known, several, dynamics.motion.rate)
         wrenches[several] += missing[several][:, :, None] * (shares[several] + otherwise)
     return wrenches
@@ -189,19 +190,19 @@ def _neighbours(
 
 
 @dataclass(frozen=True)
-class UnmeasuredForces:
+class PredictedForces:
     """Predicted from the motion alone."""
 
     wrench_ground: Float[np.ndarray, "frames 6"]  # of all feet [N, N·m about the ground origin]
     flies: Bool[np.ndarray, " frames"]  # nothing touches the ground; the wrench is zero
 
 
-def unmeasured_forces(
+def predict_ground_forces(
     demand_ground: Float[np.ndarray, "frames 6"],
     com_ground: Float[np.ndarray, "frames 3"],
     rate: float,
     cutoff_Hz: float,
-) -> UnmeasuredForces:
+) -> PredictedForces:
     """The wrench that the ground exerts on all feet together.
 
     Args:
@@ -215,7 +216,7 @@ def unmeasured_forces(
     flies = np.zeros(frames, dtype=bool)
     demand = about_point(demand_ground, com_ground)
     if frames < FEWEST_FRAMES:
-        return UnmeasuredForces(demand_ground, flies)
+        return PredictedForces(demand_ground, flies)
     times = np.arange(frames) / rate
     momentum = make_interp_spline(times, demand, k=3).antiderivative()(times)
     for again in range(PASSES):
@@ -224,7 +225,7 @@ def unmeasured_forces(
         if again < PASSES - 1:
             flies = wrench[:, 1] < 0
     wrench[flies] = 0.0
-    return UnmeasuredForces(about_point(wrench, -com_ground), flies)
+    return PredictedForces(about_point(wrench, -com_ground), flies)
 
 
 def _smoothed(

@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float, Int
 
 from solver.common.frames_at_once import joined
 from solver.common.notes import Note
-from solver.dynamics.cross_validation.blind_steps import Blind, BlindSteps
+from solver.dynamics.cross_validation.held_out_steps import HeldOutSteps, TrialHeldOut
 from solver.dynamics.force_prediction.learnt_columns import (
     CONSTANTS,
     GAINS,
@@ -41,8 +41,8 @@ from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.motion_change import ENDS_S
 from solver.dynamics.trajectory.frame_spans import Span, are_long, teaching_spans, windows
-from solver.dynamics.trajectory.near_edits import spans_near, spliced, with_levels
-from solver.dynamics.trajectory.trajectory_search import stepped
+from solver.dynamics.trajectory.near_edits import spans_near, splice, with_levels
+from solver.dynamics.trajectory.trajectory_search import take_steps
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import basis_for, knot_spacing
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
@@ -69,7 +69,7 @@ FIRST_STEPS = 2  # from the trajectory fit: its weights are others
 NEXT_STEPS = 1  # from an earlier prediction fit: a few frames more or fewer
 
 
-def chosen_kinds(
+def choose_kinds(
     skeleton: Skeleton,
     trials: Sequence[TrialData],
     trajectory: TrajectorySettings,
@@ -98,17 +98,17 @@ def chosen_kinds(
     squares: list[Float[np.ndarray, "sets 2"]] = []  # one a block
     of_trial: list[int] = []
     whole = with_columns(trials)
-    steps = BlindSteps(skeleton, whole, trajectory, phi=phi, extra=parameters.prior)
+    steps = HeldOutSteps(skeleton, whole, trajectory, phi=phi, extra=parameters.prior)
     for turn in range(trajectory.held_out_every):
-        blocks = [_hidden(trial, turn, trajectory) for trial in trials]
-        hidden = [_any(own, trial) for own, trial in zip(blocks, trials, strict=True)]
-        blind = [replace(t, counts=t.counts & ~h) for t, h in zip(trials, hidden, strict=True)]
-        if not any(blocks) or not any(b.counts.any() for b in blind):
+        blocks = [_frames_of_blocks(trial, turn, trajectory) for trial in trials]
+        held_out = [_any(own, trial) for own, trial in zip(blocks, trials, strict=True)]
+        without_held_out = [replace(t, counts=t.counts & ~h) for t, h in zip(trials, held_out, strict=True)]
+        if not any(blocks) or not any(b.counts.any() for b in without_held_out):
             continue
         layout = []
-        for frames, seen in zip(hidden, with_columns(blind), strict=True):
+        for frames, seen in zip(held_out, with_columns(without_held_out), strict=True):
             assert seen.extra_columns_ground is not None
-            layout.append(Blind(frames, seen.extra_columns_ground))
+            layout.append(TrialHeldOut(frames, seen.extra_columns_ground))
         for i, (missed, own) in enumerate(zip(steps.missed(layout, choices), blocks, strict=True)):
             squares += list(_squares(missed, trials[i], own))
             of_trial += [i] * len(own)
@@ -141,7 +141,9 @@ def _best(
     return sets[int(np.argmin(score))]
 
 
-def _hidden(trial: TrialData, turn: int, settings: TrajectorySettings) -> list[Int[np.ndarray, " some"]]:
+def _frames_of_blocks(
+    trial: TrialData, turn: int, settings: TrajectorySettings
+) -> list[Int[np.ndarray, " some"]]:
     """Every k-th block of known frames, beginning with another one each turn."""
     known = np.flatnonzero(trial.counts)
     length = max(1, round(settings.held_out_block_s * trial.start.rate))
@@ -150,10 +152,10 @@ def _hidden(trial: TrialData, turn: int, settings: TrajectorySettings) -> list[I
 
 
 def _any(blocks: Sequence[Int[np.ndarray, " some"]], trial: TrialData) -> Bool[np.ndarray, " frames"]:
-    hidden = np.zeros(len(trial.counts), dtype=bool)
+    held_out = np.zeros(len(trial.counts), dtype=bool)
     for block in blocks:
-        hidden[block] = True
-    return hidden
+        held_out[block] = True
+    return held_out
 
 
 def _squares(
@@ -186,7 +188,7 @@ class Predicted:
     learnt: LearntTerms
 
 
-def predicted(
+def fit_prediction(
     skeleton: Skeleton,
     trials: Sequence[PredictionTrial],
     trajectory: TrajectorySettings,
@@ -288,7 +290,7 @@ def _together(
     elif chosen is not None:
         taken = tuple(chosen)
     else:
-        taken = chosen_kinds(
+        taken = choose_kinds(
             skeleton,
             plain,
             weights,
@@ -305,7 +307,7 @@ def _together(
     if learnt is not None and len(learnt.x) == len(start.start):
         start = replace(start, start=learnt.x)
     steps = FIRST_STEPS if learnt is None else NEXT_STEPS
-    prediction_fit = stepped(skeleton, data, weights, steps, phi=phi, extra=start)
+    prediction_fit = take_steps(skeleton, data, weights, steps, phi=phi, extra=start)
     wrenches = []
     for motion, trial in zip(prediction_fit.motions, data, strict=True):
         beside = trial.with_fixed_extra(prediction_fit.extra).extra_wrench_ground
@@ -348,7 +350,7 @@ def _in_windows(
         parts = []
         for span in spans:
             data = made.window(span, taught.kinds, spacing[i]).with_fixed_extra(taught.learnt.x)
-            own = stepped(taught.skeleton, [data], fixed, steps, extra=ExtraParameters.none())
+            own = take_steps(taught.skeleton, [data], fixed, steps, extra=ExtraParameters.none())
             wrench = required_ground(taught.skeleton, own.motions[0]) - data.extra_wrench_ground
             parts.append((wrench, own.motions[0].q, own.splines[0]))
         starts = [span.start for span in spans]
@@ -358,7 +360,7 @@ def _in_windows(
     return replace(taught, wrenches_ground=tuple(wrenches), motions=tuple(motions), splines=tuple(splines))
 
 
-def predicted_near(
+def fit_prediction_near(
     skeleton: Skeleton,
     trials: Sequence[PredictionTrial],
     edited: Sequence[Bool[np.ndarray, " frames"]],
@@ -397,8 +399,8 @@ def predicted_near(
         splines.append(trial.data.spline)
     for span in spans:
         i = span.trial
-        own = stepped(fitted, [beside(span)], fixed, NEXT_STEPS, extra=ExtraParameters.none())
-        splines[i] = spliced(splines[i], own.splines[0], span.start // spacing[i])
+        own = take_steps(fitted, [beside(span)], fixed, NEXT_STEPS, extra=ExtraParameters.none())
+        splines[i] = splice(splines[i], own.splines[0], span.start // spacing[i])
     motions, wrenches = [], []
     for i, (trial, spline) in enumerate(zip(made.trials, splines, strict=True)):
         motion = replace(trial.data.start, q=basis_for(trial.data.start, weights).evaluate(spline))

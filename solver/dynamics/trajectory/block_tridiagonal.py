@@ -12,7 +12,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
-TOGETHER = 2  # block rows; matrix products want large blocks, the band's edge small ones
+BLOCK_ROWS_TOGETHER = 2  # block rows; matrix products want large blocks, the band's edge small ones
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class BandCholesky:
             numpy.linalg.LinAlgError: the matrix is not positive definite.
         """
         count, size, width, _ = panels.shape
-        for low in range(0, count, TOGETHER):
-            rows = panels[low : low + TOGETHER]
+        for low in range(0, count, BLOCK_ROWS_TOGETHER):
+            rows = panels[low : low + BLOCK_ROWS_TOGETHER]
             some, inner = len(rows), len(rows) * size
             wide = np.zeros((some, size, some + width - 1, size))
             for i in range(some):

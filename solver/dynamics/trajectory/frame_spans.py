@@ -96,11 +96,11 @@ def _with_all_columns(
         if not least or any((own[s.trial][s.start : s.end] >= least).any() for s in spans):
             continue
         start = max(0, int(own[most].argmax()) - stretch // 2) // align[most] * align[most]
-        spans = united([*spans, Span(most, start, min(len(own[most]), start + stretch))])
+        spans = unite_spans([*spans, Span(most, start, min(len(own[most]), start + stretch))])
     return spans
 
 
-def united(spans: Sequence[Span]) -> list[Span]:
+def unite_spans(spans: Sequence[Span]) -> list[Span]:
     """In order, those that overlap as one."""
     together: list[Span] = []
     for span in sorted(spans, key=lambda s: (s.trial, s.start)):

@@ -24,7 +24,7 @@ SEGMENT_PRIOR_MARKERS = 3.0  # [markers] of the trial's mean count beside a segm
 USUAL_MARKER_SLOW_M = 0.004  # [m] of skin, where a trial is too short to tell; walks and runs have 3 to 6 mm
 USUAL_MARKER_GROWTH_M = 0.01  # [m/√s] likewise: 1 mm from frame to frame at 100 Hz
 
-FEWEST = 10  # frames, or second differences, from which on a marker tells anything
+FEWEST_FRAMES = 10  # frames, or second differences, from which on a marker tells anything
 LEAST_LEFT = 0.25  # of the errors' squares after the fit: with few markers the count of dofs means little
 
 
@@ -79,7 +79,7 @@ def _scatter(
 ) -> Float[np.ndarray, " markers"]:
     """Mean square about each marker's mean, per coordinate [m²]; NaN of markers that were hardly seen."""
     total = trust.sum(axis=0)
-    known = (trust > 0).sum(axis=0) >= FEWEST
+    known = (trust > 0).sum(axis=0) >= FEWEST_FRAMES
     weight = trust / np.where(known, total, 1.0)
     mean = np.einsum("tm,tmc->mc", weight, error_body)
     squares = np.zeros(len(total))
@@ -95,7 +95,7 @@ def _growth(
     if len(error_body) <= 2 * lag:
         return np.full(error_body.shape[1], np.nan)
     weight = np.minimum(np.minimum(trust[2 * lag :], trust[lag:-lag]), trust[: -2 * lag])
-    known = (weight > 0).sum(axis=0) >= FEWEST
+    known = (weight > 0).sum(axis=0) >= FEWEST_FRAMES
     total = np.where(known, weight.sum(axis=0), 1.0)
     squares = np.zeros(len(total))
     for some in spans(len(weight)):
@@ -109,10 +109,10 @@ def _by_segment(
     squares: Float[np.ndarray, " markers"], bodies: Int[np.ndarray, " markers"], few: float, usual: float
 ) -> Float[np.ndarray, " markers"]:
     """Root of the mean over a segment's markers and a `few` of the trial's mean, or of what is usual."""
-    told: Bool[np.ndarray, " markers"] = np.isfinite(squares)
-    of_trial = float(squares[told].mean()) if told.any() else usual**2
+    known: Bool[np.ndarray, " markers"] = np.isfinite(squares)
+    of_trial = float(squares[known].mean()) if known.any() else usual**2
     of_segment = np.empty(len(squares))
     for body in np.unique(bodies):
-        own = squares[told & (bodies == body)]
+        own = squares[known & (bodies == body)]
         of_segment[bodies == body] = (own.sum() + few * of_trial) / (len(own) + few)
     return np.sqrt(of_segment)

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from solver.common.progress import Progress
 from solver.common.runs import runs
 from solver.dynamics.inertia_parameters import inertia_parameters
-from solver.dynamics.trajectory.frame_spans import Span, united
+from solver.dynamics.trajectory.frame_spans import Span, unite_spans
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit, searched
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import (
@@ -57,7 +57,7 @@ def spans_near(
             first = max(0, start - reach) // spacing * spacing
             last = first + -(-(end + reach - first) // spacing) * spacing + 1
             spans.append(Span(i, first, min(last, len(frames))))
-    return united(spans)
+    return unite_spans(spans)
 
 
 def with_levels(skeleton: Skeleton, trial: TrialData, settings: TrajectorySettings) -> TrialData:
@@ -66,7 +66,7 @@ def with_levels(skeleton: Skeleton, trial: TrialData, settings: TrajectorySettin
     return replace(trial, levels=trial_levels(kinematics, trial.observed_ground, trial.start, settings))
 
 
-def spliced(
+def splice(
     whole: Float[np.ndarray, "coefficients dofs"], part: Float[np.ndarray, "some dofs"], first: int
 ) -> Float[np.ndarray, "coefficients dofs"]:
     """A spline with the coefficients of a part, whose ends were held, in place of its own.
@@ -81,7 +81,7 @@ def spliced(
     return changed
 
 
-def fitted_near(
+def fit_near_edits(
     skeleton: Skeleton,
     trials: Sequence[TrialData],
     edited: Sequence[Bool[np.ndarray, " frames"]],
@@ -116,7 +116,7 @@ def fitted_near(
             near = searched(solver, progress, None, edited=True)
         for span, part in zip(spans, near.splines, strict=True):
             i = span.trial
-            splines[i] = spliced(splines[i], part, span.start // spacing[i])
+            splines[i] = splice(splines[i], part, span.start // spacing[i])
     motions = [
         replace(trial.start, q=basis_for(trial.start, settings).evaluate(spline))
         for trial, spline in zip(trials, splines, strict=True)

@@ -73,12 +73,12 @@ class WindowedFit:
         extra: ExtraParameters,
         caution: float,
         *,
-        weighed: bool,
+        mass_is_fitted: bool,
     ) -> None:
         """Arguments as of `fit_trajectories`; the caution is that of all frames."""
         kinematics = ForwardKinematics(skeleton)
         self.skeleton, self.settings, self.extra = skeleton, settings, extra
-        self.caution, self.weighed = caution, weighed
+        self.caution, self.mass_is_fitted = caution, mass_is_fitted
         self.spacing = [knot_spacing(trial.start, settings) for trial in trials]
         self.trials = [
             replace(t, levels=t.levels or trial_levels(kinematics, t.observed_ground, t.start, settings))
@@ -101,7 +101,7 @@ class WindowedFit:
         teachers = [self._part(self.trials[span.trial], span) for span in spans]
         taught = searched(self._solver(teachers), part(progress, 0.0, TAUGHT), phi)
         if not self.settings.fit_inertias and not len(self.extra.start):
-            return self._told(taught, self._followed(self.trials, taught, part(progress, TAUGHT, 1.0)))
+            return self._whole_fit(taught, self._followed(self.trials, taught, part(progress, TAUGHT, 1.0)))
         first = self._followed(self.trials, taught, part(progress, TAUGHT, FITTED))
         splines, costs = self._joined(first), _summed_costs(first)
         del first
@@ -111,8 +111,8 @@ class WindowedFit:
         ]
         shared = self._by_all_frames(trials, taught, part(progress, FITTED, SUMMED))
         last = self._followed(trials, shared, part(progress, SUMMED, 1.0))
-        told = self._told(shared, last)
-        return replace(told, costs=(*costs, told.costs[-1]))
+        own_progress = self._whole_fit(shared, last)
+        return replace(own_progress, costs=(*costs, own_progress.costs[-1]))
 
     def _part(self, trial: TrialData, span: Span) -> TrialData:
         return trial.part(span.start, span.end, self.spacing[span.trial])
@@ -120,7 +120,7 @@ class WindowedFit:
     def _solver(self, trials: Sequence[TrialData]) -> TrajectorySolver:
         """Of trials, or parts of them, with all that they share free."""
         return TrajectorySolver(
-            self.skeleton, trials, self.settings, self.extra, self.caution, weighed=self.weighed
+            self.skeleton, trials, self.settings, self.extra, self.caution, mass_is_fitted=self.mass_is_fitted
         )
 
     def _followed(
@@ -130,8 +130,8 @@ class WindowedFit:
         fixed, fits = replace(self.settings, fit_inertias=False), []
         for k, span in enumerate(self.windows):
             data = self._part(trials[span.trial], span).with_fixed_extra(shared.extra)
-            told = part(progress, k / len(self.windows), (k + 1) / len(self.windows))
-            fit = searched(TrajectorySolver(shared.skeleton, [data], fixed), told, None)
+            own_progress = part(progress, k / len(self.windows), (k + 1) / len(self.windows))
+            fit = searched(TrajectorySolver(shared.skeleton, [data], fixed), own_progress, None)
             fits.append(replace(fit, motions=()))  # that of the joined splines is the trial's
         return fits
 
@@ -148,7 +148,7 @@ class WindowedFit:
         inertias = inertia_parameters(self.skeleton)
         at = SharedParameters(inertias, taught.phi, taught.extra, self.settings.fit_inertias)
         of_all = shared_priors(
-            inertias, trials, self.settings, self.extra, self.caution, weighed=self.weighed
+            inertias, trials, self.settings, self.extra, self.caution, mass_is_fitted=self.mass_is_fitted
         )
         corner = sum((p.curvature(at) for p in of_all.priors), np.zeros((at.count, at.count)))
         gradient = sum((p.gradient(at) for p in of_all.priors), np.zeros(at.count))
@@ -156,7 +156,7 @@ class WindowedFit:
             progress("dynamics", k / len(self.windows))
             own = [s.frames for s in self.windows if s.trial == span.trial]
             once = len(trials[span.trial].counts) / sum(own)  # shared frames are in two windows
-            own_corner, own_gradient = self._told_by(self._part(trials[span.trial], span), at)
+            own_corner, own_gradient = self._border_of(self._part(trials[span.trial], span), at)
             corner += once * own_corner
             gradient += once * own_gradient
         cautious, plain = of_all.priors[0], of_all.uncautious
@@ -173,7 +173,7 @@ class WindowedFit:
             extra_covariance=np.linalg.inv(corner)[free:, free:] if len(at.x) else taught.extra_covariance,
         )
 
-    def _told_by(
+    def _border_of(
         self, window: TrialData, at: SharedParameters
     ) -> tuple[Float[np.ndarray, "shared shared"], Float[np.ndarray, " shared"]]:
         """Curvature and gradient of what all share when a window's motion follows; its band is gone then."""
@@ -194,7 +194,7 @@ class WindowedFit:
             assert len(splines[-1]) == basis_for(trial.start, self.settings).coefficients
         return splines
 
-    def _told(self, shared: TrajectoryFit, fits: Sequence[TrajectoryFit]) -> TrajectoryFit:
+    def _whole_fit(self, shared: TrajectoryFit, fits: Sequence[TrajectoryFit]) -> TrajectoryFit:
         """The whole."""
         splines, unsettled = self._joined(fits), sum(not fit.converged for fit in fits)
         note = Note(
@@ -228,7 +228,7 @@ def fit_trajectories(
     *,
     phi: Float[np.ndarray, " parameters"] | None = None,
     extra: ExtraParameters | None = None,
-    weighed: bool = False,
+    mass_is_fitted: bool = False,
     edited: bool = False,
 ) -> TrajectoryFit:
     """Fit all trials of a subject with one set of inertias.
@@ -242,7 +242,8 @@ def fit_trajectories(
         progress: told the fraction done; may raise `Cancelled`.
         phi: inertia parameters where the search begins, those of an earlier fit; None: the nominal ones.
         extra: of the trials' extra columns; None: they have none.
-        weighed: the skeleton's mass is what these forces weigh already; it moves no more easily than shares.
+        mass_is_fitted: the skeleton's mass is what these forces weigh already; it moves no more easily than
+            shares.
         edited: the trials begin at splines of an earlier fit, and forces have changed since; what that gains
             decides where the search ends. Longer trials are made anew as from the beginning.
 
@@ -254,11 +255,13 @@ def fit_trajectories(
     with threadpool_limits(1):
         caution = inertia_caution(skeleton, trials, settings) if settings.fit_inertias else 1.0
         if not are_long([len(trial.counts) for trial in trials], settings):
-            solver = TrajectorySolver(skeleton, trials, settings, extra, caution, weighed=weighed)
+            solver = TrajectorySolver(
+                skeleton, trials, settings, extra, caution, mass_is_fitted=mass_is_fitted
+            )
             return searched(solver, progress, phi, edited=edited)
-        return WindowedFit(skeleton, trials, settings, extra, caution, weighed=weighed).searched(
-            progress, phi
-        )
+        return WindowedFit(
+            skeleton, trials, settings, extra, caution, mass_is_fitted=mass_is_fitted
+        ).searched(progress, phi)
 
 
 def inertia_caution(skeleton: Skeleton, trials: Sequence[TrialData], settings: TrajectorySettings) -> float:

@@ -23,7 +23,7 @@ FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
 # tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
 SMALL_STEP = 10  # tolerances
 AS_PREDICTED = 0.1
-CLOSER = 0.1  # times the tolerance: so closely the motion follows an edit
+EDITED_TOLERANCE_SHARE = 0.1  # times the tolerance: so closely the motion follows an edit
 MOST_FOLLOWING = 25  # steps after an edit with one factor
 TRIES, SHORTER = 4, 0.25  # of such a step, and how long each is against the one before
 LAST_DIGITS = 1e-12  # of the cost, which is a sum of many: no step is told by less
@@ -100,7 +100,7 @@ def searched(
         left, state, cost, damping = state, tried, tried_cost, damping / 10
         if (undamped or edited) and not converged and gained < NEARLY_THERE * cost:
             if edited:
-                least = (CLOSER * solver.settings.tolerance) ** 2 * (costs[0] - cost)
+                least = (EDITED_TOLERANCE_SHARE * solver.settings.tolerance) ** 2 * (costs[0] - cost)
             left, gradient, state, converged = _settled(
                 solver,
                 state,
@@ -195,13 +195,13 @@ class _Learnt:
 
 def _corrected(factor: BorderedFactor, gradient: Gradient, learnt: Sequence[_Learnt]) -> Step:
     """The step down a gradient by the factored curvature and what was learnt since (two-loop recursion)."""
-    down, told = _flat(gradient), [one for one in learnt if one.curvature > 0]
+    down, curved = _flat(gradient), [one for one in learnt if one.curvature > 0]
     shares = []
-    for one in reversed(told):
+    for one in reversed(curved):
         shares.append(float(one.step @ down) / one.curvature)
         down = down - shares[-1] * one.change
     step = _flat(factor.step(_laid_out(down, gradient)))
-    for one, share in zip(told, reversed(shares), strict=True):
+    for one, share in zip(curved, reversed(shares), strict=True):
         step -= (float(one.change @ step) / one.curvature + share) * one.step
     along = _laid_out(step, gradient)
     return Step(along.coefficients, along.shared, -float(_flat(gradient) @ step))
@@ -266,7 +266,7 @@ class Stepped:
         return variance[len(variance) - len(self.extra) :]
 
 
-def stepped(
+def take_steps(
     skeleton: Skeleton,
     trials: Sequence[TrialData],
     settings: TrajectorySettings,

@@ -184,11 +184,11 @@ def shared_priors(
     extra: ExtraParameters,
     caution: float,
     *,
-    weighed: bool,
+    mass_is_fitted: bool,
 ) -> SharedPriors:
     """As heavy as the trials' known forces make them; arguments as of the fit."""
     plain = prior_weight(trials, settings)
-    cautious = InertiaPrior(inertias, caution * plain, settings, caution * plain if weighed else plain)
+    cautious = InertiaPrior(inertias, caution * plain, settings, caution * plain if mass_is_fitted else plain)
     return SharedPriors((cautious, ExtraPrior(extra)), InertiaPrior(inertias, plain, settings))
 
 
@@ -211,14 +211,16 @@ class TrajectorySolver:
         extra: ExtraParameters | None = None,
         caution: float = 1.0,
         *,
-        weighed: bool = False,
+        mass_is_fitted: bool = False,
     ) -> None:
         self.settings, self.extra = settings, extra or ExtraParameters.none()
         self.caution = caution
         self.inertias = inertia_parameters(skeleton)
         width = len(self.extra.prior_std)
         self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
-        shared = shared_priors(self.inertias, trials, settings, self.extra, caution, weighed=weighed)
+        shared = shared_priors(
+            self.inertias, trials, settings, self.extra, caution, mass_is_fitted=mass_is_fitted
+        )
         self.uncautious, self.priors = shared.uncautious, shared.priors
 
     def skeleton(self, state: State) -> Skeleton:

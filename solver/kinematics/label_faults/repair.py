@@ -27,10 +27,10 @@ from solver.skeleton.skeleton import Skeleton
 
 FEWEST_ACROSS_JOINTS = 3  # likewise where some are on the next body, before a label is left out: joints bend
 
-SAMPLED = 100  # frames of another recording tell its distances
+SAMPLED_FRAMES = 100  # frames of another recording tell its distances
 
 
-def with_labels_repaired(
+def repair_labels_of(
     capture: Capture,
     others: Sequence[Markers],
     match: MarkerMatch,
@@ -146,7 +146,9 @@ def _distances_elsewhere(
     told[~(on_one_segment(body) & bony[:, None] & bony[None])] = np.nan
     for a, b in np.argwhere(np.isfinite(rigid.usual_m)):
         distances = [
-            np.linalg.norm(x[:: len(x) // SAMPLED + 1, a] - x[:: len(x) // SAMPLED + 1, b], axis=1)
+            np.linalg.norm(
+                x[:: len(x) // SAMPLED_FRAMES + 1, a] - x[:: len(x) // SAMPLED_FRAMES + 1, b], axis=1
+            )
             for x in others
         ]
         known = np.concatenate([d[np.isfinite(d)] for d in distances]) if distances else np.zeros(0)

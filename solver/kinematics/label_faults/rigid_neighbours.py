@@ -17,8 +17,8 @@ from jaxtyping import Bool, Float, Int, Int8
 
 from solver.capture.marker_cleaning import SEGMENT_REACH_M
 from solver.kinematics.label_faults.settings import (
-    BETTER,
     CLEAR_SHARE,
+    EXCHANGED_BACK_SHARE,
     FEWEST_FRAMES,
     LOOSEST_HOLD_M,
     RIGID_M,
@@ -229,7 +229,7 @@ def _bounded(
             continue
         if (between == UNKNOWN).sum() > longest_gap_s * rate:
             return False
-        if off_m[right] > BETTER * off_m[wrong]:
+        if off_m[right] > EXCHANGED_BACK_SHARE * off_m[wrong]:
             return False
     return True
 

@@ -8,7 +8,7 @@ from solver.common.settings_field import setting
 # exchange on two frames of five doubles what is seen
 RIGID_M = 0.02
 LOOSEST_HOLD_M = 0.02  # [m] however much skin moves: beyond it nothing could be told from a fault
-BETTER = 0.5  # exchanged back, distances may be off by at most this share of what they were
+EXCHANGED_BACK_SHARE = 0.5  # exchanged back, distances may be off by at most this share of what they were
 CLEAR_SHARE = 0.8  # of a stretch's frames must be clearly wrong; neighbours may be hidden on the rest
 FEWEST_FRAMES = 3  # [frames] fewer are left to the fit's robust loss
 

@@ -25,8 +25,8 @@ from solver.kinematics.label_faults.rigid_neighbours import (
     stretches,
 )
 from solver.kinematics.label_faults.settings import (
-    BETTER,
     CLEAR_SHARE,
+    EXCHANGED_BACK_SHARE,
     FEWEST_FRAMES,
     LOOSEST_HOLD_M,
     RIGID_M,
@@ -120,7 +120,7 @@ def _may_be_exchanged(rigid: RigidNeighbours, pair: Pair, frames: Int[np.ndarray
         return False
     there = replace(rigid, points_ground=rigid.points_ground[frames])
     kept, swapped = (_off_m(there, pair, places, trust=False)[0] for places in (pair, pair[::-1]))
-    return bool((swapped < BETTER * kept).sum() >= FEWEST_FRAMES)
+    return bool((swapped < EXCHANGED_BACK_SHARE * kept).sum() >= FEWEST_FRAMES)
 
 
 def _named_right(
@@ -160,7 +160,7 @@ def _changes_trajectories(rigid: RigidNeighbours, pair: Pair, stretch: Stretch, 
             sum(step_m(rigid, places, frames, pair) for places in both)
             for both in (((a, a), (b, b)), ((a, b), (b, a)))
         )
-        if crossed > BETTER * kept:
+        if crossed > EXCHANGED_BACK_SHARE * kept:
             return False
     return True
 
@@ -198,8 +198,8 @@ def _states(
     """Of every frame, whether the labels are right, exchanged, or neither clearly."""
     hold = rigid.hold_m[list(pair)].max()
     with np.errstate(invalid="ignore"):
-        wrong = (swapped < BETTER * kept) & (kept > EXCHANGED_M) & (swapped < hold)
-        right = (kept < BETTER * swapped) | ((kept < hold) & (kept < swapped))
+        wrong = (swapped < EXCHANGED_BACK_SHARE * kept) & (kept > EXCHANGED_M) & (swapped < hold)
+        right = (kept < EXCHANGED_BACK_SHARE * swapped) | ((kept < hold) & (kept < swapped))
     state = np.where(wrong, WRONG, np.where(right, RIGHT, UNCLEAR)).astype(np.int8)
     state[~np.isfinite(kept + swapped)] = UNKNOWN
     return state

@@ -51,8 +51,11 @@ _SUPPORT = {
     "hand": ("radius",),
 }
 
-FEWEST = 4  # landmarks of a body whose shape is looked at; with three, most markers make a likely shape
-BETTER = float(np.log(3.0))  # log likelihood that another marker must gain; else what was found first stays
+# landmarks of a body whose shape is looked at; with three, most markers make a likely shape
+FEWEST_LANDMARKS = 4
+REPLACING_GAIN_NATS = float(
+    np.log(3.0)
+)  # log likelihood that another marker must gain; else what was found first stays
 
 
 @dataclass(frozen=True)
@@ -225,12 +228,12 @@ def by_shape(
         mixture: at the person's size, segments scaled.
     """
     now = _Laid(at, measured_body, mixture)
-    if len(at) < FEWEST:
+    if len(at) < FEWEST_LANDMARKS:
         spreads = {i: mark.spread_m for i, mark in at.items()}
         return BodyShape(dict(at), spreads, dict(measured_body))
     while True:
         best = min(now.others(), key=lambda other: other.misfit, default=now)
-        if best.misfit > now.misfit - BETTER:
+        if best.misfit > now.misfit - REPLACING_GAIN_NATS:
             break
         now = best
     places = now.places() if now.at != at else dict(measured_body)

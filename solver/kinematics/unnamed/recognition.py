@@ -26,13 +26,13 @@ FRAMES = 24  # of the recordings together: more change no answer
 WELL_SEEN = 0.8  # of the most markers that any frame shows
 RIVALS = 3  # guesses that are scaled and compared at the end
 TEMPER = 5.0  # [nats] of the comparison: markers of one body are not independent evidence
-BELIEVED = 0.25  # solutions less likely than this are not examined so closely
+EXAMINED_LIKELIHOOD_SHARE = 0.25  # solutions less likely than this are not examined so closely
 SURE_LANDMARK = 0.6  # of the marker's share on its body: then it is called by the landmark
 PLACE_STD_M = 0.03  # [m] of a place that was measured, not read from the atlas
 FEWEST_BODIES = 5  # with a sure marker; fewer are no person
 SURE_SHARE = 0.7  # of the markers that must find a body, or it is none
 
-THINNED = 400  # frames of all recordings together that references and frames are chosen from
+MOST_FRAMES = 400  # frames of all recordings together that references and frames are chosen from
 FEWEST_POINTS = 6  # in a frame that starts the search
 
 
@@ -133,7 +133,7 @@ def _cloud(recordings: Sequence[Markers]) -> _Cloud | None:
     total = sum(markers.frames for markers in recordings)
     points, recording = [], []
     for which, markers in enumerate(recordings):
-        wanted = max(2, round(THINNED * markers.frames / max(1, total)))
+        wanted = max(2, round(MOST_FRAMES * markers.frames / max(1, total)))
         thin = np.unique(np.linspace(0, markers.frames - 1, min(wanted, markers.frames)).astype(int))
         column = {name: i for i, name in enumerate(markers.names)}
         own = np.full((len(thin), len(labels), 3), np.nan)
@@ -310,7 +310,7 @@ def _on_bodies(
     body, best = on_body.argmax(axis=2), int(weight.argmax())
     on_body[best] = weighed_against_neighbours(seen, followed[best], mixture)
     for h, f in enumerate(followed):
-        if h == best or weight[h] < BELIEVED:
+        if h == best or weight[h] < EXAMINED_LIKELIHOOD_SHARE:
             continue
         alike = body[h] == body[best]
         on_body[h] = weighed_against_neighbours(seen, f, mixture, np.flatnonzero(~alike).tolist())

@@ -23,7 +23,7 @@ PLAUSIBLE_SIZE = (0.5, 1.25)  # against the default body: small children to gian
 # [m] the mixture narrows: from a coarse likeness of a body to marker places
 WIDTHS_M = (0.15, 0.137, 0.124, 0.111, 0.099, 0.086, 0.073, 0.06, 0.06, 0.055, 0.05, 0.045, 0.04, 0.035, 0.03)
 COARSE_WIDTHS = 8  # after so many only the better half of the guesses is followed
-FOLLOWED = 48  # guesses that go on after the coarse widths
+GUESSES_FOLLOWED = 48  # guesses that go on after the coarse widths
 POSTURE_STD_RAD = 0.6  # [rad] about the start posture, while one frame is all there is
 MOST_TURN_RAD = 0.5  # [rad] in one step: larger ones leave the linear range
 
@@ -45,9 +45,8 @@ _POSTURES: tuple[dict[str, float], ...] = (  # [rad]; upright, what arms do, str
 )  # fmt: skip
 
 DENSITY_WIDTH_M = 0.05  # densities are in units of a Gaussian's of this width
-SHRINKING = (
-    1.0  # of three dimensions: errors of proportion are shared, so markers are no independent direct checks
-)
+# of three dimensions: errors of proportion are shared, so markers are no independent direct checks
+SHRINKING = 1.0
 CHUNK = 8  # guesses weighed together: their arrays stay in the processor's cache
 LEAST_WEIGHT = 1e-9  # below it a landmark pulls nothing
 
@@ -136,7 +135,7 @@ def lay_over(
     coarse = WIDTHS_M[:COARSE_WIDTHS]
     rough = _sharpened(guesses, start, (points_ground, allowed), mixture, coarse)
     likely = rough.log_likelihood + of_size(guesses.size, len(points_ground), size_prior)
-    kept = np.argsort(-likely)[:FOLLOWED]
+    kept = np.argsort(-likely)[:GUESSES_FOLLOWED]
     fine = WIDTHS_M[COARSE_WIDTHS:]
     found = _sharpened(rough.guesses.some(kept), start[kept], (points_ground, allowed), mixture, fine)
     likely = found.log_likelihood + of_size(found.guesses.size, len(points_ground), size_prior)

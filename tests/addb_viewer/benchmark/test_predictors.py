@@ -14,7 +14,7 @@ from addb_viewer.benchmark.release_trials import open_for_benchmark
 from addb_viewer.benchmark.scoring import centre_of_pressure, completed, frame_errors
 from addb_viewer.benchmark.task import BenchmarkError, SeenMarkers, central_differences
 from solver.contact.sole import soles
-from solver.dynamics.force_prediction.divided_wrench import going_with_the_ground
+from solver.dynamics.force_prediction.divided_wrench import feet_moving_with_ground
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.skeleton.forward import body_poses, marker_positions
 from tests.addb_viewer.benchmark.simulated_release import GRAVITY, NAMES, RATE, example
@@ -119,13 +119,13 @@ def test_a_swinging_foot_takes_no_part(answered):
     force, moment, feet = one.measured.force, one.measured.moment, one.measured.foot_ground
     total = np.concatenate([force, moment + np.cross(feet, force)], axis=2).sum(axis=1)
     asked = (one.seen.skeleton, NAMES, one.seen.q, total)
-    carry = going_with_the_ground(*asked, rate=RATE, speed_m_s=0.8)
+    carry = feet_moving_with_ground(*asked, rate=RATE, speed_m_s=0.8)
     loaded = force[..., 1] > 50
     assert carry[loaded].mean() > 0.9  # all but a frame at either end of a contact of twenty
     swings = ~loaded & loaded.any(axis=1)[:, None]
     assert swings.sum() > 20
     assert carry[swings].mean() < 0.25  # about the beginning and the end of a swing
-    slower = going_with_the_ground(*asked, rate=RATE, speed_m_s=0.1)
+    slower = feet_moving_with_ground(*asked, rate=RATE, speed_m_s=0.1)
     assert (slower <= carry).all()
     np.testing.assert_array_equal(slower.sum(axis=1) >= 1, True)
 

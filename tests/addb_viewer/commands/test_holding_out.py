@@ -32,7 +32,7 @@ def judging(command_line, monkeypatch):
         return fit
 
     monkeypatch.setattr(solving, "layouts_due", due)
-    monkeypatch.setattr(solving, "completing_held_out", completing)
+    monkeypatch.setattr(solving, "complete_held_out", completing)
     return Judging
 
 

@@ -8,7 +8,7 @@ import pytest
 from addb_viewer.trial_view.recording import MARKERS_ALONE, PREVIOUS_FIT, file_of, recording_of
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.fitting.settings import Settings, as_dict, from_dict
-from solver.fitting.torques_stage import filtered
+from solver.fitting.torques_stage import filter_as_forces
 from solver.skeleton.forward import body_poses, marker_positions
 
 
@@ -27,7 +27,7 @@ def test_the_residual_before_is_that_of_the_filtered_marker_fit(make_fit):
     fit = make_fit("walk")
     trial = fit.trials[0]
     (record,) = recording_of(fit).trials
-    motion = filtered(trial.kinematics_only.motion, Settings())
+    motion = filter_as_forces(trial.kinematics_only.motion, Settings())
     told = inverse_dynamics(fit.skeleton, motion, trial.contacts, trial.mask, Settings().dynamics)
     np.testing.assert_allclose(record.before.residual.force, told.residual_root[:, :3])
     assert np.array_equal(record.before.residual.used, told.used)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.common.filters import low_pass
-from solver.common.white_noise import FEWEST, ORDER, white_noise, white_noise_together
+from solver.common.white_noise import FEWEST_DIFFERENCES, ORDER, white_noise, white_noise_together
 
 RATE = 100.0
 TIMES = np.arange(600) / RATE
@@ -35,7 +35,7 @@ def test_only_stretches_without_a_gap_are_asked():
     gappy = noisy(1.0)
     gappy[100:400, 0] = np.nan
     gappy[::3, 1] = np.nan
-    gappy[FEWEST + ORDER - 1 :, 2] = np.nan
+    gappy[FEWEST_DIFFERENCES + ORDER - 1 :, 2] = np.nan
     found = white_noise(gappy)
     assert found[0] == pytest.approx(1.0, rel=0.25)
     assert np.isnan(found[1])

@@ -9,7 +9,7 @@ from solver.capture.subject.subject import open_subject
 from solver.common.errors import FitError
 from solver.common.progress import silent
 from solver.diagnosis.accepting import extension_for
-from solver.fitting.held_out_stage import predicting_held_out
+from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import other_recordings, provenance_of
 from solver.fitting.settings import Settings
@@ -90,7 +90,7 @@ def test_a_resolve_goes_on_with_the_same_extension(subject, extension, extended)
     assert can_resolve(extended, subject, subject.trials, SETTINGS, extension=extension)
     assert not can_resolve(extended, subject, subject.trials, SETTINGS)
     reviews = {"walk": flagged((90, 110, None, "manualReview"))}
-    ours = predicting_held_out(
+    ours = predict_held_out(
         resolve(extended, reviews, SETTINGS, extension=extension), SETTINGS, silent, extension
     )
     cold = solve(subject, SETTINGS, reviews=reviews, extension=extension)

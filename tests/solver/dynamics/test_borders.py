@@ -24,7 +24,7 @@ from solver.dynamics.cross_validation.held_out_layouts import Step, frames_of, s
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
-from solver.dynamics.force_prediction.prediction_fit import predicted
+from solver.dynamics.force_prediction.prediction_fit import fit_prediction
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trial_data import TrialData
@@ -71,7 +71,7 @@ class Walk:
             trial = PredictionTrial(
                 replace(seen, initial=fit.motions[0]), self.contacts.foot_bodies, self.contacts.in_contact
             )
-            prediction_fit = predicted(
+            prediction_fit = fit_prediction(
                 self.skeleton, [trial], SETTINGS.trajectory, SETTINGS.prediction, phi=fit.phi
             )
             (held,) = with_predicted([seen], fit, prediction_fit)

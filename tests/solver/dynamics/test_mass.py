@@ -9,7 +9,7 @@ import pytest
 from solver.capture.subject.subject import open_subject
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_trajectory import ComData, MassEstimate, com_data
-from solver.dynamics.mass import mass_from_forces, pooled
+from solver.dynamics.mass import mass_from_forces, pool_masses
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 
@@ -78,7 +78,7 @@ def test_a_trial_without_forces_takes_no_part(walker):
 
 def test_equal_trials_share_their_noise_but_not_the_plates_gain():
     one = MassEstimate(70.0, 1.12, 0.4)
-    four = pooled([one] * 4, SETTINGS)
+    four = pool_masses([one] * 4, SETTINGS)
     assert four.mass_kg == pytest.approx(70.0)
     assert four.sampling_std_kg == pytest.approx(0.2)
     assert four.std_kg == pytest.approx(np.hypot(0.2, 70.0 * SETTINGS.plate_gain_std))
@@ -86,7 +86,7 @@ def test_equal_trials_share_their_noise_but_not_the_plates_gain():
 
 def test_trials_that_contradict_each_other_make_the_mean_unsure():
     estimates = [MassEstimate(m, 1.0, 0.1) for m in (60.0, 62.0, 64.0)]
-    found = pooled(estimates, SETTINGS)
+    found = pool_masses(estimates, SETTINGS)
     assert found.mass_kg == pytest.approx(62.0)
     assert found.sampling_std_kg == pytest.approx(2.0 / np.sqrt(3), rel=0.01)  # standard error of the three
 

@@ -70,8 +70,8 @@ def is_left_out(fit, alone, reason):
 @pytest.mark.parametrize(
     ("stage", "error"),
     [
-        ((model_stage, "with_labels_repaired"), FitError("no pose")),
-        ((tracking_stage, "tracked_trial"), np.linalg.LinAlgError("Singular matrix")),
+        ((model_stage, "repair_labels_of"), FitError("no pose")),
+        ((tracking_stage, "track_trial"), np.linalg.LinAlgError("Singular matrix")),
         ((tracking_stage, "with_contacts"), IndexError("index 3 is out of bounds")),
     ],
 )
@@ -104,7 +104,7 @@ def test_where_all_fail_the_first_says_why(subject, monkeypatch):
     def fail(capture, *_):
         raise FitError(f"{capture.name} shows nobody")
 
-    monkeypatch.setattr(tracking_stage, "tracked_trial", fail)
+    monkeypatch.setattr(tracking_stage, "track_trial", fail)
     with pytest.raises(FitError, match="shows nobody"):
         solve(subject, MARKERS_ALONE)
 

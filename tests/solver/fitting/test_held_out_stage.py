@@ -8,7 +8,7 @@ import pytest
 from solver.capture.subject.subject import open_subject
 from solver.common.progress import silent
 from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS
-from solver.fitting.held_out_stage import completing_held_out, judged_layout, layouts_due
+from solver.fitting.held_out_stage import complete_held_out, judged_layout, layouts_due
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.summary import summary
@@ -23,7 +23,7 @@ def walk(real_data):
 def test_every_known_frame_but_the_ends_is_held_out_and_the_markers_stand_beside(walk):
     assert layouts_due(walk) == LAYOUTS
     came = []
-    judged = completing_held_out(walk, Settings(), silent, came=came.append)
+    judged = complete_held_out(walk, Settings(), silent, came=came.append)
     assert judged.held_out_layouts == tuple(came)
     assert layouts_due(judged) == ()
     trial = judged.trials[0]

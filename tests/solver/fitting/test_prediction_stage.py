@@ -74,7 +74,7 @@ def test_nothing_is_spent_where_no_force_is_missing(folder, monkeypatch):
     def fail(*_args, **_kwargs):
         pytest.fail("a prediction fit where it has nothing to tell")
 
-    monkeypatch.setattr(prediction_stage, "predicted", fail)
+    monkeypatch.setattr(prediction_stage, "fit_prediction", fail)
     assert fitted(folder, NO_HELD_OUT).trials[0].dynamics.used.any()
 
 

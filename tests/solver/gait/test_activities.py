@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solver.gait.activities import LEAST_CONFIDENCE, named_activity, suggested
+from solver.gait.activities import LEAST_CONFIDENCE, named_activity, suggest_activities
 from solver.gait.activity import LEARNT, Activity, Kind
 from solver.gait.activity_model import (
     NAMES,
@@ -14,7 +14,7 @@ from solver.gait.activity_model import (
     features_of,
     learnt_weights,
     shares,
-    smoothed,
+    smooth_probabilities,
     windows_of,
 )
 from solver.gait.activity_rules import kind_of, unlearnt
@@ -67,7 +67,7 @@ def seen(trials, stranger):
     ],
 )
 def test_a_stranger_is_understood_from_the_motion_alone(seen, name, activity, kind):
-    (found,) = suggested(seen[name], "x", learnt_weights())
+    (found,) = suggest_activities(seen[name], "x", learnt_weights())
     assert (found.start, found.end) == (0, 241)
     assert (found.activity, found.kind) == (activity, kind)
     assert found.confidence >= LEAST_CONFIDENCE
@@ -75,10 +75,10 @@ def test_a_stranger_is_understood_from_the_motion_alone(seen, name, activity, ki
 
 def test_a_squat_off_the_plates_may_be_a_chair_and_only_the_name_tells(seen):
     off = replace(seen["squat"], load_BW=None)
-    assert suggested(off, "x", learnt_weights()) == ()
-    (named,) = suggested(off, "squats1", learnt_weights())
+    assert suggest_activities(off, "x", learnt_weights()) == ()
+    (named,) = suggest_activities(off, "squats1", learnt_weights())
     assert named.activity is Activity.SQUAT
-    assert named.confidence < suggested(seen["squat"], "x", learnt_weights())[0].confidence
+    assert named.confidence < suggest_activities(seen["squat"], "x", learnt_weights())[0].confidence
 
 
 def test_a_seat_that_bears_the_weight_makes_a_squat_a_sit_to_stand(seen):
@@ -86,7 +86,7 @@ def test_a_seat_that_bears_the_weight_makes_a_squat_a_sit_to_stand(seen):
     height = motion.pelvis[:, 1]
     low = height < height.min() + 0.15 * motion.leg
     seated = replace(motion, load_BW=np.where(low, 0.4, 1.0))
-    (found,) = suggested(seated, "x", learnt_weights())
+    (found,) = suggest_activities(seated, "x", learnt_weights())
     assert (found.activity, found.by) == (Activity.SIT_TO_STAND, "rule (unlearnt)")
 
 
@@ -131,7 +131,7 @@ def every_time_history(probabilities, change):
 def test_smoothing_finds_the_likeliest_of_all_time_histories(seed):
     sharp = np.random.default_rng(seed).dirichlet([0.2, 0.2, 0.2], 8) ** 3
     probabilities = sharp / sharp.sum(axis=1, keepdims=True)
-    assert smoothed(probabilities).tolist() == every_time_history(probabilities, np.log(9))
+    assert smooth_probabilities(probabilities).tolist() == every_time_history(probabilities, np.log(9))
 
 
 def test_learnt_classes_come_first():

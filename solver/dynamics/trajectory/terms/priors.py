@@ -16,14 +16,14 @@ from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import ExtraParameters
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
-from solver.kinematics.unseen_bodies import untold_dofs
+from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.skeleton import Skeleton
 
 JERK_CUTOFF_HZ = 8.0  # [Hz] a dof's own jerk level is taken below it: above, marker noise dominates
 LEAST_JERK_SHARE = 0.05  # of the mean level, for dofs that hardly move: they may still have to
 # [rad] 3.4°: likewise for dofs that move no marker, which are neutral there. A trunk without markers else
 # bends by 20 to 40° in place of what forces, clocks and masses have wrong
-UNTOLD_STD_RAD = 0.06
+UNDETERMINED_STD_RAD = 0.06
 
 HELD_STD = 1e-9  # [rad or m] less than anybody measures; its square is far from what doubles resolve
 
@@ -40,8 +40,8 @@ def pull_precision(
         observed_ground: NaN where unseen [m].
         settings: how far dofs may leave the marker fit that markers see, and those that none sees.
     """
-    untold = untold_dofs(skeleton, observed_ground)
-    std = np.where(untold, UNTOLD_STD_RAD, settings.pose_std_rad)
+    undetermined = undetermined_dofs(skeleton, observed_ground)
+    std = np.where(undetermined, UNDETERMINED_STD_RAD, settings.pose_std_rad)
     return np.where(root_dofs(skeleton), 0.0, std**-2)
 
 

@@ -58,9 +58,9 @@ class ResidualRows:
         system.gradient.shared += weight * self.gradient_by_shared
         system.cost += weight * self.cost
 
-    def without(self, hidden: Bool[np.ndarray, " frames"]) -> "ResidualRows":
+    def without(self, held_out: Bool[np.ndarray, " frames"]) -> "ResidualRows":
         """The same, zero on some frames; the cost stays that of all."""
-        seen = ~hidden[:, None, None]
+        seen = ~held_out[:, None, None]
         return replace(
             self,
             value=self.value * seen[:, 0],
@@ -229,7 +229,7 @@ class RootResidual:
         )
 
 
-class BlindResidual:
+class ResidualHeldOut:
     """Its rows are made once, whichever frames are hidden."""
 
     def __init__(self, residual: RootResidual, at: TrialPoint) -> None:
@@ -247,21 +247,21 @@ class BlindResidual:
     def add_linearized(
         self,
         system: TrialSystem,
-        hidden: Bool[np.ndarray, " frames"],
+        held_out: Bool[np.ndarray, " frames"],
         columns_ground: Float[np.ndarray, "frames 6 extra"],
     ) -> None:
         """As the residual does, without some frames, and with other columns of x; costs are of all frames.
 
         Args:
             system: to be added to.
-            hidden: frames to leave out.
+            held_out: frames to leave out.
             columns_ground: force [N] and moment about the ground origin [N·m] by x; at this point x is zero
                 where they differ from those that the rows were made with.
         """
         by_states = []
         for states, rows, centre in zip(self.at.chunks, self.rows, self.centres, strict=True):
             frames = states.frames
-            seen = rows.with_columns(columns_ground[frames], centre).without(hidden[frames])
+            seen = rows.with_columns(columns_ground[frames], centre).without(held_out[frames])
             seen.add_to(system, frames.start, self.at.frame_weight)
             by_states.append(seen.gradient_by_states)
         add_by_states(self.at, by_states, system.gradient)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
-from solver.dynamics.force_prediction.prediction_fit import predicted
+from solver.dynamics.force_prediction.prediction_fit import fit_prediction
 from solver.dynamics.force_prediction.settings import PredictionSettings
 from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
@@ -46,7 +46,7 @@ def missed(walk, told_ground, hidden):
 
 def test_a_repeating_wrench_is_predicted_on_hidden_blocks(hidden_wrench_walk, hidden, fitted):
     walk, (trial, phi, plain) = hidden_wrench_walk, fitted
-    learnt = predicted(walk.skeleton, [trial], TRAJECTORY, SETTINGS, phi=phi)
+    learnt = fit_prediction(walk.skeleton, [trial], TRAJECTORY, SETTINGS, phi=phi)
     assert "steps" in learnt.kinds
     assert missed(walk, learnt.wrenches_ground[0], hidden) < 0.6 * missed(walk, plain, hidden)
 
@@ -57,7 +57,8 @@ def test_what_plates_tell_on_hidden_frames_has_no_say(hidden_wrench_walk, hidden
     contact = np.where(hidden[:, None], ~trial.in_contact, trial.in_contact)
     other = PredictionTrial(data, FEET, contact)
     one, two = (
-        predicted(hidden_wrench_walk.skeleton, [t], TRAJECTORY, SETTINGS, phi=phi) for t in (trial, other)
+        fit_prediction(hidden_wrench_walk.skeleton, [t], TRAJECTORY, SETTINGS, phi=phi)
+        for t in (trial, other)
     )
     assert one.kinds == two.kinds
     np.testing.assert_allclose(two.wrenches_ground[0], one.wrenches_ground[0], atol=1e-6)
@@ -66,13 +67,13 @@ def test_what_plates_tell_on_hidden_frames_has_no_say(hidden_wrench_walk, hidden
 def test_exact_forces_are_not_predicted_worse(hidden_wrench_walk, hidden):
     walk = replace(hidden_wrench_walk, hidden_ground=np.zeros_like(hidden_wrench_walk.hidden_ground))
     trial, phi, plain = fitted_without(walk, hidden, noise_m=0.0002)
-    learnt = predicted(walk.skeleton, [trial], TRAJECTORY, SETTINGS, phi=phi)
+    learnt = fit_prediction(walk.skeleton, [trial], TRAJECTORY, SETTINGS, phi=phi)
     assert missed(walk, learnt.wrenches_ground[0], hidden) < 1.05 * missed(walk, plain, hidden)
 
 
 def test_without_any_kind_it_is_a_smoother_fit(hidden_wrench_walk, hidden, fitted):
     trial, phi, _ = fitted
-    learnt = predicted(hidden_wrench_walk.skeleton, [trial], TRAJECTORY, SETTINGS, phi=phi, kinds=())
+    learnt = fit_prediction(hidden_wrench_walk.skeleton, [trial], TRAJECTORY, SETTINGS, phi=phi, kinds=())
     assert learnt.kinds == ()
     assert learnt.notes == ()
     assert missed(hidden_wrench_walk, learnt.wrenches_ground[0], hidden) > 0

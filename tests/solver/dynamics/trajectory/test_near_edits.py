@@ -8,7 +8,7 @@ import pytest
 from solver.common.progress import silent
 from solver.common.runs import runs
 from solver.dynamics.material_acceleration import required_ground
-from solver.dynamics.trajectory.near_edits import InertiasBefore, fitted_near, spans_near
+from solver.dynamics.trajectory.near_edits import InertiasBefore, fit_near_edits, spans_near
 from solver.dynamics.trajectory.spline_basis import DEGREE
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
@@ -50,7 +50,7 @@ def edited(crane, trials):
     begun = [replace(t, spline=s) for t, s in zip(flagged, first.splines, strict=True)]
     frames = [t.counts != before.counts for t, before in zip(flagged, trials, strict=True)]
     before = InertiasBefore(first.phi, first.asked_phi)
-    return first, begun, fitted_near(crane, begun, frames, SETTINGS, silent, before=before)
+    return first, begun, fit_near_edits(crane, begun, frames, SETTINGS, silent, before=before)
 
 
 def test_nothing_else_moves(edited):
@@ -85,7 +85,7 @@ def test_the_farther_it_reaches_the_nearer_it_is_to_a_fit_of_all_frames(crane, t
     before, missed = InertiasBefore(first.phi, first.asked_phi), []
     for reach_s in (0.1, 0.3, 0.7):
         weights = replace(SETTINGS, edit_reach_s=reach_s)
-        near = fitted_near(crane, begun, frames, weights, silent, before=before)
+        near = fit_near_edits(crane, begun, frames, weights, silent, before=before)
         missed.append(np.abs(near.motions[1].q - whole.motions[1].q).max())
     effect = np.abs(whole.motions[1].q - first.motions[1].q).max()
     assert missed[0] > 2 * missed[1] > 4 * missed[2]
@@ -113,7 +113,7 @@ def test_the_edits_own_gain_decides_where_the_search_ends(crane, trials, stretch
     usual = replace(SETTINGS, tolerance=TrajectorySettings().tolerance, iterations=12, edit_reach_s=1.0)
     frames = [np.zeros(FRAMES, dtype=bool), ~hidden]
     before = InertiasBefore(first.phi, first.asked_phi)
-    near = fitted_near(crane, begun, frames, usual, silent, before=before)
+    near = fit_near_edits(crane, begun, frames, usual, silent, before=before)
     anew = fit_trajectories(crane, begun, usual, phi=first.phi, edited=True)
     cold = fit_trajectories(crane, counted, replace(SETTINGS, tolerance=1e-9, iterations=1000))
     asked = required_ground(crane, cold.motions[1])
@@ -127,7 +127,7 @@ def test_the_edits_own_gain_decides_where_the_search_ends(crane, trials, stretch
 def test_nothing_edited_gives_the_former_fit(crane, trials, edited):
     first, begun, _ = edited
     none = [np.zeros(FRAMES, dtype=bool)] * 2
-    same = fitted_near(crane, begun, none, SETTINGS, silent, before=InertiasBefore(first.phi, first.phi))
+    same = fit_near_edits(crane, begun, none, SETTINGS, silent, before=InertiasBefore(first.phi, first.phi))
     for a, b in zip(same.motions, first.motions, strict=True):
         np.testing.assert_allclose(a.q, b.q, atol=1e-12)
 

@@ -8,7 +8,7 @@ import pytest
 from solver.capture.capture import Capture, Markers
 from solver.common.notes import Kind, noted
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, Exchange
-from solver.kinematics.label_faults.repair import with_labels_repaired
+from solver.kinematics.label_faults.repair import repair_labels_of
 from solver.kinematics.label_faults.settings import LabelRepairSettings
 from solver.kinematics.label_faults.wrong_labels import exchanged_back
 from solver.kinematics.marker_matching import match_markers
@@ -31,7 +31,7 @@ def repaired(crane):
 
         capture = Capture("walk", recording(positions), notes=noted(Kind.OTHER, "read"))
         match = match_markers(crane, [capture.markers])
-        return capture, *with_labels_repaired(
+        return capture, *repair_labels_of(
             capture,
             [recording(x) for x in others],
             match,

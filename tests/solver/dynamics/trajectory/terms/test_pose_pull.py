@@ -1,6 +1,6 @@
 import numpy as np
 
-from solver.dynamics.trajectory.terms.priors import UNTOLD_STD_RAD, PosePull, pull_precision
+from solver.dynamics.trajectory.terms.priors import UNDETERMINED_STD_RAD, PosePull, pull_precision
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 
 SETTINGS = TrajectorySettings()
@@ -29,4 +29,4 @@ def test_what_no_marker_tells_is_held_nearer(case):
     )
     assert own
     assert {dof for dof in seen if seen[dof] != gone[dof]} == own
-    assert all(gone[dof] == UNTOLD_STD_RAD**-2 for dof in own)
+    assert all(gone[dof] == UNDETERMINED_STD_RAD**-2 for dof in own)

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from solver.dynamics.trajectory.bordered_system import SharedChoice, TrialSystem
 from solver.dynamics.trajectory.spline_band import CoefficientBand
-from solver.dynamics.trajectory.terms.root_residual import BlindResidual
+from solver.dynamics.trajectory.terms.root_residual import ResidualHeldOut
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver, refuse
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
@@ -21,14 +21,14 @@ from solver.skeleton.skeleton import Skeleton
 
 
 @dataclass(frozen=True)
-class Blind:
+class TrialHeldOut:
     """One trial of a layout."""
 
-    hidden: Bool[np.ndarray, " frames"]  # known frames whose forces take no part
+    held_out: Bool[np.ndarray, " frames"]  # known frames whose forces take no part
     columns_ground: Float[np.ndarray, "frames 6 extra"]  # made without these
 
 
-class BlindSteps:
+class HeldOutSteps:
     """Steps from one place."""
 
     def __init__(
@@ -57,16 +57,16 @@ class BlindSteps:
             self.solver = TrajectorySolver(skeleton, trials, settings, extra)
             self.state = self.solver.begun(phi)
             self.lasting: list[TrialSystem] = []
-            self.residuals: list[BlindResidual] = []
+            self.residuals: list[ResidualHeldOut] = []
             for part, at in self.solver.at(self.state):
                 system = TrialSystem.zero(part.basis, at.coefficients.shape[1], 0)
                 for term in part.without_forces:
                     term.add_linearized(at, system)
                 self.lasting.append(system)
-                self.residuals.append(BlindResidual(part.residual, at))
+                self.residuals.append(ResidualHeldOut(part.residual, at))
 
     def missed(
-        self, layout: Sequence[Blind], choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]
+        self, layout: Sequence[TrialHeldOut], choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]
     ) -> list[Float[np.ndarray, "choices hidden 6"]]:
         """Residuals on the hidden frames of each trial: forces [N], moments about the root's centre [N·m].
 
@@ -84,7 +84,7 @@ class BlindSteps:
             steps = self.solver.factorized(self.state, system).steps(gradient, self._shared(choices))
             return [
                 residual.missed(
-                    trial.hidden,
+                    trial.held_out,
                     trial.columns_ground,
                     [step.coefficients[i] for step in steps],
                     [step.shared for step in steps],
@@ -92,12 +92,12 @@ class BlindSteps:
                 for i, (residual, trial) in enumerate(zip(self.residuals, layout, strict=True))
             ]
 
-    def _seen(self, lasting: TrialSystem, residual: BlindResidual, trial: Blind) -> TrialSystem:
+    def _seen(self, lasting: TrialSystem, residual: ResidualHeldOut, trial: TrialHeldOut) -> TrialSystem:
         basis = lasting.band.basis
         system = TrialSystem.zero(basis, lasting.gradient.coefficients.shape[1], self.state.shared.count)
         system.band = CoefficientBand(basis, lasting.band.panels.copy())
         system.gradient.coefficients += lasting.gradient.coefficients
-        residual.add_linearized(system, trial.hidden, trial.columns_ground)
+        residual.add_linearized(system, trial.held_out, trial.columns_ground)
         return system
 
     def _shared(self, choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]) -> list[SharedChoice]:

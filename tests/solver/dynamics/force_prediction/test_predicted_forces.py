@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.common.filters import low_pass
-from solver.dynamics.force_prediction.missing_wrench import unmeasured_forces
+from solver.dynamics.force_prediction.missing_wrench import predict_ground_forces
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.simulate.person import Person, body_of
 from solver.simulate.trial import Scenario, simulate_trial
@@ -38,7 +38,7 @@ def noisy(demand):
 
 def test_nothing_acts_in_flight_and_elsewhere_the_ground_only_pushes_or_nearly(truth):
     demand, com, mass = truth
-    found = unmeasured_forces(noisy(demand), com, RATE, CUTOFF_HZ)
+    found = predict_ground_forces(noisy(demand), com, RATE, CUTOFF_HZ)
     up = demand[:, 1]
     flies = up < 0.02 * mass * 9.81
     assert np.array_equal(found.wrench_ground[found.flies], np.zeros((found.flies.sum(), 6)))
@@ -51,7 +51,7 @@ def test_nothing_acts_in_flight_and_elsewhere_the_ground_only_pushes_or_nearly(t
 
 def test_forces_come_nearer_to_the_truth_than_through_a_filter(truth):
     demand, com, _ = truth
-    found = unmeasured_forces(noisy(demand), com, RATE, CUTOFF_HZ)
+    found = predict_ground_forces(noisy(demand), com, RATE, CUTOFF_HZ)
     plain = low_pass(noisy(demand), RATE, 6.0)
     assert force_error(found.wrench_ground, demand) < 1.1 * force_error(plain, demand)
     if found.flies.any():
@@ -63,12 +63,12 @@ def test_a_steady_weight_is_predicted_to_the_newton():
     demand[:, 1] = 700.0
     com = np.tile([0.4, 1.0, -0.2], (200, 1))
     demand[:, 3:] = np.cross(com, demand[:, :3])
-    found = unmeasured_forces(demand, com, RATE, CUTOFF_HZ)
+    found = predict_ground_forces(demand, com, RATE, CUTOFF_HZ)
     np.testing.assert_allclose(found.wrench_ground, demand, atol=1.0)
     assert not found.flies.any()
 
 
 def test_a_few_frames_have_no_accelerations_and_are_left_as_they_are():
     demand = np.arange(18.0).reshape(3, 6)
-    found = unmeasured_forces(demand, np.zeros((3, 3)), RATE, CUTOFF_HZ)
+    found = predict_ground_forces(demand, np.zeros((3, 3)), RATE, CUTOFF_HZ)
     np.testing.assert_array_equal(found.wrench_ground, demand)
