@@ -41,7 +41,7 @@ from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
-from solver.fitting.held_out_stage import predicting_held_out
+from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import fit_to_forces, resolve, solve
 from solver.fitting.settings import Settings, as_dict, settings_for
 from solver.fitting.state import FitState
@@ -136,7 +136,7 @@ def figures_of(folder: Path, repeats: int) -> Figures:
     first, first_flag_s = cpu_seconds(lambda: resolve(solved, one, settings), repeats)
     flagged, flag_s = cpu_seconds(lambda: resolve(first, two, settings), repeats)
     _, unflag_s = cpu_seconds(lambda: resolve(flagged, one, settings), repeats)
-    _, held_out_s = cpu_seconds(lambda: predicting_held_out(flagged, settings, silent))
+    _, held_out_s = cpu_seconds(lambda: predict_held_out(flagged, settings, silent))
     _, fit_s = cpu_seconds(lambda: _trajectory_fit(solved, settings), repeats)
     return Figures(
         frames=trial.motion.frames,

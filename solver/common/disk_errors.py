@@ -1,7 +1,6 @@
 """What a disk that refuses means, and what to do about it, in words."""
 
 import errno
-import os
 import shutil
 from pathlib import Path
 
@@ -66,8 +65,3 @@ def check_room(folder: Path, needed: float, what: str) -> None:
             f"{needed / _MEGABYTE:.1f} MB; free some space, or choose another output folder. Nothing was "
             "computed."
         )
-
-
-def can_write_in(folder: Path) -> bool:
-    """Whether files can be made in a folder, as far as permissions tell."""
-    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)

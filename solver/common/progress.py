@@ -1,9 +1,6 @@
 """How long work tells how far it is, and how it is told to stop."""
 
-from collections.abc import Callable
 from typing import Protocol
-
-from solver.common.errors import Cancelled
 
 
 class Progress(Protocol):
@@ -14,17 +11,6 @@ class Progress(Protocol):
 
 def silent(stage: str, fraction: float) -> None:
     """Progress nobody watches."""
-
-
-def cancellable(progress: Progress, is_cancelled: Callable[[], bool]) -> Progress:
-    """Progress that raises `Cancelled` at the next report once `is_cancelled()` is true."""
-
-    def report(stage: str, fraction: float) -> None:
-        if is_cancelled():
-            raise Cancelled(f"Stopped during {stage}; nothing was written.")
-        progress(stage, fraction)
-
-    return report
 
 
 def part(progress: Progress, start: float, end: float) -> Progress:
