@@ -15,7 +15,7 @@ import ezc3d
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.atomic import whole_file
+from solver.capture.atomic import made_folder, whole_file
 from solver.capture.capture import FootEvent, ForcePlate, Markers
 from solver.capture.plates.force_platform import plate_axes
 from solver.capture.resampling import bridged, resample
@@ -23,7 +23,7 @@ from solver.capture.subject.measured_files import MARK
 from solver.common.errors import CaptureError
 from solver.common.runs import runs
 from solver.export.gait_tables import gaits_of
-from solver.export.places import made, trial_stems
+from solver.export.places import trial_stems
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.gait.events import Kind, side_of
@@ -341,7 +341,7 @@ def export_c3d(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
         The files written, and what they could not take as it was recorded.
 
     Raises:
-        FitError, CaptureError: the folder cannot be made, or not written to.
+        CaptureError: the folder cannot be made, or not written to.
     """
     written: list[Path] = []
     notes: list[str] = []
@@ -357,7 +357,7 @@ def export_c3d(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
             mass_kg=fit.mass_kg,
             height_m=fit.height_m,
         )
-        path = made(folder) / f"{stems[name]}.c3d"
+        path = made_folder(folder) / f"{stems[name]}.c3d"
         notes += write_c3d(path, recording)
         written.append(path)
     return written, tuple(notes)

@@ -10,8 +10,7 @@ import numpy as np
 import pyarrow as pa
 from jaxtyping import Bool, Float
 
-from solver.capture.atomic import whole_file, write_whole
-from solver.export.places import made
+from solver.capture.atomic import made_folder, whole_file, write_whole
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.fitting.settings import from_dict
@@ -109,12 +108,12 @@ def export_gait(
     """Write gait/events, gait/cycles, gait/curves and gait/gait.json; nothing where no trial shows a stance.
 
     Raises:
-        FitError, CaptureError: the folder cannot be made, or not written to.
+        CaptureError: the folder cannot be made, or not written to.
     """
     gaits = gaits_of(fit)
     if not gaits:
         return []
-    place, written = made(folder / FOLDER), []
+    place, written = made_folder(folder / FOLDER), []
     tables: Sequence[tuple[str, list[Row]]] = (("events", event_rows(gaits)), ("cycles", cycle_rows(gaits)))
     for name, rows in tables:
         if rows:

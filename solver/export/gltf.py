@@ -17,8 +17,8 @@ from trimesh.exchange.gltf import export_glb
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from solver.capture.atomic import whole_file
-from solver.export.places import made, trial_stems
+from solver.capture.atomic import made_folder, whole_file
+from solver.export.places import trial_stems
 from solver.fitting.fit import Fit
 from solver.kinematics.motion import Motion
 from solver.skeleton.bones import body_meshes
@@ -38,13 +38,13 @@ def export_gltf(fit: Fit, folder: Path) -> list[Path]:
     """Write TRIAL.glb for every trial; the motion is the one that torques and residuals were computed on.
 
     Raises:
-        FitError, CaptureError: the folder cannot be made, or not written to.
+        CaptureError: the folder cannot be made, or not written to.
     """
     meshes = body_meshes(fit.skeleton, fit.subject.folder / "Geometry").meshes
     stems, written = trial_stems(fit), []
     for trial in fit.trials:
         motion = trial.dynamics.motion if trial.dynamics else trial.motion
-        path = made(folder) / f"{stems[trial.capture.name]}.glb"
+        path = made_folder(folder) / f"{stems[trial.capture.name]}.glb"
         content = moving_skeleton(fit.skeleton, meshes, motion, trial.capture.name)
         with whole_file(path) as file:
             file.write(content)

@@ -16,9 +16,9 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh.exchange.stl import export_stl
 
-from solver.capture.atomic import whole_file, write_whole
+from solver.capture.atomic import made_folder, whole_file, write_whole
 from solver.common.file_names import distinct
-from solver.export.places import file_stem, made, trial_stems
+from solver.export.places import file_stem, trial_stems
 from solver.fitting.fit import Fit
 from solver.kinematics.motion import Motion
 from solver.skeleton.bones import body_meshes
@@ -284,14 +284,14 @@ def export_mujoco(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
         The files written, and where the model had to differ from the skeleton.
 
     Raises:
-        FitError, CaptureError: the folder cannot be made, or not written to.
+        CaptureError: the folder cannot be made, or not written to.
     """
     meshes, stems = body_meshes(fit.skeleton, fit.subject.folder / "Geometry").meshes, trial_stems(fit)
     motions = {
         stems[trial.capture.name]: trial.dynamics.motion if trial.dynamics else trial.motion
         for trial in fit.trials
     }
-    return write_mujoco(made(folder) / "model.xml", fit.skeleton, meshes, motions)
+    return write_mujoco(made_folder(folder) / "model.xml", fit.skeleton, meshes, motions)
 
 
 def write_mujoco(
@@ -308,7 +308,7 @@ def write_mujoco(
     Raises:
         FitError, CaptureError: a folder cannot be made, or not written to.
     """
-    place, written = made(path.with_name(f"{path.stem}_bones")), [path]
+    place, written = made_folder(path.with_name(f"{path.stem}_bones")), [path]
     files = {body: f"{stem}.stl" for body, stem in distinct(list(meshes), file_stem).items()}
     for body, name in files.items():
         with whole_file(place / name) as file:

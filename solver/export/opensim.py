@@ -17,13 +17,13 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.atomic import write_whole
+from solver.capture.atomic import made_folder, write_whole
 from solver.capture.formats.storage import write_coordinates, write_storage
 from solver.common.plate_figures import CONTACT_N
 from solver.common.runs import runs
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
-from solver.export.places import made, trial_stems
+from solver.export.places import trial_stems
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.kinematics.motion import Motion
@@ -48,10 +48,9 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
         The files written.
 
     Raises:
-        FitError: the folder cannot be made.
-        CaptureError, ModelError: a file cannot be written.
+        CaptureError, ModelError: the folder cannot be made, or a file not written.
     """
-    model = made(folder) / "model.osim"
+    model = made_folder(folder) / "model.osim"
     write_skeleton(fit.skeleton, model)
     written, stems = [model], trial_stems(fit)
     for trial in fit.trials:

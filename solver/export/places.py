@@ -2,25 +2,9 @@
 
 import re
 from collections.abc import Sequence
-from pathlib import Path
 
-from solver.common.disk_errors import writing_failed
-from solver.common.errors import FitError
 from solver.common.file_names import distinct
 from solver.fitting.fit import Fit
-
-
-def made(folder: Path) -> Path:
-    """The folder, made where it is missing.
-
-    Raises:
-        FitError: it cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FitError(writing_failed(folder, error)) from error
-    return folder
 
 
 def file_stem(name: str) -> str:

@@ -10,11 +10,11 @@ import pyarrow.csv
 import pyarrow.parquet
 from jaxtyping import Float
 
-from solver.capture.atomic import whole_file
+from solver.capture.atomic import made_folder, whole_file
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.export.gait_tables import POWER, UNITS, export_gait
-from solver.export.places import made, trial_stems
+from solver.export.places import trial_stems
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.gait.gait import joint_power
@@ -30,7 +30,7 @@ def export_csv(fit: Fit, folder: Path) -> list[Path]:
     """Write TRIAL.csv for every trial; numbers keep every digit, a cell without a number stays empty.
 
     Raises:
-        FitError, CaptureError: the folder cannot be made, or not written to.
+        CaptureError: the folder cannot be made, or not written to.
     """
     return _export(fit, folder, ".csv", lambda table, file: pa.csv.write_csv(table, file, CSV_OPTIONS))
 
@@ -39,7 +39,7 @@ def export_parquet(fit: Fit, folder: Path) -> list[Path]:
     """Write TRIAL.parquet for every trial; a cell without a number is null.
 
     Raises:
-        FitError, CaptureError: the folder cannot be made, or not written to.
+        CaptureError: the folder cannot be made, or not written to.
     """
     return _export(fit, folder, ".parquet", pa.parquet.write_table)
 
@@ -65,7 +65,7 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
 def _export(fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]) -> list[Path]:
     written, stems = [], trial_stems(fit)
     for trial in fit.trials:
-        path = made(folder) / f"{stems[trial.capture.name]}{suffix}"
+        path = made_folder(folder) / f"{stems[trial.capture.name]}{suffix}"
         columns = trial_columns(trial, fit.skeleton)
         table = pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()})
         with whole_file(path) as file:

@@ -21,9 +21,8 @@ from addb_viewer.trial_view.charts import charts_of
 from addb_viewer.trial_view.joint_quantities import PER_KG, JointQuantity, quantities_of
 from addb_viewer.trial_view.over_time import AT_FIRST, charts_json, choices_json
 from addb_viewer.trial_view.replay import JointReplay, Replay
-from solver.capture.atomic import whole_file
+from solver.capture.atomic import made_folder, whole_file
 from solver.export.gait_tables import CycledCurve, mean_table, stride_table
-from solver.export.places import made
 
 UNITS = {"°": "deg", "°/s": "deg_s", "m/s": "m_s", "N·m": "moment_Nm", "N": "force_N", "W": "power_W"}
 CSV_OPTIONS = pa.csv.WriteOptions(quoting_style="needed")
@@ -102,7 +101,7 @@ def _plain(title: str, label: str) -> str:
 
 
 def _write(table: pa.Table, file: Path) -> Path:
-    made(file.parent)
+    made_folder(file.parent)
     with whole_file(file) as draft:
         pa.csv.write_csv(table, draft, CSV_OPTIONS)
     return file

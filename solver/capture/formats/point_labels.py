@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Int
 
-from solver.capture.formats.text_table import some_of, unique_names
+from solver.capture.formats.text_table import some_of, with_numbered_repeats
 from solver.common.notes import Kind, Note, noted
 
 UNLABELLED = re.compile(r"|\*.*|(unlabel+ed|unnamed|unknown|uname)[ _:*-]*\d*", re.IGNORECASE)
@@ -52,14 +52,8 @@ def marker_points(
     columns = [k for k in columns if not is_computed(named[k])]
 
     columns, counterpart_notes = _seen_counterparts(columns, named, seen_frames, source)
-    names, repeated = unique_names([named[k] for k in columns])
-    if repeated:
-        counterpart_notes += noted(
-            Kind.OTHER,
-            f"{source}: more than one marker is called {', '.join(repeated)}; "
-            "the later ones are called name#2, name#3, …",
-        )
-    return MarkerPoints(names, tuple(columns), notes + counterpart_notes)
+    names, repeated_notes = with_numbered_repeats([named[k] for k in columns], source)
+    return MarkerPoints(names, tuple(columns), notes + counterpart_notes + repeated_notes)
 
 
 def _seen_counterparts(

@@ -19,6 +19,7 @@ from solver.capture.formats.text_table import (
     rows_of_numbers,
     starts_with_number,
     unique_names,
+    with_numbered_repeats,
 )
 from solver.capture.subject.measured_files import MARK
 from solver.common.errors import CaptureError
@@ -90,17 +91,12 @@ def read_storage(path: Path) -> Storage:
         )
 
     labels, unnamed = _split_labels(text.lines[label_line])
-    unique, repeated = unique_names(labels)
+    unique, repeated_notes = with_numbered_repeats(labels, path.name, "column")
     if unnamed:
         notes += noted(
             Kind.OTHER, f"{path.name}: {unnamed} columns without a name are called column_N by their place"
         )
-    if repeated:
-        notes += noted(
-            Kind.OTHER,
-            f"{path.name}: more than one column is called {', '.join(repeated)}; "
-            "the later ones are called name#2, name#3, …",
-        )
+    notes += repeated_notes
     dialect = dialect_of(text.lines[first])
     rows = rows_of_numbers(
         path,

@@ -11,6 +11,7 @@ from typing import overload
 
 from solver.common.errors import CaptureError
 from solver.common.file_names import decoded
+from solver.common.notes import Kind, Note, noted
 
 MISSING = frozenset(
     {"nan", "+nan", "-nan", "nan(ind)", "-nan(ind)", "nan(snan)", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind"}
@@ -195,6 +196,22 @@ def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]
         taken.add(fresh)
         result.append(fresh)
     return tuple(result), tuple(name for name, count in seen.items() if count > 1)
+
+
+def with_numbered_repeats(
+    names: Sequence[str], source: str, what: str = "marker"
+) -> tuple[tuple[str, ...], tuple[Note, ...]]:
+    """`unique_names`, and a note on those that were repeated.
+
+    Args:
+        names: of markers or columns.
+        source: the file, for the note.
+        what: they are names of.
+    """
+    unique, repeated = unique_names(names)
+    later = "the later ones are called name#2, name#3, …"
+    said = f"{source}: more than one {what} is called {', '.join(repeated)}; {later}"
+    return unique, noted(Kind.OTHER, said) if repeated else ()
 
 
 def some_of(names: Sequence[str], most: int = 6) -> str:

@@ -20,7 +20,7 @@ from solver.capture.formats.text_table import (
     read_text,
     rows_of_numbers,
     starts_with_number,
-    unique_names,
+    with_numbered_repeats,
 )
 from solver.capture.marker_cleaning import far_as_nan, unseen_as_nan
 from solver.capture.subject.measured_files import MARK
@@ -200,14 +200,8 @@ def _markers(
         notes += noted(
             Kind.OTHER, f"{path.name}: {len(unnamed)} markers without a name are ignored, in place {listed}"
         )
-    names, repeated = unique_names([name for _, name in header.labels])
-    if repeated:
-        notes += noted(
-            Kind.OTHER,
-            f"{path.name}: more than one marker is called {', '.join(repeated)}; "
-            "the later ones are called name#2, name#3, …",
-        )
-    return names, [header.lead + 3 * place for place, _ in header.labels], notes
+    names, repeated_notes = with_numbered_repeats([name for _, name in header.labels], path.name)
+    return names, [header.lead + 3 * place for place, _ in header.labels], notes + repeated_notes
 
 
 def _count_notes(source: str, header: TrcHeader, rows: int, markers: int) -> tuple[Note, ...]:

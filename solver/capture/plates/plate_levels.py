@@ -40,8 +40,6 @@ def evidence_on_plates(
     markers: Markers,
     mass_kg: float | None = None,
     conditioning: ConditioningSettings = CONDITIONING,
-    *,
-    said: Sequence[PlateWord] = (),
 ) -> tuple[PlateEvidence, ...]:
     """What a recording says of each plate's sign and zero level, without a model of the body.
 
@@ -50,10 +48,9 @@ def evidence_on_plates(
         markers: of the same recording, y up.
         mass_kg: as entered, if it was.
         conditioning: how gaps and the plates' surface are judged.
-        said: what a person said of plates; the others are weighed in this light.
     """
     empty = [resting_samples(plate, markers, conditioning) for plate in plates]
-    return _weighed(plates, markers, empty, mass_kg, conditioning, said=said)
+    return _weighed(plates, markers, empty, mass_kg, conditioning)
 
 
 def _weighed(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from solver.capture.atomic import made_folder
 from solver.capture.formats.b3d.b3d_file import write_b3d
 from solver.capture.formats.b3d.schema import (
     REASONS,
@@ -45,7 +46,7 @@ from solver.export.b3d.pass_frames import (
     trial_header,
     unlocked,
 )
-from solver.export.places import file_stem, made
+from solver.export.places import file_stem
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import from_dict
 from solver.fitting.summary import all_notes
@@ -244,10 +245,10 @@ def export_b3d(fit: Fit, folder: Path) -> list[Path]:
     """Write SUBJECT.b3d.
 
     Raises:
-        FitError, CaptureError: the folder cannot be made, or not written to.
+        CaptureError: the folder cannot be made, or not written to.
         ModelError: as `fit_to_b3d`.
     """
-    path = made(folder) / f"{file_stem(fit.subject.name)}.b3d"
+    path = made_folder(folder) / f"{file_stem(fit.subject.name)}.b3d"
     write_b3d(fit_to_b3d(fit), path)
     return [path]
 

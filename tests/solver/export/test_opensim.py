@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.opensim_reference import referee
 from solver.capture.formats.storage import read_storage
-from solver.common.errors import FitError
+from solver.common.errors import CaptureError
 from solver.contact.wrenches import FrameMask
 from solver.export.opensim import export_opensim
 from solver.fitting.fit import Fit
@@ -112,7 +112,7 @@ def test_names_that_files_cannot_have(fit, tmp_path):
 
 def test_a_folder_that_cannot_be_made(fit, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(FitError, match="choose another output folder"):
+    with pytest.raises(CaptureError, match="choose another output folder"):
         export_opensim(fit, tmp_path / "file" / "opensim")
 
 

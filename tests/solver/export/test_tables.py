@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from solver.common.errors import FitError
+from solver.common.errors import CaptureError
 from solver.contact.wrenches import FrameMask
 from solver.export.places import renamed
 from solver.export.tables import export_csv, export_parquet
@@ -97,7 +97,7 @@ def test_names_that_files_cannot_have(small_fit, tmp_path):
 
 def test_a_folder_that_cannot_be_made(fit, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(FitError, match="choose another output folder"):
+    with pytest.raises(CaptureError, match="choose another output folder"):
         export_csv(fit, tmp_path / "file" / "csv")
 
 
