@@ -50,7 +50,7 @@ from solver.capture.subject.subject import open_subject
 from solver.common.memory_release import release_memory
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.trajectory.extension import Extension
-from solver.export.b3d.from_fit import LowPassed, fit_to_b3d, unfitted
+from solver.export.b3d.from_fit import LowPassed, fit_to_b3d, with_unfitted_masses
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import default_folder
@@ -313,7 +313,7 @@ class SubjectWriting:
         """The fitted one; and at the entered mass, if any, that which has not seen the forces."""
         made, models = {}, {"osim": self.fit.skeleton}
         if self.fit.subject.mass_kg is not None:
-            models["unfitted.osim"] = with_mass(unfitted(self.fit), self.fit.subject.mass_kg)
+            models["unfitted.osim"] = with_mass(with_unfitted_masses(self.fit), self.fit.subject.mass_kg)
         for name, skeleton in models.items():
             path = f"models/{self.stem}.{name}"
             write_whole(self._place(path), skeleton_text(skeleton))

@@ -9,7 +9,7 @@ from solver.common.errors import CaptureError
 from solver.export.b3d.from_fit import export_b3d
 from solver.export.c3d_file import export_c3d
 from solver.export.opensim import export_opensim
-from solver.export.places import renamed
+from solver.export.places import notes_on_renamed
 from solver.export.tables import export_csv, export_parquet
 from solver.fitting.fit import Fit
 from solver.fitting.provenance import inputs_of
@@ -71,8 +71,8 @@ def _written(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
             from solver.export.mjcf import export_mujoco  # noqa: PLC0415 (likewise)
 
             files, notes = export_mujoco(fit, folder / "mujoco")
-            return files, (*renamed(fit), *notes)
+            return files, (*notes_on_renamed(fit), *notes)
         case Format.c3d:
             files, notes = export_c3d(fit, folder / "c3d")
-            return files, (*renamed(fit), *notes)
-    return files, renamed(fit)
+            return files, (*notes_on_renamed(fit), *notes)
+    return files, notes_on_renamed(fit)

@@ -149,7 +149,7 @@ def files_together(
             said = re.sub(rf"{re.escape(DRAFT)}[^/\\]*[/\\]", "", str(error))
             disk = f" {UNCHANGED}" if isinstance(error.__cause__, OSError) else ""
             raise type(error)(f"{said}{disk}") from error
-        files = drafted(draft)
+        files = files_of_draft(draft)
         before_moving([home / file for file in files])
         for file in () if overwrite else files:
             refuse_to_replace(home / file, draft / file)
@@ -158,7 +158,7 @@ def files_together(
             _moved(draft / file, home / file)
 
 
-def drafted(draft: Path) -> list[Path]:
+def files_of_draft(draft: Path) -> list[Path]:
     """The files in a draft of a folder, seen from it."""
     files = (path for path in draft.rglob("*") if path.is_file() and not path.name.startswith("."))
     return sorted(path.relative_to(draft) for path in files)

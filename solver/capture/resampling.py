@@ -65,7 +65,7 @@ def interpolate(
     return result
 
 
-def bridged(
+def bridge_gaps(
     values: Float[np.ndarray, "rows columns"], known: Bool[np.ndarray, " rows"]
 ) -> Float[np.ndarray, "rows columns"]:
     """Lines across the rows that are not known; before the first and after the last that is, its value.

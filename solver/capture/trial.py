@@ -23,7 +23,7 @@ from solver.capture.formats.recording_files import (
 from solver.capture.formats.storage import Storage
 from solver.capture.marker_cleaning import MarkerCleaningSettings, clean_markers, join_trajectories
 from solver.capture.plates.conditioning import of_a_person, plate_loads
-from solver.capture.plates.force_columns import find_plates, turned
+from solver.capture.plates.force_columns import find_plates, turn_table
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.capture.plates.loads_under_feet import (
     CONTRADICTION_NATS,
@@ -34,7 +34,7 @@ from solver.capture.plates.loads_under_feet import (
     under_feet,
 )
 from solver.capture.plates.moment_convention import plates_from_storage
-from solver.capture.plates.plate_levels import levelled
+from solver.capture.plates.plate_levels import correct_signs_and_levels
 from solver.capture.plates.program_artefacts import without_copies, without_edge_zeros
 from solver.capture.subject.body_lengths import refuse_no_markers
 from solver.capture.subject.review import imported_review, outside_ranges
@@ -88,7 +88,7 @@ def read_trial(
     distinct, copy_notes = without_copies([plate for plate, _ in measured])
     copies = {plate.name for plate in recording.plates} - {plate.name for plate in distinct}
     try:
-        plates, level_notes = levelled(
+        plates, level_notes = correct_signs_and_levels(
             distinct,
             markers,
             mass_kg,
@@ -238,7 +238,7 @@ def _turned(
 ) -> Recording:
     """Markers and forces turned to y up, each from its own axes."""
     assert files.forces is not None
-    upright = turned(storage, ups[1].R_ground_lab)
+    upright = turn_table(storage, ups[1].R_ground_lab)
     plates, plate_notes = plates_from_storage(upright, moment_convention=files.moments)
     notes = (*lab.notes, *ups[0].notes(files.markers.name), *plate_notes)
     if ups[0] != ups[1]:

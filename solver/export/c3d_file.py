@@ -18,7 +18,7 @@ from jaxtyping import Float
 from solver.capture.atomic import made_folder, whole_file
 from solver.capture.capture import FootEvent, ForcePlate, Markers
 from solver.capture.plates.force_platform import plate_axes
-from solver.capture.resampling import bridged, resample
+from solver.capture.resampling import bridge_gaps, resample
 from solver.capture.subject.measured_files import MARK
 from solver.common.errors import CaptureError
 from solver.common.runs import runs
@@ -240,7 +240,7 @@ def _resampled(recorded: np.ndarray, plate: ForcePlate, times: Float[np.ndarray,
     if not known.all():
         if not known.any():
             return np.full((len(times), recorded.shape[1]), np.nan)
-        filled = bridged(recorded, known)
+        filled = bridge_gaps(recorded, known)
     wrench = resample(filled, plate.rate, plate.start_time, times)
     nearest = np.clip(np.round((times - plate.start_time) * plate.rate).astype(int), 0, len(known) - 1)
     wrench[~known[nearest]] = np.nan

@@ -23,7 +23,7 @@ def trial_stems(fit: Fit) -> dict[str, str]:
     return distinct(list(names), file_stem)
 
 
-def renamed(fit: Fit) -> tuple[str, ...]:
+def notes_on_renamed(fit: Fit) -> tuple[str, ...]:
     """For a person: trials whose names would have given two of them the same files, and what they got."""
     stems = trial_stems(fit)
     exported: Sequence[str] = [trial.capture.name for trial in fit.trials]

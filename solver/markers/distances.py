@@ -48,7 +48,7 @@ class Candidate:
     how: str
 
 
-def weighed(
+def weigh_distances(
     candidates: Mapping[str, Sequence[Candidate]],
     recordings: Sequence[Markers],
     counterparts: Mapping[str, str] | None = None,

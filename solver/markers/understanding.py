@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.markers.atlas import atlas
-from solver.markers.distances import Candidate, apart_m, weighed
+from solver.markers.distances import Candidate, apart_m, weigh_distances
 from solver.markers.label_families import (
     WORDS,
     Meaning,
@@ -121,7 +121,9 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     candidates = {
         label: [] if label in computed else _candidates(meanings[label], weights, covered) for label in names
     }
-    beliefs = weighed({label: found for label, found in candidates.items() if found}, recordings, paired)
+    beliefs = weigh_distances(
+        {label: found for label, found in candidates.items() if found}, recordings, paired
+    )
     beliefs = _alike_on_both_sides(beliefs, paired)
     rows = [
         UnderstoodLabel(label, None, None, 0.0, None, f"computed: {computed[label]}", computed=True)

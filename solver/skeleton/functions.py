@@ -129,7 +129,7 @@ class Composed:
         return value, slope * du, curvature * du**2 + slope * ddu
 
 
-def multiplied(function: ScalarFunction, factor: float) -> ScalarFunction:
+def multiply_function(function: ScalarFunction, factor: float) -> ScalarFunction:
     """The function `factor` times as large; constants and multiples stay single."""
     if factor == 1.0:
         return function

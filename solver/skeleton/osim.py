@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.common.errors import ModelError
 from solver.common.notes import Kind, Note, noted
-from solver.skeleton.functions import ScalarFunction, multiplied
+from solver.skeleton.functions import ScalarFunction, multiply_function
 from solver.skeleton.osim_document import (
     GROUND,
     JointPart,
@@ -240,7 +240,7 @@ def _coupling(
         raise document.error(node, "it has no <coupled_coordinates_function>.")
     function, driver = function_of(document, function_node, independent)
     factor = document.number(node, "scale_factor", 1.0)
-    return dependent, multiplied(function, factor), driver
+    return dependent, multiply_function(function, factor), driver
 
 
 # ---- markers and masses ---------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.errors import ModelError
-from solver.skeleton.functions import Linear, multiplied
+from solver.skeleton.functions import Linear, multiply_function
 from solver.skeleton.skeleton import Axis, Body, Geometry, Joint, Skeleton
 
 UNIFORM = 1e-13  # relative spread below which three factors count as one: rounding
@@ -131,4 +131,6 @@ def _axis(axis: Axis, factors: Float[np.ndarray, "3"]) -> Axis:
     if axis.kind == "rotation" or axis.function == Linear(1.0, 0.0):
         return axis
     direction = axis.axis / np.linalg.norm(axis.axis)
-    return replace(axis, function=multiplied(axis.function, float(np.linalg.norm(direction * factors))))
+    return replace(
+        axis, function=multiply_function(axis.function, float(np.linalg.norm(direction * factors)))
+    )

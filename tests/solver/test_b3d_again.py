@@ -7,7 +7,7 @@ import pytest
 
 from solver.capture.formats.b3d.b3d_file import write_b3d
 from solver.capture.subject.subject import open_subject
-from solver.export.b3d.from_fit import fit_to_b3d, unfitted
+from solver.export.b3d.from_fit import fit_to_b3d, with_unfitted_masses
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.skeleton.subject_model import load_subject_model
@@ -88,7 +88,7 @@ def test_what_the_file_says_of_itself_is_what_was_found(there_and_back):
 def test_its_first_pass_has_not_seen_the_forces(there_and_back):
     """Inertias as before the fit; so the model that is fitted again does not know the answer."""
     fit, b3d, path, _ = there_and_back
-    before, fitted, read = unfitted(fit), fit.skeleton, load_subject_model(path)
+    before, fitted, read = with_unfitted_masses(fit), fit.skeleton, load_subject_model(path)
     assert read.mass == pytest.approx(fit.mass_kg)
     masses = [np.array([body.mass for body in skeleton.bodies]) for skeleton in (before, fitted, read)]
     assert np.abs(masses[1] - masses[0]).max() > 0.05

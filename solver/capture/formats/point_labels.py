@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Int
 
-from solver.capture.formats.text_table import some_of, with_numbered_repeats
+from solver.capture.formats.text_table import number_repeats, some_of
 from solver.common.notes import Kind, Note, noted
 
 UNLABELLED = re.compile(r"|\*.*|(unlabel+ed|unnamed|unknown|uname)[ _:*-]*\d*", re.IGNORECASE)
@@ -52,7 +52,7 @@ def marker_points(
     columns = [k for k in columns if not is_computed(named[k])]
 
     columns, counterpart_notes = _seen_counterparts(columns, named, seen_frames, source)
-    names, repeated_notes = with_numbered_repeats([named[k] for k in columns], source)
+    names, repeated_notes = number_repeats([named[k] for k in columns], source)
     return MarkerPoints(names, tuple(columns), notes + counterpart_notes + repeated_notes)
 
 

@@ -18,7 +18,7 @@ from solver.capture.formats.qtm_tsv import read_qtm_forces, read_qtm_markers
 from solver.capture.formats.storage import Storage, read_storage
 from solver.capture.formats.text_exports import Program, export_of
 from solver.capture.formats.trc import read_trc
-from solver.capture.plates.force_columns import find_plates, turned
+from solver.capture.plates.force_columns import find_plates, turn_table
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
 
@@ -132,7 +132,7 @@ def loads_upright(storage: Storage) -> Storage:
     """A table turned to y up by its own forces alone."""
     forces = [storage.values[:, list(plate.force)] for plate in find_plates(storage)[0]]
     up = vertical_axis(None, forces, default="y")
-    return turned(storage, up.R_ground_lab)
+    return turn_table(storage, up.R_ground_lab)
 
 
 @dataclass(frozen=True)

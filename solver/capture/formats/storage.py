@@ -15,11 +15,11 @@ from solver.capture.formats.text_table import (
     Row,
     Text,
     dialect_of,
+    number_repeats,
     read_text,
     rows_of_numbers,
     starts_with_number,
     unique_names,
-    with_numbered_repeats,
 )
 from solver.capture.subject.measured_files import MARK
 from solver.common.errors import CaptureError
@@ -91,7 +91,7 @@ def read_storage(path: Path) -> Storage:
         )
 
     labels, unnamed = _split_labels(text.lines[label_line])
-    unique, repeated_notes = with_numbered_repeats(labels, path.name, "column")
+    unique, repeated_notes = number_repeats(labels, path.name, "column")
     if unnamed:
         notes += noted(
             Kind.OTHER, f"{path.name}: {unnamed} columns without a name are called column_N by their place"

@@ -198,7 +198,7 @@ def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]
     return tuple(result), tuple(name for name, count in seen.items() if count > 1)
 
 
-def with_numbered_repeats(
+def number_repeats(
     names: Sequence[str], source: str, what: str = "marker"
 ) -> tuple[tuple[str, ...], tuple[Note, ...]]:
     """`unique_names`, and a note on those that were repeated.

@@ -17,10 +17,10 @@ from solver.capture.formats.length_units import METRES_PER_UNIT, metres_per_unit
 from solver.capture.formats.text_table import (
     Text,
     dialect_of,
+    number_repeats,
     read_text,
     rows_of_numbers,
     starts_with_number,
-    with_numbered_repeats,
 )
 from solver.capture.marker_cleaning import far_as_nan, unseen_as_nan
 from solver.capture.subject.measured_files import MARK
@@ -200,7 +200,7 @@ def _markers(
         notes += noted(
             Kind.OTHER, f"{path.name}: {len(unnamed)} markers without a name are ignored, in place {listed}"
         )
-    names, repeated_notes = with_numbered_repeats([name for _, name in header.labels], path.name)
+    names, repeated_notes = number_repeats([name for _, name in header.labels], path.name)
     return names, [header.lead + 3 * place for place, _ in header.labels], notes + repeated_notes
 
 

@@ -15,7 +15,7 @@ from solver.capture.capture import ForcePlate
 from solver.capture.plates.centre_of_pressure import centre_of_pressure, surface_of
 from solver.capture.plates.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.plates.zero_level import zeroed
-from solver.capture.resampling import bridged, covered, interpolate, rate_of, resample
+from solver.capture.resampling import bridge_gaps, covered, interpolate, rate_of, resample
 from solver.common.filters import low_pass
 from solver.common.notes import Kind, Note, noted
 from solver.common.runs import runs
@@ -52,7 +52,7 @@ def condition(
     """
     loads = plate_loads(plate, settings)
     cutoff = shared_cutoff(rate_of(times), settings)
-    smooth = smoothed(loads.wrench_ground, loads.recorded, plate.rate, cutoff, settings)
+    smooth = smooth_samples(loads.wrench_ground, loads.recorded, plate.rate, cutoff, settings)
     filtered = interpolate(smooth, plate.rate, plate.start_time, times)
     raw = resample(loads.raw_ground, plate.rate, plate.start_time, times)
     observed = observed_at(times, plate, loads.recorded)
@@ -97,7 +97,7 @@ class PlateLoads:
 
 def plate_loads(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING) -> PlateLoads:
     """Gaps filled, zero level off, unloaded samples set to zero."""
-    whole, recorded, gap_notes = gaps_filled(plate, settings)
+    whole, recorded, gap_notes = fill_gaps(plate, settings)
     tared, zero_notes = zeroed(whole, settings)
     wrench = np.concatenate([tared.force_ground, tared.moment_ground], axis=1)
     carrying = contact_samples(tared, settings) & recorded
@@ -105,7 +105,7 @@ def plate_loads(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
     return PlateLoads(masked, wrench, carrying, recorded, (*gap_notes, *zero_notes))
 
 
-def smoothed(
+def smooth_samples(
     samples: Float[np.ndarray, "samples *columns"],
     recorded: Bool[np.ndarray, " samples"],
     rate: float,
@@ -134,7 +134,7 @@ def shared_cutoff(marker_rate: float, settings: ConditioningSettings = CONDITION
     return min(settings.cutoff_Hz, settings.nyquist_share * marker_rate / 2)
 
 
-def resampled(
+def resample_plate(
     plate: ForcePlate, times: Float[np.ndarray, " frames"]
 ) -> tuple[ForcePlate, Bool[np.ndarray, " frames"]]:
     """The plate on another clock, and which frames its recording covers; NaN on the others.
@@ -176,7 +176,7 @@ def of_a_person(
     return plate.unrecorded_at(beyond), (note,)
 
 
-def gaps_filled(
+def fill_gaps(
     plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
 ) -> tuple[ForcePlate, Bool[np.ndarray, " samples"], tuple[Note, ...]]:
     """No NaN in force and moment: gaps are bridged by lines; and which samples count as recorded.
@@ -209,7 +209,7 @@ def gaps_filled(
         notes += noted(
             Kind.LEFT_OUT, f"{plate.name}: no values from {listed}; those frames count as not observed"
         )
-    filled = bridged(wrench, known) if known.any() else np.zeros_like(wrench)
+    filled = bridge_gaps(wrench, known) if known.any() else np.zeros_like(wrench)
     return replace(plate, force_ground=filled[:, :3], moment_ground=filled[:, 3:]), recorded, notes
 
 

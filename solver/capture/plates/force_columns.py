@@ -88,7 +88,7 @@ def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[Note,
     return tuple(found), _notes(storage.path.name, found, ignored)
 
 
-def turned(storage: Storage, R_ground_lab: Float[np.ndarray, "3 3"]) -> Storage:
+def turn_table(storage: Storage, R_ground_lab: Float[np.ndarray, "3 3"]) -> Storage:
     """The table with forces, centres of pressure, moments and corners turned by a rotation."""
     values = storage.values.copy()
     for plate in find_plates(storage)[0]:

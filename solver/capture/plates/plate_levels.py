@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from solver.capture.axes import TRUNK
 from solver.capture.capture import ForcePlate, Markers, PlateWord
 from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure, surface_of
-from solver.capture.plates.conditioning import gaps_filled, observed_at
+from solver.capture.plates.conditioning import fill_gaps, observed_at
 from solver.capture.plates.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.plates.plate_sign import (
     HELD_S,
@@ -88,7 +88,7 @@ def _weighed(
     return found if rested == held else weighed(rested)
 
 
-def levelled(
+def correct_signs_and_levels(
     plates: Sequence[ForcePlate],
     markers: Markers,
     mass_kg: float | None = None,
@@ -141,7 +141,7 @@ def levelled(
             )
         if changed is not plate and changed.point_ground is None:
             surface = surface_of(plate)
-            changed = with_moments_bridged(changed, moments_lost(plate), surface)
+            changed = bridge_moments(changed, moments_lost(plate), surface)
             wrench = (changed.force_ground, changed.moment_ground)
             known = changed.force_ground[:, 1] >= CONTACT_N
             centre = centre_of_pressure(*wrench, surface)
@@ -320,9 +320,7 @@ def moments_lost(plate: ForcePlate) -> Bool[np.ndarray, " samples"]:
         return np.asarray(np.abs(plate.force_ground[:, 1]) < POINT_LOST_N)
 
 
-def with_moments_bridged(
-    plate: ForcePlate, lost: Bool[np.ndarray, " samples"], surface: Surface
-) -> ForcePlate:
+def bridge_moments(plate: ForcePlate, lost: Bool[np.ndarray, " samples"], surface: Surface) -> ForcePlate:
     """The plate with the moments of these samples made anew from points between their neighbours'.
 
     Args:
@@ -425,7 +423,7 @@ def _unsmoothed(
 def _at_frames(
     plate: ForcePlate, times: Float[np.ndarray, " frames"], conditioning: ConditioningSettings
 ) -> Float[np.ndarray, " frames"]:
-    whole, recorded, _ = gaps_filled(plate, conditioning)
+    whole, recorded, _ = fill_gaps(plate, conditioning)
     vertical = resample(whole.force_ground[:, 1], plate.rate, plate.start_time, times)
     return np.where(observed_at(times, plate, recorded), vertical, np.nan)
 

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.resampling import bridged
+from solver.capture.resampling import bridge_gaps
 from solver.diagnosis.causes.about import About, Entry, Named, Plates
 from solver.diagnosis.causes.effect import Candidate, Eta, Signature
 from solver.diagnosis.causes.gross_cause import GrossCause, points_ground, with_samples
@@ -237,7 +237,7 @@ def _written_points(own: PlateScene, other: PlateScene) -> Float[np.ndarray, "sa
     written = other.loads.carrying & np.isfinite(columns).all(axis=1)
     if not written.any():
         return None
-    return bridged(columns, written)
+    return bridge_gaps(columns, written)
 
 
 def _free_moment(own: PlateScene, other: PlateScene) -> Float[np.ndarray, " samples"]:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
-from solver.capture.plates.conditioning import contact_samples, gaps_filled
+from solver.capture.plates.conditioning import contact_samples, fill_gaps
 from solver.capture.plates.zero_level import ZERO_STRETCH_S, less, unloaded_stretches
 from solver.common.gravity import GRAVITY
 from solver.common.plate_figures import HALF_SIDE_M
@@ -216,7 +216,7 @@ def _found(scene: Scene, target: str) -> PlateScene | None:
 
 def _untared(plate: PlateScene) -> tuple[ForcePlate, Bool[np.ndarray, " samples"]]:
     """The plate conditioned but for its zero level, and which samples were recorded."""
-    whole, recorded, _ = gaps_filled(plate.plate, plate.conditioning)
+    whole, recorded, _ = fill_gaps(plate.plate, plate.conditioning)
     level = plate.plate.zero_ground
     return whole if level is None else less(whole, -level[None]), recorded
 
@@ -227,7 +227,7 @@ def _wrench(plate: ForcePlate) -> Float[np.ndarray, "samples 6"]:
 
 def _level_std_N(plate: PlateScene) -> Float[np.ndarray, "3"]:
     """Of the level: what the unloaded plate scatters, by the number of stretches that tell it apart."""
-    whole, _, _ = gaps_filled(plate.plate, plate.conditioning)
+    whole, _, _ = fill_gaps(plate.plate, plate.conditioning)
     unloaded = unloaded_stretches(whole, plate.conditioning)
     if not unloaded.any():
         return np.zeros(3)

@@ -9,9 +9,9 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
 from solver.capture.capture import ForcePlate
-from solver.capture.plates.conditioning import PlateLoads, observed_at, shared_cutoff, smoothed
+from solver.capture.plates.conditioning import PlateLoads, observed_at, shared_cutoff, smooth_samples
 from solver.capture.plates.force_settings import ConditioningSettings
-from solver.capture.resampling import bridged, rate_of
+from solver.capture.resampling import bridge_gaps, rate_of
 from solver.common.filters import low_pass
 from solver.common.notes import Note
 from solver.contact.proposals import Proposal
@@ -72,7 +72,9 @@ class PlateScene:
     def _smooth(self, samples_ground: Float[np.ndarray, "samples *columns"]) -> CubicSpline:
         """By the number of the sample."""
         cutoff = shared_cutoff(rate_of(self.times), self.conditioning)
-        smooth = smoothed(samples_ground, self.loads.recorded, self.plate.rate, cutoff, self.conditioning)
+        smooth = smooth_samples(
+            samples_ground, self.loads.recorded, self.plate.rate, cutoff, self.conditioning
+        )
         return CubicSpline(np.arange(len(smooth)), smooth)
 
     @property
@@ -208,7 +210,7 @@ class Scene:
         missing = self.required_ground - self.measured_ground
         if not self.counts.any():
             return np.zeros_like(missing)
-        return low_pass(bridged(missing, self.counts), self.rate, SLOW_HZ)
+        return low_pass(bridge_gaps(missing, self.counts), self.rate, SLOW_HZ)
 
     @property
     def weight_N(self) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool
 
-from solver.capture.plates.conditioning import gaps_filled
+from solver.capture.plates.conditioning import fill_gaps
 from solver.common.gravity import GRAVITY
 from solver.diagnosis.causes.contact_edges import (
     QUICK_HZ,
@@ -129,7 +129,7 @@ def contact_edges(trials: Sequence[Measured]) -> list[Statement]:
 def _of_trial(trial: Measured) -> Statement | None:
     edges = []
     for plate in trial.capture.plates:
-        whole, _, _ = gaps_filled(plate, trial.reading.conditioning)
+        whole, _, _ = fill_gaps(plate, trial.reading.conditioning)
         edges += fall_off(whole.force_ground[:, 1], plate.rate)
     fall = usual_fall_off(edges)
     if fall is None:

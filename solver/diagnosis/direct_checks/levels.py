@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from solver.capture.capture import ForcePlate
-from solver.capture.plates.conditioning import gaps_filled
+from solver.capture.plates.conditioning import fill_gaps
 from solver.capture.plates.plate_levels import evidence_on_plates
 from solver.capture.plates.zero_level import unloaded_stretches
 from solver.common.runs import runs
@@ -46,7 +46,7 @@ def empty_plate(trials: Sequence[Measured]) -> list[Statement]:
     said = []
     for trial in trials:
         for k, plate in enumerate(trial.capture.plates, start=1):
-            whole, recorded, _ = gaps_filled(plate, trial.reading.conditioning)
+            whole, recorded, _ = fill_gaps(plate, trial.reading.conditioning)
             empty = unloaded_stretches(whole, trial.reading.conditioning) & recorded
             if not empty.any():
                 continue

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from scipy.signal import savgol_coeffs
 
 from solver.capture.capture import Capture, ForcePlate
-from solver.capture.plates.conditioning import at_nearest_samples, gaps_filled
+from solver.capture.plates.conditioning import at_nearest_samples, fill_gaps
 from solver.capture.resampling import covered, resample
 from solver.capture.trial import ReadingSettings
 from solver.common.gravity import GRAVITY
@@ -61,7 +61,7 @@ class Measured:
     def smoothed(self, plate: ForcePlate, late_s: float = 0.0) -> Float[np.ndarray, " frames"]:
         """A plate's vertical force as means of the window's accelerations are taken, read `late_s` later."""
         times = self.capture.markers.times + late_s
-        whole, recorded, _ = gaps_filled(plate, self.reading.conditioning)
+        whole, recorded, _ = fill_gaps(plate, self.reading.conditioning)
         at_frames = resample(whole.force_ground[:, 1], whole.rate, whole.start_time, times)
         known = at_nearest_samples(recorded, plate, times) & covered(
             plate.rate, plate.start_time, plate.samples, times

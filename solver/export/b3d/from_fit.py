@@ -210,7 +210,10 @@ def fit_to_b3d(
     bodies = _contact_bodies(fit)
     names = marker_names([trial.capture for trial in fit.trials])
     plates = max((len(trial.capture.plates) for trial in fit.trials), default=0)
-    models = {kind: unfitted(fit) if kind is PassType.KINEMATICS else fit.skeleton for kind in PASS_ORDER}
+    models = {
+        kind: with_unfitted_masses(fit) if kind is PassType.KINEMATICS else fit.skeleton
+        for kind in PASS_ORDER
+    }
     trials = []
     for trial in fit.trials:
         if only not in (None, trial.capture.name):
@@ -230,7 +233,7 @@ def fit_to_b3d(
     )
 
 
-def unfitted(fit: Fit) -> Skeleton:
+def with_unfitted_masses(fit: Fit) -> Skeleton:
     """The fitted skeleton with the masses and inertias from before forces were fitted, at the same mass."""
     before = fit.skeleton if fit.groundwork is None else fit.groundwork.skeleton
     factor = fit.skeleton.mass / before.mass

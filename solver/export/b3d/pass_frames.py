@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.formats.b3d.frames import present
 from solver.capture.formats.b3d.schema import PassFrames, PassHeader, SensorFrames, TrialHeader, TrialType
-from solver.capture.plates.conditioning import gaps_filled, resampled
+from solver.capture.plates.conditioning import fill_gaps, resample_plate
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.common.frames_at_once import spans
 from solver.dynamics.root_wrench import centre_of_mass, root_wrench
@@ -466,8 +466,8 @@ def _wrench_at_frames(
     plate: ForcePlate, times: Float[np.ndarray, " frames"], settings: ConditioningSettings
 ) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
     """Centre of pressure [m], moment about it [N·m] and force [N]."""
-    whole, _, _ = gaps_filled(plate, settings)
-    at_frames, covered = resampled(whole, times)
+    whole, _, _ = fill_gaps(plate, settings)
+    at_frames, covered = resample_plate(whole, times)
     cop = np.nan_to_num(at_frames.cop_ground)
     torque = at_frames.moment_ground - cross(cop, at_frames.force_ground)
     outside = ~covered[:, None]

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from solver.capture.atomic import drafted, files_together
+from solver.capture.atomic import files_of_draft, files_together
 from solver.capture.formats.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.capture.formats.text_table import some_of
 from solver.common.errors import CaptureError
@@ -221,7 +221,7 @@ def _written(
         else:
             for trial, name in _names(content, target):
                 notes += writer.write(content.of([trial]), draft / name)
-        made = drafted(draft)
+        made = files_of_draft(draft)
     return tuple(home / path for path in made), tuple(notes)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from solver.capture.capture import ForcePlate
 from solver.capture.plates.centre_of_pressure import Surface
-from solver.capture.plates.plate_levels import POINT_LOST_N, moments_lost, with_moments_bridged
+from solver.capture.plates.plate_levels import POINT_LOST_N, bridge_moments, moments_lost
 
 RATE = 1000.0
 FLOOR = Surface(np.zeros(3), np.array([0.0, 1.0, 0.0]))
@@ -26,17 +26,17 @@ def step():
 def test_points_between_the_neighbours_are_put_back(step):
     lost = np.abs(step.force_ground[:, 1] - 400.0) < POINT_LOST_N  # as read with a level of 400 N off
     broken = np.where(lost[:, None], 0.0, step.moment_ground)
-    corrected = with_moments_bridged(replace(step, moment_ground=broken), lost, FLOOR)
+    corrected = bridge_moments(replace(step, moment_ground=broken), lost, FLOOR)
     assert lost.sum() > 40
     np.testing.assert_allclose(corrected.moment_ground, step.moment_ground, atol=1e-6)
 
 
 def test_unloaded_samples_and_whole_plates_are_left_alone(step):
     everywhere = np.ones(step.samples, dtype=bool)
-    assert with_moments_bridged(step, everywhere, FLOOR) is step  # nothing to go by
-    assert with_moments_bridged(step, ~everywhere, FLOOR) is step
+    assert bridge_moments(step, everywhere, FLOOR) is step  # nothing to go by
+    assert bridge_moments(step, ~everywhere, FLOOR) is step
     small = step.force_ground[:, 1] < 20.0
-    assert with_moments_bridged(step, small, FLOOR) is step
+    assert bridge_moments(step, small, FLOOR) is step
 
 
 def test_only_files_with_columns_for_the_point_lose_moments(step):

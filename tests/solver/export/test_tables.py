@@ -9,7 +9,7 @@ from pyarrow import parquet
 
 from solver.common.errors import CaptureError
 from solver.contact.wrenches import FrameMask
-from solver.export.places import renamed
+from solver.export.places import notes_on_renamed
 from solver.export.tables import export_csv, export_parquet
 
 
@@ -110,7 +110,7 @@ def test_trials_whose_names_look_alike_do_not_overwrite_each_other(small_fit, tm
     written = export_csv(fit, tmp_path)
     assert [path.name for path in written] == ["walk_1_.csv", "walk_1_-2.csv", "run.csv"]
     assert all(path.is_file() for path in written)
-    assert [note[:40] for note in renamed(fit)] == ["trial 'walk[1]' is written as walk_1_-2,"]
+    assert [note[:40] for note in notes_on_renamed(fit)] == ["trial 'walk[1]' is written as walk_1_-2,"]
     alone = export_csv(replace(fit, trials=trials[1:2], subject=_of(fit, trials)), tmp_path)
     assert [path.name for path in alone] == ["walk_1_-2.csv"]
 

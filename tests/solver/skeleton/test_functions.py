@@ -11,7 +11,7 @@ from solver.skeleton.functions import (
     PiecewiseLinear,
     Polynomial,
     Scaled,
-    multiplied,
+    multiply_function,
 )
 
 RNG = np.random.default_rng(5)
@@ -72,9 +72,9 @@ def test_straight_lines_between_knots_extend_beyond_them():
 
 
 def test_multiples_stay_single():
-    assert multiplied(Constant(2.0), 3.0) == Constant(6.0)
-    assert multiplied(Scaled(2.0, Linear(1.0, 0.0)), 3.0) == Scaled(6.0, Linear(1.0, 0.0))
-    assert multiplied(Linear(1.0, 0.0), 1.0) == Linear(1.0, 0.0)
+    assert multiply_function(Constant(2.0), 3.0) == Constant(6.0)
+    assert multiply_function(Scaled(2.0, Linear(1.0, 0.0)), 3.0) == Scaled(6.0, Linear(1.0, 0.0))
+    assert multiply_function(Linear(1.0, 0.0), 1.0) == Linear(1.0, 0.0)
 
 
 @pytest.mark.opensim

@@ -13,15 +13,22 @@ from google.protobuf.message import DecodeError
 from jaxtyping import UInt8
 
 from solver.capture.atomic import whole_file
-from solver.capture.formats.b3d.frames import Layout, LayoutError, faults, layout_to_write, packed, unpacked
+from solver.capture.formats.b3d.frames import (
+    Layout,
+    LayoutError,
+    faults,
+    layout_to_write,
+    pack_frames,
+    unpack_frames,
+)
 from solver.capture.formats.b3d.schema import (
     B3dFile,
     B3dTrial,
     Header,
     PassFrames,
     SensorFrames,
-    decoded,
-    encoded,
+    decode_message,
+    encode_message,
 )
 from solver.common.errors import CaptureError
 
@@ -61,7 +68,7 @@ def _header(path: Path) -> tuple[Header, int]:
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read ({error.strerror}).") from error
     try:
-        header = decoded(Header, data)
+        header = decode_message(Header, data)
     except DecodeError as error:
         raise CaptureError(f"{path}: no .b3d file, or damaged: its header is unreadable. {MEND}") from error
     start = LENGTH.size + length
@@ -133,9 +140,9 @@ class _TrialsInFile(Sequence[B3dTrial]):
         try:
             trial = B3dTrial(
                 header=about,
-                sensors=unpacked(SensorFrames, raw[:, :first]),
+                sensors=unpack_frames(SensorFrames, raw[:, :first]),
                 passes=tuple(
-                    unpacked(PassFrames, raw[:, first + k * size : first + (k + 1) * size])
+                    unpack_frames(PassFrames, raw[:, first + k * size : first + (k + 1) * size])
                     for k in range(len(about.processing_pass_header))
                 ),
             )
@@ -185,7 +192,7 @@ def write_b3d(b3d: B3dFile, path: Path) -> None:
         processing_pass_frame_size=len(passes.template),
     )
     try:
-        data = encoded(header)
+        data = encode_message(header)
     except (TypeError, ValueError) as error:
         raise CaptureError(f"{path}: cannot be written as B3D: {error}.") from error
     with whole_file(path, overwrite=True) as file:
@@ -219,6 +226,6 @@ def _blocks(trial: B3dTrial, sensors: Layout, passes: Layout) -> Iterator[bytes]
     """A trial's bytes, some thousand frames at a time: sensors, then each pass, frame by frame."""
     for start in range(0, trial.header.trial_length, FRAMES_AT_ONCE):
         end = min(start + FRAMES_AT_ONCE, trial.header.trial_length)
-        parts = [packed(trial.sensors, sensors, start, end)]
-        parts += [packed(frames, passes, start, end) for frames in trial.passes]
+        parts = [pack_frames(trial.sensors, sensors, start, end)]
+        parts += [pack_frames(frames, passes, start, end) for frames in trial.passes]
         yield np.hstack(parts).tobytes()

@@ -99,7 +99,7 @@ def layout_for(sizes: Mapping[int, int]) -> Layout:
     return Layout(bytes(template), payload)
 
 
-def unpacked(kind: type[FramesType], raw: UInt8[np.ndarray, "frames bytes"]) -> FramesType:
+def unpack_frames(kind: type[FramesType], raw: UInt8[np.ndarray, "frames bytes"]) -> FramesType:
     """A trial's frames as series that are views of their bytes.
 
     Args:
@@ -126,7 +126,7 @@ def unpacked(kind: type[FramesType], raw: UInt8[np.ndarray, "frames bytes"]) -> 
     return kind(**series, unknown=others)
 
 
-def packed(
+def pack_frames(
     series: SensorFrames | PassFrames, layout: Layout, start: int, end: int
 ) -> UInt8[np.ndarray, "frames bytes"]:
     """The bytes of the frames from `start` to `end`, one row a frame."""

@@ -69,7 +69,7 @@ def many(number: int, kind: str | type) -> Any:
     return field(default_factory=lambda: np.zeros(0, dtype), metadata=metadata)
 
 
-def encoded(value: Any) -> bytes:
+def encode_message(value: Any) -> bytes:
     """A dataclass of `one` and `many` fields as protobuf writes it: fields in the order of their numbers.
 
     Raises:
@@ -80,7 +80,7 @@ def encoded(value: Any) -> bytes:
     return message.SerializeToString(deterministic=True)
 
 
-def decoded(cls: type[T], data: bytes) -> T:
+def decode_message(cls: type[T], data: bytes) -> T:
     """The dataclass that a message holds; fields that it doesn't know are kept in `unknown`.
 
     Raises:

@@ -8,7 +8,7 @@ import pytest
 from solver.capture.capture import ForcePlate
 from solver.capture.formats.storage import read_storage
 from solver.capture.formats.trc import read_trc
-from solver.capture.plates.conditioning import condition, gaps_filled, resampled, shared_cutoff
+from solver.capture.plates.conditioning import condition, fill_gaps, resample_plate, shared_cutoff
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.capture.plates.moment_convention import plates_from_storage
 from solver.common.filters import low_pass
@@ -167,7 +167,7 @@ def test_a_plate_without_a_single_number():
 
 def test_a_whole_plate_is_not_copied_for_gaps():
     plate = stance()
-    filled, recorded, notes = gaps_filled(plate)
+    filled, recorded, notes = fill_gaps(plate)
     assert filled is plate
     assert recorded.all()
     assert notes == ()
@@ -220,7 +220,7 @@ def test_slow_markers_lower_the_cutoff_and_say_so():
 
 def test_resampled_keeps_the_wrench_and_says_what_it_covers():
     plate = replace(stance(), start_time=0.1)
-    moved, observed = resampled(plate, TIMES)
+    moved, observed = resample_plate(plate, TIMES)
     assert (moved.rate, moved.start_time) == (pytest.approx(100), 0)
     np.testing.assert_array_equal(observed, TIMES > 0.098)
     middle = slice(85, 140)

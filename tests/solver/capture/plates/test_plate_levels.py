@@ -11,7 +11,7 @@ from solver.capture.capture import Capture, ForcePlate, Markers, PlateWord, Tria
 from solver.capture.formats.c3d import read_c3d
 from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.plates.force_platform import plate_axes
-from solver.capture.plates.plate_levels import evidence_on_plates, levelled
+from solver.capture.plates.plate_levels import correct_signs_and_levels, evidence_on_plates
 from solver.capture.plates.plate_sign import CLEAR_NATS, weigh_signs
 from solver.capture.subject.subject import open_subject
 from solver.capture.subject.subject_toml import described_as_toml
@@ -119,7 +119,7 @@ def test_no_right_plate_is_turned_and_no_wrong_one_left_without_a_word(recording
     assert used
     decided = total = 0
     for name, plates, on_plate in edits(capture.plates, used):
-        settled, notes = levelled(plates, capture.markers, mass_kg)
+        settled, notes = correct_signs_and_levels(plates, capture.markers, mass_kg)
         for k in used:
             turned = np.nansum((settled[k].force_ground - plates[k].force_ground).std(axis=0)) > 1
             told = any(note.startswith(f"{plates[k].name}: ") for note in notes)
@@ -146,7 +146,7 @@ def contradictions(markers: Markers, mass_kg: float | None):
 def test_markers_or_a_mass_that_do_not_belong_change_no_plate(recording, place, trial):
     capture, mass_kg = recording(place, trial)
     for name, markers, mass in contradictions(capture.markers, mass_kg):
-        settled, _ = levelled(capture.plates, markers, mass)
+        settled, _ = correct_signs_and_levels(capture.plates, markers, mass)
         assert all(a is b for a, b in zip(settled, capture.plates, strict=True)), name
 
 
@@ -158,7 +158,9 @@ def test_markers_or_a_mass_that_do_not_belong_change_no_plate(recording, place, 
 def test_a_load_that_stood_on_the_plate_while_it_was_tared_is_put_back(recording, place, trial):
     capture, mass_kg = recording(place, trial)
     for edited in (lambda p: tared_under(p, 1000.0), lambda p: reversed_(tared_under(p, 300.0))):
-        settled, notes = levelled([edited(capture.plates[0]), *capture.plates[1:]], capture.markers, mass_kg)
+        settled, notes = correct_signs_and_levels(
+            [edited(capture.plates[0]), *capture.plates[1:]], capture.markers, mass_kg
+        )
         np.testing.assert_allclose(settled[0].force_ground, capture.plates[0].force_ground, atol=3)
         np.testing.assert_allclose(settled[0].moment_ground, capture.plates[0].moment_ground, atol=3)
         assert any("zero level is off" in note and "taken off" in note for note in notes), notes
@@ -205,7 +207,7 @@ def test_a_plate_tared_under_a_kilonewton_is_not_turned_in_quiet_standing(record
     """It reads -820 N throughout, on one second of standing."""
     capture, _ = recording("c3d_lab_trials/opensim_core/aStaticTrial_2.c3d")
     first = tared_under(capture.plates[0], 1000.0)
-    settled, notes = levelled([first, *capture.plates[1:]], capture.markers)
+    settled, notes = correct_signs_and_levels([first, *capture.plates[1:]], capture.markers)
     assert settled[0] is first
     assert any(note.startswith(f"{first.name}: ") for note in notes), notes
 
@@ -233,7 +235,7 @@ def test_quiet_standing_does_not_turn_a_plate_tared_under_load():
     """Both plates count alike, that is certain; whether as they are or turned is what nothing here tells."""
     plates, markers = standing()
     tared = (tared_under(plates[0], 1000.0), plates[1])
-    settled, notes = levelled(tared, markers)
+    settled, notes = correct_signs_and_levels(tared, markers)
     assert all(a is b for a, b in zip(settled, tared, strict=True))
     evidence_by_plate = evidence_on_plates(tared, markers)
     assert [evidence.sign for evidence in evidence_by_plate] == [1, 1]
@@ -254,7 +256,7 @@ def test_weight_that_comes_and_goes_tells_that_a_plate_tared_under_load_counts_t
         force = plate.force_ground + 0.5 * pushed[:, None] * [0, 1, 0]
         squatting.append(replace(plate, force_ground=force, moment_ground=np.cross(plate.cop_ground, force)))
     tared = (tared_under(squatting[0], 1000.0), squatting[1])
-    settled, notes = levelled(tared, replace(markers, positions_ground=moved))
+    settled, notes = correct_signs_and_levels(tared, replace(markers, positions_ground=moved))
     assert all(a is b for a, b in zip(settled, tared, strict=True))
     assert any("fp1: its zero level is off" in note and "nothing is taken off" in note for note in notes)
     first, second = evidence_on_plates(tared, replace(markers, positions_ground=moved))
@@ -287,7 +289,7 @@ def stepping(held_N, rest_s):
 def test_a_level_held_once_is_taken_off_where_weight_and_motion_ask_for_it():
     """One swing of a treadmill walk: the plate rests once, at a level that no load leaves."""
     plates, true, markers = stepping(held_N=-600.0, rest_s=0.4)
-    settled, notes = levelled(plates, markers, 65.0)
+    settled, notes = correct_signs_and_levels(plates, markers, 65.0)
     np.testing.assert_allclose(settled[0].force_ground, true.force_ground, atol=1e-6)
     np.testing.assert_allclose(settled[0].moment_ground, true.moment_ground, atol=1e-6)
     assert any("zero level is off" in note and "-600 N" in note and "taken off" in note for note in notes)
@@ -299,14 +301,14 @@ def test_a_reading_held_once_elsewhere_is_no_level():
     stuck = plates[0].force_ground.copy()
     stuck[120:140] = stuck[120] + [0.0, 40.0, 0.0]
     first = replace(plates[0], force_ground=stuck)
-    settled, notes = levelled((first, plates[1]), markers, 65.0)
+    settled, notes = correct_signs_and_levels((first, plates[1]), markers, 65.0)
     assert any("nothing is taken off" in note for note in notes)
     assert settled[0] is first
 
 
 def test_quiet_standing_tells_which_plate_holds_the_force_on_the_plate():
     plates, markers = standing()
-    settled, notes = levelled((plates[0], reversed_(plates[1])), markers, 65.0)
+    settled, notes = correct_signs_and_levels((plates[0], reversed_(plates[1])), markers, 65.0)
     np.testing.assert_array_equal(settled[1].force_ground, plates[1].force_ground)
     assert settled[0] is plates[0]
     assert [note[:4] for note in notes] == ["fp2:"]
@@ -335,7 +337,7 @@ def test_a_plate_that_nobody_used_is_not_judged():
         plates[1], force_ground=np.random.default_rng(0).normal(-12, 2, plates[1].force_ground.shape)
     )
     assert not evidence_on_plates([plates[0], empty], markers)[1].used
-    assert levelled([plates[0], empty], markers)[1] == ()
+    assert correct_signs_and_levels([plates[0], empty], markers)[1] == ()
 
 
 def test_a_recording_shorter_than_the_smoothing_is_left_alone():
@@ -346,7 +348,9 @@ def test_a_recording_shorter_than_the_smoothing_is_left_alone():
         )
         for p in plates
     ]
-    settled, _ = levelled(brief, replace(markers, positions_ground=markers.positions_ground[:8]))
+    settled, _ = correct_signs_and_levels(
+        brief, replace(markers, positions_ground=markers.positions_ground[:8])
+    )
     assert all(a is b for a, b in zip(settled, brief, strict=True))
 
 
@@ -390,10 +394,10 @@ def test_a_person_says_a_zero_level(recording, real_data, tmp_path):
     capture, mass_kg = recording("opencap_subject4", "squats1")
     plates = with_plate(capture.plates, 0, tared_under(capture.plates[0], 300.0))
     name = plates[0].name
-    left, _ = levelled(plates, capture.markers, mass_kg)
+    left, _ = correct_signs_and_levels(plates, capture.markers, mass_kg)
     assert np.nanmedian(left[0].force_ground[:, 1] - plates[0].force_ground[:, 1]) == pytest.approx(0, abs=1)
     word = PlateWord(name, zero_N=-300.0)
-    settled, notes = levelled(plates, capture.markers, mass_kg, said=[word])
+    settled, notes = correct_signs_and_levels(plates, capture.markers, mass_kg, said=[word])
     np.testing.assert_allclose(settled[0].force_ground[:, 1], capture.plates[0].force_ground[:, 1], atol=1e-9)
     loaded = capture.plates[0].force_ground[:, 1] > 100
     off_m = np.linalg.norm(settled[0].cop_ground - capture.plates[0].cop_ground, axis=1)[loaded]
@@ -407,9 +411,11 @@ def test_a_person_says_a_zero_level(recording, real_data, tmp_path):
 def test_zero_newtons_keeps_a_plate_whatever_the_recording_tells(recording):
     capture, mass_kg = recording("walk_gait2354_subject01", "walk1")
     plates = with_plate(capture.plates, 0, tared_under(capture.plates[0], 200.0))
-    lowered, _ = levelled(plates, capture.markers, mass_kg)
+    lowered, _ = correct_signs_and_levels(plates, capture.markers, mass_kg)
     assert np.nanmedian((lowered[0].force_ground - plates[0].force_ground)[:, 1]) > 150
-    kept, _ = levelled(plates, capture.markers, mass_kg, said=[PlateWord(plates[0].name, 1, 0.0)])
+    kept, _ = correct_signs_and_levels(
+        plates, capture.markers, mass_kg, said=[PlateWord(plates[0].name, 1, 0.0)]
+    )
     np.testing.assert_array_equal(kept[0].force_ground, plates[0].force_ground)
 
 

@@ -15,7 +15,7 @@ from solver.capture.capture import ForcePlate, TrialFiles
 from solver.capture.formats.storage import read_storage
 from solver.capture.plates.conditioning import plate_loads
 from solver.capture.plates.moment_convention import plates_from_storage
-from solver.capture.plates.plate_levels import levelled
+from solver.capture.plates.plate_levels import correct_signs_and_levels
 from solver.capture.plates.zero_level import resting_samples, zeroed
 from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_recording, read_trial
@@ -189,7 +189,9 @@ def test_any_zero_level_of_a_plate_that_is_seen_empty_comes_off_all_six_channels
     capture = demo()
     plate = capture.plates[k]
     level = np.array([across_N[0], up_N, across_N[1], *moment_Nm])
-    (changed, _), notes = levelled([offset(plate, level), capture.plates[k + 1]], capture.markers)
+    (changed, _), notes = correct_signs_and_levels(
+        [offset(plate, level), capture.plates[k + 1]], capture.markers
+    )
     np.testing.assert_allclose(changed.force_ground, plate.force_ground, atol=2.0)
     np.testing.assert_allclose(changed.moment_ground, plate.moment_ground, atol=0.5)
     np.testing.assert_allclose(changed.zero_ground, level, atol=0.5)
@@ -229,7 +231,9 @@ def test_a_level_that_drifts_is_followed(drift_N):
     plate = capture.plates[1]
     level = np.zeros((plate.samples, 6))
     level[:, 1] = 90.0 + np.linspace(0, drift_N, plate.samples)
-    changed, _ = levelled([capture.plates[0], offset(plate, level), *capture.plates[2:]], capture.markers)
+    changed, _ = correct_signs_and_levels(
+        [capture.plates[0], offset(plate, level), *capture.plates[2:]], capture.markers
+    )
     np.testing.assert_allclose(changed[1].force_ground, plate.force_ground, atol=2.5)
 
 
@@ -241,7 +245,9 @@ def test_the_level_of_a_plate_that_hums_is_in_the_middle_of_its_swing(hum_Hz, up
     plate = capture.plates[1]
     swing = np.zeros((plate.samples, 6))
     swing[:, 1] = up_N + 20 * np.sin(2 * np.pi * hum_Hz * plate.times)
-    changed, notes = levelled([capture.plates[0], offset(plate, swing), *capture.plates[2:]], capture.markers)
+    changed, notes = correct_signs_and_levels(
+        [capture.plates[0], offset(plate, swing), *capture.plates[2:]], capture.markers
+    )
     assert changed[1].zero_ground[1] == pytest.approx(up_N, abs=2.0)
     assert [note.split(":")[0] for note in notes] == [plate.name]
 
@@ -258,7 +264,7 @@ def test_a_recording_shorter_than_a_hum_is_read(samples):
         )
         for plate in capture.plates
     ]
-    plates, _ = levelled(short, capture.markers)
+    plates, _ = correct_signs_and_levels(short, capture.markers)
     assert [plate.samples for plate in plates] == [samples] * len(short)
 
 
@@ -288,7 +294,7 @@ def test_who_stands_still_on_two_plates_from_beginning_to_end_stays_there(up_N):
             )
         )
     assert not any(resting_samples(plate, markers).any() for plate in plates)
-    changed, _ = levelled(plates, markers)
+    changed, _ = correct_signs_and_levels(plates, markers)
     assert all(a is b for a, b in zip(changed, plates, strict=True))
 
 

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
-from solver.capture.formats.b3d.schema import encoded
+from solver.capture.formats.b3d.schema import encode_message
 from solver.common.errors import CaptureError
 
 
@@ -60,7 +60,7 @@ def test_a_header_length_is_not_believed(path, length):
     [{"raw_sensor_frame_size": 2**31 - 1}, {"processing_pass_frame_size": -8}, {"num_trials": 3}],
 )
 def test_other_sizes_are_not_believed_either(subject, path, change):
-    header = encoded(replace(read_b3d(path).header, **change))
+    header = encode_message(replace(read_b3d(path).header, **change))
     path.write_bytes(struct.pack("<q", len(header)) + header + path.read_bytes()[-400:])
     with pytest.raises(CaptureError, match=r"cut off|negative size|counts 3 trials"):
         read_b3d(path)
@@ -69,7 +69,7 @@ def test_other_sizes_are_not_believed_either(subject, path, change):
 def test_a_trial_that_is_longer_than_anything(subject, path):
     header = read_b3d(path).header
     long = replace(header.trial_header[0], trial_length=2**31 - 1)
-    data = encoded(replace(header, trial_header=(long,)))
+    data = encode_message(replace(header, trial_header=(long,)))
     path.write_bytes(struct.pack("<q", len(data)) + data + bytes(1000))
     with pytest.raises(CaptureError, match=r"asks for \d{11,} bytes of frames, and 1000 follow"):
         read_b3d(path)
@@ -115,7 +115,7 @@ def test_damage_inside_a_trial_is_placed_and_leaves_the_others_readable(path):
 
 def test_a_series_that_the_header_does_not_describe(subject, path):
     header = replace(read_b3d(path).header, marker_name=("C7", "T10"))
-    data = encoded(header)
+    data = encode_message(header)
     frames = sum(
         trial.trial_length * (header.raw_sensor_frame_size + header.processing_pass_frame_size)
         for trial in header.trial_header
@@ -131,7 +131,7 @@ def test_one_trial_of_a_huge_file_is_read_without_the_others(subject, path):
     frames = 2**33 // stride  # eight gigabytes
     first = read.header.trial_header[0]
     huge = replace(read.header.trial_header[1], trial_length=frames, missing_GRF_reason=np.zeros(0, np.int32))
-    data = encoded(replace(read.header, trial_header=(first, huge)))
+    data = encode_message(replace(read.header, trial_header=(first, huge)))
     own = path.read_bytes()[-8 * stride :][: 3 * stride]
     expected = np.array(read.trials[0].passes[0].pos)
     path.write_bytes(struct.pack("<q", len(data)) + data + own)

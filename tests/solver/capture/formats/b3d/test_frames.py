@@ -10,11 +10,18 @@ from solver.capture.formats.b3d.frames import (
     LayoutError,
     layout_of,
     layout_to_write,
-    packed,
+    pack_frames,
     tag_of,
-    unpacked,
+    unpack_frames,
 )
-from solver.capture.formats.b3d.schema import PassFrames, SensorFrames, decoded, encoded, many, one
+from solver.capture.formats.b3d.schema import (
+    PassFrames,
+    SensorFrames,
+    decode_message,
+    encode_message,
+    many,
+    one,
+)
 
 
 def by_protobuf(series, frame):
@@ -23,7 +30,7 @@ def by_protobuf(series, frame):
     members = [(name, np.ndarray, many(number, "double")) for name, number in numbers.items()]
     message = make_dataclass("Frame", [*members, ("unknown", bytes, b"")], frozen=True, eq=False)
     values = {name: getattr(series, name) for name in numbers}
-    return encoded(message(**{name: v[frame] for name, v in values.items() if v.shape[1]}))
+    return encode_message(message(**{name: v[frame] for name, v in values.items() if v.shape[1]}))
 
 
 @pytest.fixture
@@ -38,18 +45,18 @@ def series():
 
 
 def test_bytes_are_those_of_the_library(series):
-    raw = packed(series, layout_to_write(series), 0, 4)
+    raw = pack_frames(series, layout_to_write(series), 0, 4)
     assert [row.tobytes() for row in raw] == [by_protobuf(series, t) for t in range(4)]
 
 
 def test_a_part_of_the_frames(series):
     layout = layout_to_write(series)
-    np.testing.assert_array_equal(packed(series, layout, 1, 3), packed(series, layout, 0, 4)[1:3])
+    np.testing.assert_array_equal(pack_frames(series, layout, 1, 3), pack_frames(series, layout, 0, 4)[1:3])
 
 
 def test_series_are_views_of_the_bytes(series):
     raw = np.frombuffer(b"".join(by_protobuf(series, t) for t in range(4)), np.uint8).reshape(4, -1)
-    found = unpacked(PassFrames, raw)
+    found = unpack_frames(PassFrames, raw)
     assert np.shares_memory(found.pos, raw)
     for f in fields(PassFrames):
         if f.name != "unknown":
@@ -62,7 +69,7 @@ def test_series_are_views_of_the_bytes(series):
 def test_fields_in_another_order_are_found():
     first, second = SensorFrames(marker_obs=np.ones((1, 3))), SensorFrames(custom_values=np.full((1, 2), 2.0))
     raw = np.frombuffer(by_protobuf(first, 0) + by_protobuf(second, 0), np.uint8)[None]
-    found = unpacked(SensorFrames, raw)
+    found = unpack_frames(SensorFrames, raw)
     assert found.marker_obs.tolist() == [[1, 1, 1]]
     assert found.custom_values.tolist() == [[2, 2]]
 
@@ -74,18 +81,18 @@ def test_unknown_fields_are_kept():
         text: tuple[str, ...] = many(90, "string")
         unknown: bytes = b""
 
-    frames = [encoded(Newer(np.array([1.0 + t]), (f"note {t}",))) for t in range(2)]
+    frames = [encode_message(Newer(np.array([1.0 + t]), (f"note {t}",))) for t in range(2)]
     raw = np.frombuffer(b"".join(frames), np.uint8).reshape(2, -1)
-    found = unpacked(PassFrames, raw)
+    found = unpack_frames(PassFrames, raw)
     assert [row.tobytes() for row in found.unknown[tag_of(90)]] == [b"note 0", b"note 1"]
-    np.testing.assert_array_equal(packed(found, layout_to_write(found), 0, 2), raw)
+    np.testing.assert_array_equal(pack_frames(found, layout_to_write(found), 0, 2), raw)
 
 
 def test_a_frame_unlike_the_first_is_named(series):
-    raw = packed(series, layout_to_write(series), 0, 4)
+    raw = pack_frames(series, layout_to_write(series), 0, 4)
     raw[2, 0] ^= 8
     with pytest.raises(LayoutError, match="frame 2"):
-        unpacked(PassFrames, raw)
+        unpack_frames(PassFrames, raw)
 
 
 @pytest.mark.parametrize(
@@ -106,11 +113,11 @@ def test_what_is_no_frame(frame, message):
 
 def test_bytes_that_are_no_doubles():
     with pytest.raises(LayoutError, match=r"\(pos\) has 7 bytes"):
-        unpacked(PassFrames, np.frombuffer(b"\x0a\x07" + bytes(7), np.uint8)[None])
+        unpack_frames(PassFrames, np.frombuffer(b"\x0a\x07" + bytes(7), np.uint8)[None])
 
 
 def test_no_frames_at_all():
-    assert unpacked(PassFrames, np.zeros((0, 5), np.uint8)).pos.shape == (0, 0)
+    assert unpack_frames(PassFrames, np.zeros((0, 5), np.uint8)).pos.shape == (0, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,26 +146,26 @@ class Outer:
     ],
 )
 def test_the_examples_of_the_encoding(value, hexadecimal):
-    assert encoded(value) == bytes.fromhex(hexadecimal)
+    assert encode_message(value) == bytes.fromhex(hexadecimal)
 
 
 def test_back_again():
     data = bytes.fromhex("08 96 01 12 01 61 1a 00 32 06 03 8e 02 9e a7 05")
-    value = decoded(Outer, data)
+    value = decode_message(Outer, data)
     assert (value.a, value.text, [inner.a for inner in value.inner]) == (150, "a", [0])
     assert value.numbers.dtype == np.int32
     assert value.numbers.tolist() == [3, 270, 86942]
-    assert encoded(value) == data
+    assert encode_message(value) == data
 
 
 def test_fields_of_a_newer_version_come_through():
     newer = bytes.fromhex("08 01") + bytes.fromhex("1a 05 08 02 a2 06 00") + bytes.fromhex("98 06 07")
-    value = decoded(Outer, newer)
+    value = decode_message(Outer, newer)
     assert value.unknown == bytes.fromhex("98 06 07")
     assert value.inner[0].unknown == bytes.fromhex("a2 06 00")
-    assert encoded(value) == newer
+    assert encode_message(value) == newer
 
 
 def test_what_is_no_message():
     with pytest.raises(DecodeError):
-        decoded(Outer, b"\x12\xff")
+        decode_message(Outer, b"\x12\xff")
