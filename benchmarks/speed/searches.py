@@ -36,7 +36,7 @@ def section(only: str) -> str:
 
 def _row(folder: Path) -> list[object]:
     settings = settings_for(folder)
-    subject = open_subject(folder, settings.reading)
+    subject = open_subject(folder)
     (balance, seen, _), fit_s = cpu_seconds(
         lambda: repaired_balance(subject, settings, trials=None, reviews={}, progress=silent)
     )
