@@ -8,8 +8,7 @@ from jaxtyping import Float
 
 from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
-from solver.diagnosis.chances import compare_chances
-from solver.diagnosis.decisions import Trail, is_only_tentative, is_unexplained
+from solver.diagnosis.decisions import Trail, compare_chances, is_only_tentative, is_unexplained
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,

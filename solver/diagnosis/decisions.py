@@ -3,10 +3,15 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from scipy.special import softmax
+
 from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.checks import (
     CHECKS,
+    DECIDED,
     NEEDED,
+    PAYS,
     Decision,
     Verdict,
     about_the_suspect,
@@ -16,21 +21,20 @@ from solver.diagnosis.checks import (
     strain_needed,
 )
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import Contender
-from solver.diagnosis.search.proposals import (
-    HeldOut,
-    Key,
-    OnReading,
-    Proposal,
-    Remainder,
-)
+from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, TEMPER_NATS, Contender
+from solver.diagnosis.search.proposals import HeldOut, Key, OnReading, Proposal, Remainder
 from solver.diagnosis.search.terms import Solved
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 UNEXPLAINED_SCALE = 2.4  # model errors of sound recordings stay below it
 # of confidence, with names of the same trace: what is likelier wrong than right is told as a tentative
 # cause
 LEAST_FOR_A_NAME = 0.5
 OUTDONE = Decision(NEEDED, False, None, None, "a likelier set of causes was found without it")
+SHORT_OF_EVIDENCE = (
+    PAYS,
+    DECIDED,
+)  # checks that refuse a cause for too little, not for what speaks against it
 
 
 def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) -> tuple[Contender, ...]:
@@ -146,3 +150,39 @@ def _in_order(verdicts: list[Verdict]) -> tuple[Decision, ...]:
         if decision.name not in said or said[decision.name].passed:
             said[decision.name] = decision
     return tuple(said[check.name] for check in CHECKS if check.name in said)
+
+
+@dataclass(frozen=True)
+class Chances:
+    """Shares of one."""
+
+    nothing: float
+    on_the_list: float
+    something_else: float
+
+
+def compare_chances(
+    refused: Sequence[CauseDecisions], unknown_nats: float, settings: DiagnosisSettings
+) -> Chances:
+    """By what the best of each kind gains: with just what is asked of it, it is as likely as nothing.
+
+    Args:
+        refused: causes that were proposed, each with its odds.
+        unknown_nats: what the likeliest cause that is on no list, and large enough to be one, gains over its
+            odds.
+        settings: of the diagnosis.
+    """
+    fell = [(c.odds_nats, c.fell_at) for c in refused if c.fell_at is not None]
+    short = [
+        odds - _nats_asked(check, settings.least_gain)
+        for odds, check in fell
+        if check.name in SHORT_OF_EVIDENCE
+    ]
+    ahead = [0.0, max(short, default=-np.inf), unknown_nats - LEAST_UNKNOWN_NATS]
+    nothing, listed, other = softmax(np.array(ahead) / TEMPER_NATS)
+    return Chances(float(nothing), float(listed), float(other))
+
+
+def _nats_asked(check: Decision, least_nats: float) -> float:
+    """Nats that would have been enough: of two causes together more than of one."""
+    return max(least_nats, check.limit) if check.name == PAYS and check.limit is not None else least_nats

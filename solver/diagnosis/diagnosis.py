@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 
 from solver.common.notes import Note
 from solver.diagnosis.causes.effect import Estimate, Range
-from solver.diagnosis.chances import Chances
-from solver.diagnosis.decisions import CauseDecisions
+from solver.diagnosis.decisions import CauseDecisions, Chances
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.diagnosis.force_histories import ForceHistory
 from solver.diagnosis.residual_description import ResidualDescription

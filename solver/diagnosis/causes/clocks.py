@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 
 from solver.diagnosis.causes.about import OF_EACH_TRIAL, About, Entry, Named, Plates, Reading, Size
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Nonlinear, Signature
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.scene import Scene, Times
 
 # One lies within half an impact of any offset: the evidence of a jump has other peaks beside the right one.
 LATER_S = (0.004, 0.008, 0.015, 0.03, 0.045, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.185, 0.21, 0.24)
@@ -30,9 +30,7 @@ MOST_STARTS = 30  # on each side of zero
 class Retimed(Candidate):
     """A cause after which the plates are to be read at other times than the frames'."""
 
-    def read_at(
-        self, times: Float[np.ndarray, " frames"], scene: Scene, eta: Eta
-    ) -> Float[np.ndarray, " frames"]:
+    def read_at(self, times: Times, scene: Scene, eta: Eta) -> Times:
         """Times at which the plates recorded what belongs to those of the frames [s]."""
         return times + eta[0]
 
@@ -141,9 +139,7 @@ class TrialClocks(Retimed):
         """Within what a trigger can be off."""
         return max(map(abs, eta)) <= FARTHEST_S
 
-    def read_at(
-        self, times: Float[np.ndarray, " frames"], scene: Scene, eta: Eta
-    ) -> Float[np.ndarray, " frames"]:
+    def read_at(self, times: Times, scene: Scene, eta: Eta) -> Times:
         """By the trial's own offset."""
         return times + eta[self.trials.index(scene.name)]
 
@@ -271,8 +267,6 @@ class SampleRate(Retimed):
         """Where there are plates."""
         return bool(scene.plates)
 
-    def read_at(
-        self, times: Float[np.ndarray, " frames"], scene: Scene, eta: Eta
-    ) -> Float[np.ndarray, " frames"]:
+    def read_at(self, times: Times, scene: Scene, eta: Eta) -> Times:
         """At stretched times."""
         return times[0] + (1 + eta[0]) * (times - times[0])

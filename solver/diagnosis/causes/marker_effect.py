@@ -32,6 +32,8 @@ NOISE_M = (
 SHIFT_STD_M = 0.03  # prior of how far a marker slips
 PULL = 1e-4  # on what no marker sees, in squares of a marker's own weight per rad or m
 
+Places = Float[np.ndarray, "frames markers 3"]  # [m], NaN where unseen
+
 
 @dataclass(frozen=True, eq=False)
 class MarkerFinding(Described, ABC):
@@ -45,9 +47,7 @@ class MarkerFinding(Described, ABC):
     of_the_body = False  # the same in all trials of the person, and named once
 
     @abstractmethod
-    def repaired(
-        self, observed_ground: Float[np.ndarray, "frames markers 3"]
-    ) -> Float[np.ndarray, "frames markers 3"]:
+    def repaired(self, observed_ground: Places) -> Places:
         """The markers as recorded without it [m]; in the model's order, NaN where unseen.
 
         Args:

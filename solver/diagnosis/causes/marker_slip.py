@@ -26,6 +26,7 @@ from solver.diagnosis.causes.marker_effect import (
     RESOLVED_M,
     SHIFT_STD_M,
     MarkerFinding,
+    Places,
     PoseFree,
     near_angles,
     pose_free,
@@ -94,9 +95,7 @@ class MarkerSlip(MarkerFinding):
         picture=Markers(),
     )
 
-    def repaired(
-        self, observed_ground: Float[np.ndarray, "frames markers 3"]
-    ) -> Float[np.ndarray, "frames markers 3"]:
+    def repaired(self, observed_ground: Places) -> Places:
         """The marker put back to where it sat before."""
         corrected = observed_ground.copy()
         after = slice(self.frames.start, None)
@@ -110,9 +109,7 @@ class UnusedMarkerSlip(MarkerFinding):
 
     about = MarkerSlip.about
 
-    def repaired(
-        self, observed_ground: Float[np.ndarray, "frames markers 3"]
-    ) -> Float[np.ndarray, "frames markers 3"]:
+    def repaired(self, observed_ground: Places) -> Places:
         """As recorded: the model has no such marker."""
         return observed_ground
 

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from solver.common.runs import runs
 from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Markers, Named, TimeHistory
 from solver.diagnosis.causes.effect import Range
-from solver.diagnosis.causes.marker_effect import TRUSTED_M, MarkerFinding
+from solver.diagnosis.causes.marker_effect import TRUSTED_M, MarkerFinding, Places
 from solver.diagnosis.causes.scene import Scene
 
 SHORT_GAP_S = 0.035  # over which a marker is expected to keep its velocity; beyond, to stay on its segment
@@ -48,9 +48,7 @@ class MarkerSwap(MarkerFinding):
         picture=Markers(),
     )
 
-    def repaired(
-        self, observed_ground: Float[np.ndarray, "frames markers 3"]
-    ) -> Float[np.ndarray, "frames markers 3"]:
+    def repaired(self, observed_ground: Places) -> Places:
         """The two exchanged back."""
         corrected = observed_ground.copy()
         frames = slice(self.frames.start, self.frames.end)

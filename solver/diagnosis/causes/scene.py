@@ -25,6 +25,8 @@ from solver.skeleton.skeleton import Skeleton
 SLOW_HZ = 6.0  # slower than markers' noise, faster than a hand's push
 EMPTY_S = 0.05  # shorter, it may be where a record begins or ends
 
+Times = Float[np.ndarray, " frames"]  # [s]
+
 
 @dataclass(frozen=True, eq=False)
 class PlateScene:
@@ -175,9 +177,7 @@ class Scene:
         T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = self.R_ground_body, self.p_ground_body, 1.0
         return T
 
-    def retimed(
-        self, read_at: Callable[[Float[np.ndarray, " frames"]], Float[np.ndarray, " frames"]]
-    ) -> Float[np.ndarray, "frames 6"]:
+    def retimed(self, read_at: Callable[[Times], Times]) -> Float[np.ndarray, "frames 6"]:
         """Wrench of all plates read at other times than the frames' [N], [N·m].
 
         What was recorded at no such time stays as it is: a shift explains nothing by leaving the recording.
@@ -192,9 +192,7 @@ class Scene:
         total[unrecorded] = self.measured_ground[unrecorded]
         return total
 
-    def unrecorded(
-        self, read_at: Callable[[Float[np.ndarray, " frames"]], Float[np.ndarray, " frames"]]
-    ) -> Bool[np.ndarray, " frames"]:
+    def unrecorded(self, read_at: Callable[[Times], Times]) -> Bool[np.ndarray, " frames"]:
         """Frames of which some plate recorded nothing at the times at which they are to be read."""
         is_recorded = np.ones(self.frames, dtype=bool)
         for plate in self.plates:

@@ -22,7 +22,7 @@ from solver.diagnosis.causes.about import (
 )
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.leaps import Leap
-from solver.diagnosis.causes.marker_effect import RESOLVED_M, MarkerFinding
+from solver.diagnosis.causes.marker_effect import RESOLVED_M, MarkerFinding, Places
 from solver.diagnosis.causes.marker_slip import MarkerSlip, UnusedMarkerSlip
 from solver.diagnosis.causes.scene import Scene
 
@@ -63,9 +63,7 @@ class SegmentDisplaced(MarkerFinding):
         picture=Segments(),
     )
 
-    def repaired(
-        self, observed_ground: Float[np.ndarray, "frames markers 3"]
-    ) -> Float[np.ndarray, "frames markers 3"]:
+    def repaired(self, observed_ground: Places) -> Places:
         """Each marker put back."""
         for slip in self.slips:
             observed_ground = slip.repaired(observed_ground)

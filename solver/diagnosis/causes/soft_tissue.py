@@ -18,6 +18,7 @@ from solver.diagnosis.causes.marker_effect import (
     FEWEST_SEEN,
     NOISE_M,
     MarkerFinding,
+    Places,
     projected_chunks,
     seen_share,
 )
@@ -264,9 +265,7 @@ class SoftTissue(MarkerFinding):
     )
     of_the_body = True
 
-    def repaired(
-        self, observed_ground: Float[np.ndarray, "frames markers 3"]
-    ) -> Float[np.ndarray, "frames markers 3"]:
+    def repaired(self, observed_ground: Places) -> Places:
         """The segment's markers carried back."""
         corrected = observed_ground.copy()
         corrected[:, self.markers] -= self.displacement_ground[:, None]

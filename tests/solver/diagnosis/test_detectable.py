@@ -7,9 +7,8 @@ import pytest
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.chances import compare_chances
 from solver.diagnosis.checks import DECIDED, PAYS, POSSIBLE, Decision
-from solver.diagnosis.decisions import CauseDecisions
+from solver.diagnosis.decisions import CauseDecisions, compare_chances
 from solver.diagnosis.detectable import find_detectable
 from solver.diagnosis.search.contenders import TEMPER_NATS
 from solver.diagnosis.search.selection import select

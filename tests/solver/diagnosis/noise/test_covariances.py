@@ -11,8 +11,7 @@ from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.held_out import block_scores, blocks
-from solver.diagnosis.noise.covariances import Covariances
-from solver.diagnosis.noise.noise_scales import Basis, TrialsBasis
+from solver.diagnosis.noise.noise_scales import Basis, Covariances, TrialsBasis
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import Beside, Screen
 from solver.diagnosis.unmodelled.remainder import unknown_forces

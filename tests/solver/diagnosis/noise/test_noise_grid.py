@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from solver.diagnosis.noise.covariances import Covariances
 from solver.diagnosis.noise.noise_grid import MODEL_SCALES, NoiseGrid
-from solver.diagnosis.noise.noise_scales import Basis, NoiseScale
+from solver.diagnosis.noise.noise_scales import Basis, Covariances, NoiseScale
 
 
 @dataclass(frozen=True)
