@@ -171,7 +171,7 @@ def _off_the_list(balance: Balance, world: Held) -> OffTheList | None:
         cause.kind,
         cause.target,
         cause.trial,
-        cause.sentence.format(target=cause.target),
+        cause.about.sentence.format(target=cause.target),
         in_view(cause.frames(balance.scenes, (), x), balance.scenes),
         world.told.size_N(balance.scenes),
         world.unknown_nats,
@@ -195,8 +195,8 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
         in_its_class=standing.in_its_class,
         is_tentative=is_only_tentative(candidate, standing.in_its_class),
         frames=in_view(candidate.frames(balance.scenes, eta, linear), balance.scenes),
-        sentence=candidate.sentence.format(target=candidate.target),
-        remedy=candidate.remedy.format(target=candidate.target),
+        sentence=candidate.about.sentence.format(target=candidate.target),
+        remedy=candidate.about.remedy.format(target=candidate.target),
         gain_nats=found.contender.gain,
         held_out_gain_nats=found.held_out_gain,
         time_histories=force_histories(candidate, balance.scenes, eta, linear),
@@ -212,8 +212,8 @@ def _of_reading(balance: Balance, undone: CorrectedCause) -> NamedEffect:
         parameters=contender.solved.estimates(0, balance.scenes),
         confidence=float(1 - np.exp(-min(50.0, contender.gain) / TEMPER_NATS)),
         frames=candidate.frames(balance.scenes, (), np.zeros(0)),
-        sentence=candidate.sentence.format(target=undone.target),
-        remedy=candidate.remedy.format(target=undone.target),
+        sentence=candidate.about.sentence.format(target=undone.target),
+        remedy=candidate.about.remedy.format(target=undone.target),
         gain_nats=contender.gain,
         held_out_gain_nats=float("nan"),
     )
@@ -236,8 +236,8 @@ def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
         parameters=dict(finding.parameters),
         confidence=float(1 - np.exp(-min(50.0, max(0.0, finding.gain) / MARKER_TEMPER))),
         frames=tuple(f.frames for f in same),
-        sentence=finding.sentence.format(target=finding.target),
-        remedy=finding.remedy.format(target=finding.target),
+        sentence=finding.about.sentence.format(target=finding.target),
+        remedy=finding.about.remedy.format(target=finding.target),
         gain_nats=finding.gain,
         held_out_gain_nats=float("nan"),
     )
@@ -255,7 +255,7 @@ def _alternatives(balance: Balance, solved: Solved, one: Found, standing: Standi
                 f"{named.candidate.id} {named.candidate.target}",
                 f"indistinguishable here: cosine {likeness(named, rival.term, solved):.2f}, log evidence "
                 f"{one.contender.gain - rival.gain:+.1f} in favour of the first",
-                candidate.separate_by or named.candidate.separate_by,
+                candidate.about.separate_by or named.candidate.about.separate_by,
                 shares.get(id(rival), float("nan")),
             )
         )

@@ -6,7 +6,6 @@ It stands beside the cause, in the file of its effect. Diagnosis and app ask her
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import ClassVar
 
 OF_EACH_TRIAL = "{trial}"  # in the name of a parameter that each trial has, and in its text
 NOT_TOLD = "this recording does not show"
@@ -244,34 +243,3 @@ class About:
     def at_certain_frames(self) -> bool:
         """Whether its frames are told one stretch after the other."""
         return self.time_history in (TimeHistory.NOW_AND_THEN, TimeHistory.EVENT)
-
-
-class Described:
-    """Something that a cause of the catalogue is about."""
-
-    about: ClassVar[About] = About("")
-
-    @property
-    def id(self) -> str:
-        """Of the catalogue."""
-        return self.about.id
-
-    @property
-    def sentence(self) -> str:
-        """What it means, for people; {target} is to be filled in."""
-        return self.about.sentence
-
-    @property
-    def less_at_first(self) -> float:
-        """What less is asked of it as first cause [nats]."""
-        return self.about.less_at_first
-
-    @property
-    def remedy(self) -> str:
-        """What to do about it in the laboratory; {target} is to be filled in."""
-        return self.about.remedy
-
-    @property
-    def separate_by(self) -> str:
-        """What to record so that it can be told from what looks alike."""
-        return self.about.separate_by

@@ -57,7 +57,9 @@ CAUSES: tuple[type[Candidate], ...] = (
     CaptureScale,
 )
 MARKER_CAUSES: tuple[type[MarkerFinding], ...] = (MarkerSlip, MarkerSwap, SegmentDisplaced, SoftTissue)
-ABOUT: dict[str, About] = {cause.about.id: cause.about for cause in (*CAUSES, *MARKER_CAUSES)}
+ABOUT: dict[str, About] = {
+    about.id: about for about in (*(c.about for c in CAUSES), *(c.about for c in MARKER_CAUSES))
+}
 IDS = tuple(id for id, about in ABOUT.items() if not about.in_markers)
 MARKER_IDS = tuple(id for id, about in ABOUT.items() if about.in_markers)
 

@@ -21,7 +21,7 @@ from typing import ClassVar, Self
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.diagnosis.causes.about import Described
+from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.scene import PlateScene, Scene, loaded_plates
 
 Eta = tuple[float, ...]  # values of the parameters that do not act linearly
@@ -122,7 +122,7 @@ def in_view(ranges: Iterable[Range], scenes: Sequence[Scene]) -> tuple[Range, ..
 
 
 @dataclass(frozen=True)
-class Candidate(Described, ABC):
+class Candidate(ABC):
     """One cause at one target, ready to be tried on a subject's trials.
 
     Trials share x: a plate, a clock, a body's mass are the same in all. A cause that belongs to one trial has
@@ -131,6 +131,7 @@ class Candidate(Described, ABC):
 
     target: str
 
+    about: ClassVar[About] = About("")
     parameters: ClassVar[tuple[str, ...]] = ()  # names of x
     nonlinear: ClassVar[tuple[Nonlinear, ...]] = ()  # of η
     no_effect: ClassVar[float] = 0.0  # what the parameters are where the cause is not there
@@ -141,6 +142,16 @@ class Candidate(Described, ABC):
     def candidates(cls, scenes: Sequence[Scene]) -> "list[Candidate]":
         """Of a subject's trials; unless it says otherwise one about all plates, where some are loaded."""
         return [cls("all")] if loaded_plates(scenes) else []
+
+    @property
+    def id(self) -> str:
+        """Of the catalogue."""
+        return self.about.id
+
+    @property
+    def less_at_first(self) -> float:
+        """What less is asked of it as first cause [nats]."""
+        return self.about.less_at_first
 
     @property
     def place_odds(self) -> float:

@@ -12,12 +12,13 @@ These causes are looked for before the wrench balance: the markers are repaired 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float
 from threadpoolctl import threadpool_limits
 
-from solver.diagnosis.causes.about import Described
+from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.scene import Scene
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
@@ -36,7 +37,7 @@ Places = Float[np.ndarray, "frames markers 3"]  # [m], NaN where unseen
 
 
 @dataclass(frozen=True, eq=False)
-class MarkerFinding(Described, ABC):
+class MarkerFinding(ABC):
     """A cause found in one trial's markers, and how to undo it."""
 
     target: str
@@ -44,7 +45,13 @@ class MarkerFinding(Described, ABC):
     frames: Range
     gain: float  # in log likelihood of the markers' errors, less what the search over places and times costs
 
+    about: ClassVar[About] = About("")
     of_the_body = False  # the same in all trials of the person, and named once
+
+    @property
+    def id(self) -> str:
+        """Of the catalogue."""
+        return self.about.id
 
     @abstractmethod
     def repaired(self, observed_ground: Places) -> Places:

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from scipy.special import logsumexp
 
 from solver.common.plate_figures import HALF_SIDE_M
+from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.clocks import MOST_TRIALS
 from solver.diagnosis.causes.contact_windows import contact_windows
 from solver.diagnosis.causes.effect import Estimate, Eta, Fitted, InPieces, InTrials, Range, Signature
@@ -49,6 +50,7 @@ MOST_EVENTS = 3  # of one trial, the strongest
 CLOCK_S = 0.1  # of which the sizes are shares: 1 to 80 ms
 LEAST_LOADED = 10  # frames on which a plate has to be loaded
 
+OUTSIDE_THE_LIST = "outside_the_list"
 BODY, EVENT, PLATE, TIME = "body", "event", "plate", "time"  # what it touches
 # of what a name explains, by which evidence is tempered more. On a draw of edited recordings right names
 # need 0.02 at most (a harness, while somebody stands), and a name that was rightly given up 0.11; other
@@ -62,7 +64,7 @@ LARGEST_CLASS = 3  # of names, as many as anybody can look into
 class Outside(InTrials):
     """Something that no entry of the catalogue is; its one η is its size."""
 
-    id = "outside_the_list"
+    about = About(OUTSIDE_THE_LIST)
     kind = BODY
 
     @property
@@ -103,7 +105,7 @@ class AnyWrench(Outside, InPieces):
 
     knots_s: float | None = None  # None: steady
 
-    sentence = "Something acts on the body that is on no list."
+    about = About(OUTSIDE_THE_LIST, sentence="Something acts on the body that is on no list.")
 
     def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Forces at the centre of mass and moments."""
@@ -120,7 +122,7 @@ class AnyEvent(Outside, InPieces):
     stretch: Stretch | None = None
 
     kind = EVENT
-    sentence = "Something acts for a moment that is on no list."
+    about = About(OUTSIDE_THE_LIST, sentence="Something acts for a moment that is on no list.")
 
     def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Likewise, within its stretch."""
@@ -144,7 +146,7 @@ class AnyPlateFault(Outside):
     """
 
     kind = PLATE
-    sentence = "Something is wrong with {target} that is on no list."
+    about = About(OUTSIDE_THE_LIST, sentence="Something is wrong with {target} that is on no list.")
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """About the plate's centre, then about the ground origin."""
@@ -182,7 +184,7 @@ class AnyClock(Outside):
     """A trial's plates, or one of them, a little late or early."""
 
     kind = TIME
-    sentence = "The time of {target} is off in a way that is on no list."
+    about = About(OUTSIDE_THE_LIST, sentence="The time of {target} is off in a way that is on no list.")
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """How fast the recorded wrench changes [N/s, N·m/s]."""

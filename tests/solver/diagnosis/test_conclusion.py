@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.plate_geometry import PlatePosition
@@ -26,9 +27,7 @@ EQUAL_ODDS = (("plate_gain", 0.0), ("counterpart_gain", 0.0), *((f"gain_{k}", 0.
 
 @dataclass(frozen=True, eq=False)
 class Slip(MarkerFinding):
-    id = "marker_slip"
-    sentence = "{target} slipped."
-    remedy = "Tape {target}."
+    about = About("marker_slip", sentence="{target} slipped.", remedy="Tape {target}.")
 
     def repaired(self, observed_ground):
         return observed_ground

@@ -72,7 +72,7 @@ def test_it_goes_by_the_name_of_the_cause(late_and_exchanged):
     gain = PlateGain("plate_2")
     beyond = Beyond(gain.target, gain, SWAP)
     assert beyond.key == gain.key
-    assert (beyond.sentence, beyond.remedy) == (gain.sentence, gain.remedy)
+    assert beyond.about is gain.about
     x, covariance = np.array([0.03]), np.array([[1e-6]])
     scenes = (late_and_exchanged,)
     assert beyond.estimates(scenes, Fitted((), (), x, covariance)) == gain.estimates(
