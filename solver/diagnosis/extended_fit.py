@@ -84,10 +84,10 @@ def extended_fit(
     cases = _cases(fit, match, base, extension, settings)
     if not cases:
         raise FitError(f"{fit.subject.folder}: too few frames with forces to fit an extension to.")
-    before = _fitted(cases, base, settings, part(progress, 0.0, 0.25))
-    after = _fitted(cases, base, settings, part(progress, 0.25, 0.5), extension=extension)
-    held_out = _fitted(cases, base, settings, part(progress, 0.5, 0.75), held_out=True)
-    held_out_extended = _fitted(
+    before = _fit(cases, base, settings, part(progress, 0.0, 0.25))
+    after = _fit(cases, base, settings, part(progress, 0.25, 0.5), extension=extension)
+    held_out = _fit(cases, base, settings, part(progress, 0.5, 0.75), held_out=True)
+    held_out_extended = _fit(
         cases, base, settings, part(progress, 0.75, 1.0), held_out=True, extension=extension
     )
     blocks = _blocks(cases, held_out_extended.dynamics)
@@ -190,7 +190,7 @@ class _Fitted:
     dynamics: tuple[Dynamics, ...]
 
 
-def _fitted(
+def _fit(
     cases: Sequence[_Case],
     skeleton: Skeleton,
     settings: Settings,

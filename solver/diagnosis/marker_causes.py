@@ -74,7 +74,7 @@ def with_markers_repaired(
             break
         for trial in fit.trials:
             if own := corrected.get(trial.capture.name):
-                repaired[trial.capture.name] = _repaired(trial, scenes[trial.capture.name], own)
+                repaired[trial.capture.name] = _repair(trial, scenes[trial.capture.name], own)
         fit = fitted(repaired)
     else:
         seen = scenes_of(fit, settings, reviews)
@@ -161,7 +161,7 @@ def _with_cut_paths(
     return found
 
 
-def _repaired(trial: TrialFit, scene: Scene, findings: Sequence[MarkerFinding]) -> Capture:
+def _repair(trial: TrialFit, scene: Scene, findings: Sequence[MarkerFinding]) -> Capture:
     observed = scene.markers.observed_ground
     for finding in findings:
         observed = finding.repaired(observed)

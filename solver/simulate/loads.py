@@ -118,7 +118,7 @@ def constant(force_ground: Float[np.ndarray, "3"]) -> ForceLaw:
     return lambda times, position, velocity: np.tile(force_ground, (len(times), 1))
 
 
-def eased(
+def ease(
     force_ground: Float[np.ndarray, "3"], since: float, until: float, ramp: float, waves: Waves = ()
 ) -> ForceLaw:
     """A push from `since` to `until` [s], eased in and out over `ramp` [s].

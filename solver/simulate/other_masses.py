@@ -21,7 +21,7 @@ def with_carried_mass(
     """The skeleton with a small heavy thing fixed to a segment at a point of its frame [m]."""
     index = skeleton.body_index(body)
     bodies = list(skeleton.bodies)
-    bodies[index] = _joined(bodies[index], mass_kg, offset_body)
+    bodies[index] = _join(bodies[index], mass_kg, offset_body)
     return replace(skeleton, bodies=tuple(bodies))
 
 
@@ -86,7 +86,7 @@ class WobblingMass:
         return np.concatenate([fixed - moving, cross(p, fixed) - cross(p + r, moving)], axis=1)
 
 
-def _joined(body: Body, mass_kg: float, at_body: np.ndarray) -> Body:
+def _join(body: Body, mass_kg: float, at_body: np.ndarray) -> Body:
     """A segment and a point mass as one (parallel axes)."""
     mass = body.mass + mass_kg
     com = (body.mass * body.com_body + mass_kg * at_body) / mass

@@ -85,15 +85,15 @@ def _stance(stance: Stance, ratio: float, slower: float, mass_ratio: float) -> S
         end=stance.end * slower,
         origin_ground=stance.origin_ground * ratio,
         yaw=stance.yaw,
-        load=_slowed(stance.load, slower, mass_ratio),
-        along=_slowed(stance.along, slower),
-        across=_slowed(stance.across, slower),
+        load=_slow_down(stance.load, slower, mass_ratio),
+        along=_slow_down(stance.along, slower),
+        across=_slow_down(stance.across, slower),
         heel_planted=later(stance.heel_planted),
         forefoot_planted=later(stance.forefoot_planted),
     )
 
 
-def _slowed(time_history: TimeHistory, slower: float, factor: float = 1.0) -> TimeHistory:
+def _slow_down(time_history: TimeHistory, slower: float, factor: float = 1.0) -> TimeHistory:
     def at(times: Float[np.ndarray, " times"]) -> Float[np.ndarray, " times"]:
         return factor * time_history(times / slower)
 

@@ -161,7 +161,7 @@ def simulate_trial(
     span = (-MARGIN, scenario.duration + MARGIN)
     grid = GRID.get(scenario.activity, USUAL_GRID)
     times = span[0] + grid * np.arange(int(np.ceil((span[1] - span[0]) / grid - 1e-9)) + 1)
-    wish = _placed(_wish(scenario, body, times, rng), body, scenario)
+    wish = _place(_wish(scenario, body, times, rng), body, scenario)
     model, knots = RigidBodyModel(body.skeleton), KNOTS[scenario.activity]
     settings = QUICK if scenario.activity in GRID else None
     motion = fit_trajectory(wish, model, knots, settings)
@@ -204,17 +204,17 @@ def _gait(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.
 def _with_edges(times: np.ndarray, contacts: ContactPlan) -> np.ndarray:
     """The grid with the ends of flight, where the demand has to vanish too, but those next to its times."""
     edges = np.array([edge for stance in contacts.stances for edge in (stance.start, stance.end)])
-    return _joined(times, edges)
+    return _join_times(times, edges)
 
 
 def _with_loading(times: np.ndarray, contacts: ContactPlan) -> np.ndarray:
     """Also times, four to a grid interval, at which the load of a short stance begins and ends."""
     near = (times[1] - times[0]) / 4 * np.arange(1, 12)
     inside = [edge for s in contacts.stances for edge in (*(s.start + near), *(s.end - near))]
-    return _joined(_with_edges(times, contacts), np.array(inside), 0.25 * near[0])
+    return _join_times(_with_edges(times, contacts), np.array(inside), 0.25 * near[0])
 
 
-def _joined(times: np.ndarray, more: np.ndarray, apart: float | None = None) -> np.ndarray:
+def _join_times(times: np.ndarray, more: np.ndarray, apart: float | None = None) -> np.ndarray:
     """Times with others between them, but those that are too near to one [s]; None: a quarter of a step."""
     least = 0.25 * (times[1] - times[0]) if apart is None else apart
     more = more[(more > times[0]) & (more < times[-1])]
@@ -225,7 +225,7 @@ def _landing(body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wis
     hip = body.skeleton.joints[body.skeleton.body_index("femur_r")].p_parent_frame
     drop = drop_of(rng)
     contacts = landing_contacts(drop, body.sole, body.skeleton.mass, 2.6 * hip[2], float(times[-1]))
-    looked_at = _joined(times, times_about_contact(drop), 1e-9)
+    looked_at = _join_times(times, times_about_contact(drop), 1e-9)
     return landing_wish(body.skeleton, contacts, drop, looked_at)
 
 
@@ -239,7 +239,7 @@ def _posture(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.rand
     return posture_wish(body.skeleton, contacts, times, depth)
 
 
-def _placed(wish: Wish, body: TrueBody, scenario: Scenario) -> Wish:
+def _place(wish: Wish, body: TrueBody, scenario: Scenario) -> Wish:
     """The wish turned to its heading and carried to its place."""
     heading = np.radians(scenario.heading_deg)
     by = np.array([scenario.centre[0], 0.0, scenario.centre[1]])

@@ -135,7 +135,7 @@ def at_the_markers_rate(plate, rate, rng):
     )
     force = few.force_ground + rng.normal(0, 8.0, few.force_ground.shape)
     cop = few.cop_ground + rng.normal(0, 0.004, force.shape) * (1.0, 0.0, 1.0)
-    return recorded.rebuilt(few, force, cop, recorded.free_moment(few))
+    return recorded.rebuild(few, force, cop, recorded.free_moment(few))
 
 
 @pytest.mark.slow

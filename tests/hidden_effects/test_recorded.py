@@ -29,7 +29,7 @@ def levers(plate):
 
 
 def test_a_gain_multiplies_the_wrench_and_leaves_the_centre_of_pressure(plate):
-    wrong = recorded.gained(plate, 0.04)
+    wrong = recorded.change_gain(plate, 0.04)
     np.testing.assert_allclose(wrong.force_ground, 1.04 * plate.force_ground)
     np.testing.assert_allclose(wrong.moment_ground, 1.04 * plate.moment_ground)
     np.testing.assert_array_equal(wrong.cop_ground, plate.cop_ground)
@@ -37,7 +37,7 @@ def test_a_gain_multiplies_the_wrench_and_leaves_the_centre_of_pressure(plate):
 
 def test_a_bias_has_no_moment_about_the_plates_centre(plate):
     bias = np.array([3.0, -12.0, 7.0])
-    wrong = recorded.biased(plate, bias, while_unloaded=False)
+    wrong = recorded.add_bias(plate, bias, while_unloaded=False)
     on = recorded.loaded(plate)
     np.testing.assert_allclose((wrong.force_ground - plate.force_ground)[on], np.tile(bias, (on.sum(), 1)))
     middle = (plate.cop_ground[on].min(axis=0) + plate.cop_ground[on].max(axis=0)) / 2
@@ -46,7 +46,7 @@ def test_a_bias_has_no_moment_about_the_plates_centre(plate):
 
 
 def test_a_downward_bias_draws_the_centre_of_pressure_away_from_the_centre(plate):
-    wrong = recorded.biased(plate, np.array([0.0, -12.0, 0.0]), while_unloaded=False)
+    wrong = recorded.add_bias(plate, np.array([0.0, -12.0, 0.0]), while_unloaded=False)
     on = recorded.loaded(plate, 200.0)
     before = np.linalg.norm(plate.cop_ground[on] - recorded.centre(plate), axis=1)
     after = np.linalg.norm(wrong.cop_ground[on] - recorded.centre(plate), axis=1)
@@ -60,14 +60,14 @@ def test_a_bias_may_or_may_not_be_written_while_nobody_stands_there(recording):
     assert off.sum() > 100
     bias = np.array([5.0, 6.0, 7.0])
     np.testing.assert_allclose(
-        recorded.biased(plate, bias, True).force_ground[off], np.tile(bias, (off.sum(), 1))
+        recorded.add_bias(plate, bias, True).force_ground[off], np.tile(bias, (off.sum(), 1))
     )
-    assert not recorded.biased(plate, bias, False).force_ground[off].any()
+    assert not recorded.add_bias(plate, bias, False).force_ground[off].any()
 
 
 def test_a_plate_in_the_wrong_place_moves_its_centre_of_pressure_alone(plate):
     shift = np.array([0.010, 0.0, -0.006])
-    wrong = recorded.moved(plate, shift)
+    wrong = recorded.shift_plate(plate, shift)
     on = np.isfinite(plate.cop_ground).all(axis=1)
     np.testing.assert_allclose((wrong.cop_ground - plate.cop_ground)[on], np.tile(shift, (on.sum(), 1)))
     np.testing.assert_array_equal(wrong.force_ground, plate.force_ground)
@@ -80,7 +80,7 @@ def test_a_plate_in_the_wrong_place_moves_its_centre_of_pressure_alone(plate):
 
 def test_a_yaw_turns_x_towards_minus_z(plate):
     """Right hand about +y: a quarter turn takes +x to -z and +z to +x."""
-    wrong = recorded.turned(plate, 90.0)
+    wrong = recorded.turn_plate(plate, 90.0)
     on = recorded.loaded(plate)
     np.testing.assert_allclose(wrong.force_ground[on, 0], plate.force_ground[on, 2], atol=1e-9)
     np.testing.assert_allclose(wrong.force_ground[on, 2], -plate.force_ground[on, 0], atol=1e-9)
@@ -93,14 +93,14 @@ def test_a_yaw_turns_x_towards_minus_z(plate):
 
 def test_a_tilt_about_z_by_a_degree_leans_the_weight_backwards(plate):
     """R(rotation vector +z) takes +y towards -x."""
-    wrong = recorded.tilted(plate, 0.0, 1.0)
+    wrong = recorded.tilt_plate(plate, 0.0, 1.0)
     on = recorded.loaded(plate)
     expected = (
         np.cos(np.radians(1)) * plate.force_ground[on, 0] - np.sin(np.radians(1)) * plate.force_ground[on, 1]
     )
     np.testing.assert_allclose(wrong.force_ground[on, 0], expected, atol=1e-9)
     np.testing.assert_array_equal(wrong.cop_ground, plate.cop_ground)
-    about_x = recorded.tilted(plate, 1.0, 0.0).force_ground[on, 2]
+    about_x = recorded.tilt_plate(plate, 1.0, 0.0).force_ground[on, 2]
     expected = (
         np.cos(np.radians(1)) * plate.force_ground[on, 2] + np.sin(np.radians(1)) * plate.force_ground[on, 1]
     )
@@ -109,7 +109,7 @@ def test_a_tilt_about_z_by_a_degree_leans_the_weight_backwards(plate):
 
 def test_exchanged_plates_keep_their_centres_of_pressure(recording):
     one, other = recording.trials[0].plates
-    a, b = recorded.exchanged(one, other)
+    a, b = recorded.exchange_readings(one, other)
     np.testing.assert_array_equal(a.force_ground, other.force_ground)
     np.testing.assert_array_equal(b.force_ground, one.force_ground)
     np.testing.assert_array_equal(a.cop_ground, one.cop_ground)
@@ -134,7 +134,7 @@ def test_axes_read_wrongly_change_the_force_alone(plate, axes, matrix):
 
 def test_a_blanked_stance_leaves_the_others(plate):
     stance = recorded.stances(plate)[0]
-    wrong = recorded.blanked(plate, stance)
+    wrong = recorded.blank_samples(plate, stance)
     assert not wrong.force_ground[stance].any()
     assert np.isnan(wrong.cop_ground[stance]).all()
     rest = np.ones(plate.samples, dtype=bool)
@@ -168,7 +168,7 @@ def capture():
 
 @pytest.mark.parametrize("offset", [0.008, -0.008, 0.0123, -0.0217])
 def test_late_forces_show_at_a_time_what_was_true_before(capture, offset):
-    late = recorded.late(capture, offset)
+    late = recorded.delay(capture, offset)
     first_frame = late.markers.positions_ground[0, 0, 0]  # the marker tells the true time
     times = first_frame + np.arange(late.plates[0].samples) / RATE
     np.testing.assert_allclose(late.plates[0].force_ground[:, 1], time_history(times - offset), atol=1e-6)
@@ -179,7 +179,7 @@ def test_late_forces_show_at_a_time_what_was_true_before(capture, offset):
 
 @pytest.mark.parametrize("stretch", [0.01, -0.01])
 def test_a_stretched_clock_starts_right_and_runs_away(capture, stretch):
-    wrong = recorded.stretched(capture, stretch)
+    wrong = recorded.stretch_time(capture, stretch)
     times = np.arange(wrong.plates[0].samples) / RATE
     np.testing.assert_allclose(
         wrong.plates[0].force_ground[:, 1], time_history(times / (1 + stretch)), atol=1e-6
@@ -188,8 +188,8 @@ def test_a_stretched_clock_starts_right_and_runs_away(capture, stretch):
 
 
 def test_zeros_stay_zeros_between_the_samples(capture):
-    plate = recorded.blanked(capture.plates[0], slice(500, 900))
-    wrong = recorded.late(replace(capture, plates=(plate,)), 0.0123).plates[0]
+    plate = recorded.blank_samples(capture.plates[0], slice(500, 900))
+    wrong = recorded.delay(replace(capture, plates=(plate,)), 0.0123).plates[0]
     assert recorded.silent(wrong).sum() == pytest.approx(400, abs=1)
 
 
@@ -238,7 +238,7 @@ def segment():
 
 def test_registration_finds_the_turning_of_the_body(segment):
     markers, turn = segment
-    R, centroid = recorded.registered(markers, list("ABCD"))
+    R, centroid = recorded.follow_markers(markers, list("ABCD"))
     relative = R @ R[0].T
     np.testing.assert_allclose(relative, (turn * turn[0].inv()).as_matrix(), atol=1e-9)
     np.testing.assert_allclose(centroid, markers.positions_ground.mean(axis=1), atol=1e-9)
@@ -249,8 +249,8 @@ def test_registration_bridges_gaps(segment):
     positions = markers.positions_ground.copy()
     positions[40:44] = np.nan
     positions[60:70, 2] = np.nan
-    R, _ = recorded.registered(Markers(markers.names, positions, 100.0), list("ABCD"))
-    whole, _ = recorded.registered(markers, list("ABCD"))
+    R, _ = recorded.follow_markers(Markers(markers.names, positions, 100.0), list("ABCD"))
+    whole, _ = recorded.follow_markers(markers, list("ABCD"))
     relative = np.einsum("tji,tjk->tik", R, whole)
     angles = Rotation.from_matrix(relative @ relative[0].T).magnitude()
     assert angles.max() < 0.01
@@ -258,8 +258,8 @@ def test_registration_bridges_gaps(segment):
 
 def test_a_slipped_marker_stays_where_it_slipped_to_in_the_body(segment):
     markers, turn = segment
-    R, _ = recorded.registered(markers, list("ABCD"))
-    wrong = recorded.slipped(markers, "B", np.array([0.009, -0.012, 0.0]), 0.5, R)
+    R, _ = recorded.follow_markers(markers, list("ABCD"))
+    wrong = recorded.slip_marker(markers, "B", np.array([0.009, -0.012, 0.0]), 0.5, R)
     in_body = np.stack(
         [turn[t].inv().apply((wrong.positions_ground - markers.positions_ground)[t]) for t in range(120)]
     )
@@ -271,7 +271,7 @@ def test_a_slipped_marker_stays_where_it_slipped_to_in_the_body(segment):
 
 def test_a_swap_exchanges_two_and_ends(segment):
     markers, _ = segment
-    wrong = recorded.swapped(markers, "A", "D", 20, 30).positions_ground
+    wrong = recorded.swap_markers(markers, "A", "D", 20, 30).positions_ground
     true = markers.positions_ground
     np.testing.assert_array_equal(wrong[20:30, 0], true[20:30, 3])
     np.testing.assert_array_equal(wrong[20:30, 3], true[20:30, 0])
@@ -280,7 +280,7 @@ def test_a_swap_exchanges_two_and_ends(segment):
 
 def test_a_scale_multiplies_every_distance(segment):
     markers, _ = segment
-    wrong = recorded.rescaled(markers, 1.01).positions_ground
+    wrong = recorded.scale_markers(markers, 1.01).positions_ground
     far = lambda p: np.linalg.norm(p[:, 0] - p[:, 3], axis=1)  # noqa: E731
     np.testing.assert_allclose(far(wrong), 1.01 * far(markers.positions_ground))
 
@@ -290,7 +290,7 @@ def test_soft_tissue_moves_a_segments_markers_alike_and_with_the_joint_angle(rec
     names = {
         b: [n for n, body in recording.marker_bodies.items() if body == b] for b in ("femur_r", "tibia_r")
     }
-    R, R_next = (recorded.registered(markers, names[b])[0] for b in ("femur_r", "tibia_r"))
+    R, R_next = (recorded.follow_markers(markers, names[b])[0] for b in ("femur_r", "tibia_r"))
     direction = np.array([[0.2, 0.5, 1.0], [0.0, 0.3, 0.4], [0.1, 0.0, 0.7]])
     wrong = recorded.soft(
         markers, names["femur_r"], R_ground=R, R_next=R_next, direction=direction, rms_m=0.010

@@ -153,7 +153,7 @@ def events_of(
     for event in _at_once(fresh, reach):
         distances = [segment_distances(scene, j.marker, j.frames.start, j.shift_body) for j in event]
         jumping = {jump.marker for jump in event}
-        clear = [_shown(scene, j, a, jumping) for j, a in zip(event, distances, strict=True)]
+        clear = [_show(scene, j, a, jumping) for j, a in zip(event, distances, strict=True)]
         shown = _once_each([slip for slip in clear if slip is not None])
         if shown:
             slips += [s if _was_lost(s, lost, reach) else _less_sure(s) for s in shown]
@@ -170,7 +170,7 @@ def _stands_out(jump: MarkerSlip, distances: SegmentDistances) -> bool:
     return float(np.linalg.norm(jump.shift_body)) > distances.among_others_m
 
 
-def _shown(
+def _show(
     scene: Scene, jump: MarkerSlip, distances: SegmentDistances, jumping: Collection[int]
 ) -> MarkerSlip | None:
     """The slip that distances show in a jump's segment at its time, if any."""

@@ -106,7 +106,7 @@ def _finding(scene: Scene, pair: tuple[int, int], start: int, end: int, gain: fl
 def _edges(scene: Scene) -> list[_Edge]:
     """Every moment at which two markers are exchanged, in the order of time."""
     positions = scene.markers.observed_ground.copy()
-    expected, noise = _expected(scene, positions)
+    expected, noise = _expected_places(scene, positions)
     edges: list[_Edge] = []
     frame = 1
     while len(edges) < MOST_EDGES:
@@ -116,7 +116,7 @@ def _edges(scene: Scene) -> list[_Edge]:
         edges.append(edge)
         a, b = edge.pair
         positions[edge.frame :, [a, b]] = positions[edge.frame :, [b, a]]
-        expected, noise = _expected(scene, positions)
+        expected, noise = _expected_places(scene, positions)
         frame = edge.frame
     return edges
 
@@ -149,7 +149,7 @@ def _far(here: Float[np.ndarray, "2 3"], there: Float[np.ndarray, "2 3"]) -> Flo
     return np.linalg.norm(here - there, axis=1)
 
 
-def _expected(
+def _expected_places(
     scene: Scene, positions: Float[np.ndarray, "frames markers 3"]
 ) -> tuple[Float[np.ndarray, "frames markers 3"], Float[np.ndarray, "frames markers"]]:
     """Where each marker should be from the frames before, and how far that may be off [m]; NaN if unknown."""
@@ -166,7 +166,7 @@ def _expected(
         known = (before - earlier > 0) & (before - earlier <= reach)
         velocity = (positions[before, m] - positions[earlier, m]) / np.maximum(before - earlier, 1)[:, None]
         straight = positions[before, m] + velocity * (here - before)[:, None]
-        carried = _carried(scene, int(scene.markers.body[m]), positions[before, m], before, here)
+        carried = _carry_on(scene, int(scene.markers.body[m]), positions[before, m], before, here)
         smooth = known & (gap <= SHORT_GAP_S)
         expected[here, m] = np.where(smooth[:, None], straight, carried)
         astray = np.linalg.norm(positions[here, m] - straight, axis=1)[smooth & (here - before == 1)]
@@ -176,7 +176,7 @@ def _expected(
     return expected, noise
 
 
-def _carried(
+def _carry_on(
     scene: Scene, body: int, points_ground: np.ndarray, before: np.ndarray, here: np.ndarray
 ) -> Float[np.ndarray, "some 3"]:
     """Points of a segment some frames later."""

@@ -127,7 +127,7 @@ def segment_displacements(scene: Scene) -> list[SegmentDisplacement]:
         energy = float(right @ x - right[without] @ rest)
         moved = [s.displacement_body(x[o]) for s, o in zip(segments, own, strict=True)]
         left = _left(segments, moved, i, together)
-        found.append(_described(scene, segments[i], moved[i], energy, left=left))
+        found.append(_describe(scene, segments[i], moved[i], energy, left=left))
     return found
 
 
@@ -176,7 +176,7 @@ def _left(
     return error - error.mean(axis=0), held
 
 
-def _described(
+def _describe(
     scene: Scene,
     segment: _Segment,
     moved_body: Float[np.ndarray, "frames 3"],

@@ -90,11 +90,11 @@ def lag(trials: Sequence[Measured]) -> list[Statement]:
             )
         )
     if len(found) > 1:
-        said.append(_between(found, trials))
+        said.append(_compare_trials(found, trials))
     return said
 
 
-def _between(found: Sequence[Lag], trials: Sequence[Measured]) -> Statement:
+def _compare_trials(found: Sequence[Lag], trials: Sequence[Measured]) -> Statement:
     lags = np.array([one.lag_s for one in found])
     away = [float(value - np.median(np.delete(lags, k))) for k, value in enumerate(lags)]
     k = int(np.argmax(np.abs(away)))

@@ -133,7 +133,7 @@ class Measured:
         seen = np.isfinite(height).mean(axis=0) > 0.5 if len(height) else np.zeros(height.shape[1], bool)
         if not seen.any():
             return np.full(len(height), np.nan)
-        height = _bridged(height[:, seen])
+        height = _bridge_gaps(height[:, seen])
         typical = np.median(height, axis=0)
         low = typical.min()
         band = np.digitize((typical - low) / max(float(typical.max() - low), 1e-9), BANDS)
@@ -150,7 +150,7 @@ class Measured:
         return max(2, round(0.5 * WINDOW_S * self.rate))
 
 
-def _bridged(height: Float[np.ndarray, "frames markers"]) -> Float[np.ndarray, "frames markers"]:
+def _bridge_gaps(height: Float[np.ndarray, "frames markers"]) -> Float[np.ndarray, "frames markers"]:
     """Gaps bridged by lines: a marker that comes and goes must not move the mean."""
     frames = np.arange(len(height))
     filled = height.copy()

@@ -217,7 +217,7 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
 
 def _stances(trial: Measured, k: int, feet: Sequence[PressingFoot]) -> list[_Stance]:
     """Of plate k, each with the foot that bears it."""
-    centres = [_pressed(trial, plate) for plate in trial.capture.plates]
+    centres = [_pressed_points(trial, plate) for plate in trial.capture.plates]
     centre, found = centres[k], []
     for start, end in runs(np.isfinite(centre).all(axis=1)):
         if end - start < FEWEST_FRAMES or not all(_seen(foot, start, end) for foot in feet):
@@ -230,7 +230,7 @@ def _stances(trial: Measured, k: int, feet: Sequence[PressingFoot]) -> list[_Sta
     return found
 
 
-def _pressed(trial: Measured, plate: ForcePlate) -> Float[np.ndarray, "frames 2"]:
+def _pressed_points(trial: Measured, plate: ForcePlate) -> Float[np.ndarray, "frames 2"]:
     """Centre of pressure at the markers' frames; NaN where little presses [m]."""
     times = trial.capture.markers.times
     nearest = np.round((times - plate.start_time) * plate.rate).astype(int)

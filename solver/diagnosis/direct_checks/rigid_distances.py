@@ -39,8 +39,8 @@ class Step:
 
 def rigid_distances(trials: Sequence[Measured]) -> list[Statement]:
     """Markers that moved on their segment in a trial; and whether all trials show one person."""
-    said = [moved for trial in trials for moved in _moved(trial)]
-    return said + _between(trials)
+    said = [moved for trial in trials for moved in _find_moved(trial)]
+    return said + _compare_trials(trials)
 
 
 def steps(markers: Markers, trial: Measured) -> list[Step]:
@@ -80,7 +80,7 @@ def _step(
     return (first, change) if at_once / change > SUDDEN_SHARE else None
 
 
-def _moved(trial: Measured) -> list[Statement]:
+def _find_moved(trial: Measured) -> list[Statement]:
     """Steps of one moment are one event: of one marker against the others, or of several together."""
     markers = trial.capture.markers
     left, said = steps(markers, trial), []
@@ -125,7 +125,7 @@ def _fewest_that_explain(event: Sequence[Step]) -> list[int]:
     return moved
 
 
-def _between(trials: Sequence[Measured]) -> list[Statement]:
+def _compare_trials(trials: Sequence[Measured]) -> list[Statement]:
     """Each trial against the first, by pairs that are rigid in both."""
     said = []
     for trial in trials[1:]:

@@ -242,14 +242,14 @@ def _of_trial(trial: Measured) -> list[Weighing]:
     for pattern in np.unique(loaded[loaded.any(axis=1)], axis=0):
         least_s = ALONE_S if pattern.sum() == 1 else 2 * EDGE_S
         for start, end in runs((loaded == pattern).all(axis=1) & known):
-            first, last = _trimmed(trial, loaded, start, end)
+            first, last = _trim(trial, loaded, start, end)
             if (last - first) / trial.rate >= least_s:
                 one = _weighing(trial, pattern, slice(first, last))
                 found += [one] if one.asked_m_per_s2 > least_asked else []
     return found
 
 
-def _trimmed(
+def _trim(
     trial: Measured, loaded: Bool[np.ndarray, "frames plates"], start: int, end: int
 ) -> tuple[int, int]:
     edge = round(EDGE_S * trial.rate)
@@ -273,10 +273,10 @@ class Carried:
 
 def carried_mass(trial: Measured) -> Carried | None:
     """Of the frames whose load is all on plates; None where there are too few."""
-    return _carried(trial, trial.total_N, trial.borne)
+    return _carried_mass(trial, trial.total_N, trial.borne)
 
 
-def _carried(
+def _carried_mass(
     trial: Measured, vertical_N: Float[np.ndarray, " frames"], known: Bool[np.ndarray, " frames"]
 ) -> Carried | None:
     """Sum of the forces over that of g + a, which the motion's noise hardly biases.
@@ -320,7 +320,7 @@ def weight(trials: Sequence[Measured], entered_kg: float | None) -> list[Stateme
     found = [carried for trial in trials if (carried := carried_mass(trial)) is not None]
     alone = [two for trial in trials if (two := _plates(trial)) is not None]
     entered = [_against_entered(one, entered_kg) for one in found if entered_kg]
-    return [*entered, *_between(found, trials), *alone]
+    return [*entered, *_compare_trials(found, trials), *alone]
 
 
 def _against_entered(one: Carried, entered_kg: float) -> Statement:
@@ -336,7 +336,7 @@ def _against_entered(one: Carried, entered_kg: float) -> Statement:
     )
 
 
-def _between(found: Sequence[Carried], trials: Sequence[Measured]) -> list[Statement]:
+def _compare_trials(found: Sequence[Carried], trials: Sequence[Measured]) -> list[Statement]:
     """The trial that stands off farthest from the others' middle, where there are two and more."""
     if len(found) < 2:
         return []

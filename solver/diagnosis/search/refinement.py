@@ -141,7 +141,7 @@ class Climb:
         rows, x = one.rows, one.gained.x
         tangents = []
         for i, step in enumerate(SMALL_STEP * self._steps):
-            ahead, behind = (self._near(rows, _shifted(rows.eta, i, by)) for by in (step, -step))
+            ahead, behind = (self._near(rows, _shift(rows.eta, i, by)) for by in (step, -step))
             width = ahead.eta[i] - behind.eta[i]
             if width:
                 tangents.append((_prediction(ahead, x) - _prediction(behind, x)) / width)
@@ -167,7 +167,7 @@ class Climb:
         return there
 
 
-def _shifted(eta: Eta, i: int, by: float) -> Eta:
+def _shift(eta: Eta, i: int, by: float) -> Eta:
     return tuple(value + by if k == i else value for k, value in enumerate(eta))
 
 

@@ -270,7 +270,7 @@ class OpenWorld:
 
     def _at(self, cause: Outside, terms: Sequence[Term], rest: Sequence[Term], near: Solved) -> Unknown:
         each = [self.balance.solve_at([*rest, term], near.noise_scale) for term in terms]
-        return Unknown(cause, _integrated(each), max(each, key=lambda s: s.log_evidence))
+        return Unknown(cause, _integrate(each), max(each, key=lambda s: s.log_evidence))
 
     def _climbed(self, unknown: Unknown) -> Unknown:
         best = unknown.likeliest
@@ -416,7 +416,7 @@ def _log_odds(settings: DiagnosisSettings, names: int, unknown: int) -> float:
     return float(np.log(outside / (1 - outside) * names / max(1, unknown)))
 
 
-def _integrated(each: Sequence[Solved]) -> float:
+def _integrate(each: Sequence[Solved]) -> float:
     """Log evidence over all sizes."""
     return float(logsumexp([s.log_evidence for s in each], b=SIZE_SHARES))
 

@@ -56,7 +56,7 @@ def segments(recording: Recording, trial: Capture) -> dict[str, list[str]]:
 def _plate_gain(recording: Recording, size: float, rng: np.random.Generator) -> Change:
     k = _plate(recording, rng)
     gain = sign(rng) * size * REFERENCE_SIZE["plate_gain"]
-    changed = _with_plate(recording, k, lambda p: recorded.gained(p, gain))
+    changed = _with_plate(recording, k, lambda p: recorded.change_gain(p, gain))
     return changed, _on_plate("plate_gain", k, {"gain_error": gain}, size)
 
 
@@ -64,7 +64,7 @@ def _plate_bias(recording: Recording, size: float, rng: np.random.Generator) -> 
     k = _plate(recording, rng)
     bias = size * REFERENCE_SIZE["plate_bias"] * direction(rng)
     while_unloaded = bool(rng.random() < 0.5)
-    changed = _with_plate(recording, k, lambda p: recorded.biased(p, bias, while_unloaded))
+    changed = _with_plate(recording, k, lambda p: recorded.add_bias(p, bias, while_unloaded))
     named = {f"bias_{axis}_N": float(b) for axis, b in zip("xyz", bias, strict=True)}
     note = "also while unloaded" if while_unloaded else "only while loaded"
     return changed, replace(_on_plate("plate_bias", k, named, size), note=note)
@@ -74,7 +74,7 @@ def _plate_position(recording: Recording, size: float, rng: np.random.Generator)
     k = _plate(recording, rng)
     angle = rng.uniform(0, 2 * np.pi)
     shift = size * REFERENCE_SIZE["plate_position"] * np.array([np.cos(angle), 0.0, np.sin(angle)])
-    changed = _with_plate(recording, k, lambda p: recorded.moved(p, shift))
+    changed = _with_plate(recording, k, lambda p: recorded.shift_plate(p, shift))
     return changed, _on_plate(
         "plate_position", k, {"shift_x_m": float(shift[0]), "shift_z_m": float(shift[2])}, size
     )
@@ -83,7 +83,7 @@ def _plate_position(recording: Recording, size: float, rng: np.random.Generator)
 def _plate_yaw(recording: Recording, size: float, rng: np.random.Generator) -> Change:
     k = _plate(recording, rng)
     yaw = sign(rng) * size * REFERENCE_SIZE["plate_yaw"]
-    changed = _with_plate(recording, k, lambda p: recorded.turned(p, yaw))
+    changed = _with_plate(recording, k, lambda p: recorded.turn_plate(p, yaw))
     return changed, _on_plate("plate_yaw", k, {"yaw_deg": yaw}, size)
 
 
@@ -95,7 +95,7 @@ def _plate_swap(recording: Recording, size: float, rng: np.random.Generator) -> 
     trials = []
     for trial in recording.trials:
         row = list(trial.plates)
-        row[a], row[b] = recorded.exchanged(row[a], row[b])
+        row[a], row[b] = recorded.exchange_readings(row[a], row[b])
         trials.append(replace(trial, plates=tuple(row)))
     return replace(recording, trials=tuple(trials)), Hidden(
         "plate_swap", f"plate_{a + 1}+plate_{b + 1}", {}, same_as=(f"plate_{b + 1}+plate_{a + 1}",)
@@ -111,7 +111,7 @@ def _axis_convention(recording: Recording, size: float, rng: np.random.Generator
 def _gravity_tilt(recording: Recording, size: float, rng: np.random.Generator) -> Change:
     angle = rng.uniform(0, 2 * np.pi)
     x, z = size * REFERENCE_SIZE["gravity_tilt"] * np.array([np.cos(angle), np.sin(angle)])
-    changed = _with_plate(recording, None, lambda p: recorded.tilted(p, x, z))
+    changed = _with_plate(recording, None, lambda p: recorded.tilt_plate(p, x, z))
     return changed, Hidden("gravity_tilt", "all", {"tilt_x_deg": float(x), "tilt_z_deg": float(z)}, size)
 
 
@@ -131,7 +131,7 @@ def _off_plate_step(recording: Recording, size: float, rng: np.random.Generator)
     blank = slice(stance.start - round(0.05 * plate.rate), stance.stop + round(0.05 * plate.rate))
     blank = slice(max(blank.start, 0), blank.stop)
     row = list(trial.plates)
-    row[k] = recorded.blanked(plate, blank)
+    row[k] = recorded.blank_samples(plate, blank)
     rate = trial.markers.rate
     times = plate.times[[stance.start, stance.stop - 1]] - trial.markers.start_time
     frames = (int(np.ceil(times[0] * rate)), int(np.floor(times[1] * rate)) + 1)
@@ -208,11 +208,11 @@ def _marker_slip(recording: Recording, size: float, rng: np.random.Generator) ->
     groups = segments(recording, trial)
     name = str(rng.choice([n for names in groups.values() for n in names]))
     group = next(names for names in groups.values() if name in names)
-    R, _ = recorded.registered(trial.markers, group)
+    R, _ = recorded.follow_markers(trial.markers, group)
     length = trial.markers.frames / trial.markers.rate
     time = float(rng.uniform(0.25, 0.7) * length)
     shift_ground = size * REFERENCE_SIZE["marker_slip"] * direction(rng)
-    changed = recorded.slipped(trial.markers, name, shift_ground, time, R)
+    changed = recorded.slip_marker(trial.markers, name, shift_ground, time, R)
     parameters = {"shift_m": float(np.linalg.norm(shift_ground)), "time_s": time}
     frames = ((int(np.ceil(time * trial.markers.rate)), trial.markers.frames),)
     hidden = Hidden("marker_slip", name, parameters, size, trial.name, frames)
@@ -238,7 +238,7 @@ def _marker_swap(recording: Recording, size: float, rng: np.random.Generator) ->
     frames = trial.markers.frames
     length = int(rng.uniform(0.15, 0.4) * frames)
     first = int(rng.integers(int(0.1 * frames), frames - length - int(0.1 * frames)))
-    changed = recorded.swapped(trial.markers, one, other, first, first + length)
+    changed = recorded.swap_markers(trial.markers, one, other, first, first + length)
     hidden = Hidden(
         "marker_swap",
         f"{one}+{other}",
@@ -253,8 +253,8 @@ def _marker_swap(recording: Recording, size: float, rng: np.random.Generator) ->
 
 def _capture_scale(recording: Recording, size: float, rng: np.random.Generator) -> Change:
     scale = 1 + sign(rng) * size * REFERENCE_SIZE["capture_scale"]
-    trials = tuple(replace(t, markers=recorded.rescaled(t.markers, scale)) for t in recording.trials)
-    static = recorded.rescaled(recording.static, scale) if recording.static else None
+    trials = tuple(replace(t, markers=recorded.scale_markers(t.markers, scale)) for t in recording.trials)
+    static = recorded.scale_markers(recording.static, scale) if recording.static else None
     return replace(recording, trials=trials, static=static), Hidden(
         "capture_scale", "all", {"scale": scale}, size
     )
@@ -273,7 +273,7 @@ def _soft_tissue(recording: Recording, size: float, rng: np.random.Generator) ->
     for t in recording.trials:
         if not {body, neighbour} <= set(segments(recording, t)):
             continue
-        R, R_next = (recorded.registered(t.markers, groups[b])[0] for b in (body, neighbour))
+        R, R_next = (recorded.follow_markers(t.markers, groups[b])[0] for b in (body, neighbour))
         moved = recorded.soft(
             t.markers, groups[body], R_ground=R, R_next=R_next, direction=follows, rms_m=rms
         )
@@ -309,13 +309,13 @@ def _clock_offset(recording: Recording, size: float, rng: np.random.Generator) -
     rate = recording.trials[0].plates[0].rate
     if rate >= 500:  # whole samples need no interpolation
         offset = round(offset * rate) / rate
-    trials = tuple(recorded.late(t, offset) for t in recording.trials)
+    trials = tuple(recorded.delay(t, offset) for t in recording.trials)
     return replace(recording, trials=trials), Hidden("clock_offset", "all", {"offset_s": offset}, size)
 
 
 def _sample_rate(recording: Recording, size: float, rng: np.random.Generator) -> Change:
     stretch = sign(rng) * size * REFERENCE_SIZE["sample_rate"]
-    trials = tuple(recorded.stretched(t, stretch) for t in recording.trials)
+    trials = tuple(recorded.stretch_time(t, stretch) for t in recording.trials)
     return replace(recording, trials=trials), Hidden("sample_rate", "all", {"stretch": stretch}, size)
 
 

@@ -106,7 +106,7 @@ def read_recording(folder: Path, only: tuple[str, ...] = ()) -> Recording:
     """Read a subject folder; `only` names the trials wanted (all if empty)."""
     subject: Subject = open_subject(folder)
     chosen = [files for files in subject.trials if not only or files.name in only]
-    trials = tuple(_numbered(read_trial(files)) for files in chosen)
+    trials = tuple(_number_plates(read_trial(files)) for files in chosen)
     skeleton = load_skeleton(subject.model) if subject.model else None
     return Recording(
         trials=trials,
@@ -150,7 +150,7 @@ def write_recording(folder: Path, recording: Recording) -> None:
     (folder / "subject.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _numbered(capture: Capture) -> Capture:
+def _number_plates(capture: Capture) -> Capture:
     """Plates called by their place in the file, as they are written again."""
     plates = tuple(replace(p, name=f"ground_force_{k + 1}") for k, p in enumerate(capture.plates))
     return replace(capture, plates=plates)

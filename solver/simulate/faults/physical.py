@@ -21,7 +21,7 @@ from solver.simulate.loads import (
     body_rotation,
     constant,
     drag,
-    eased,
+    ease,
     spring,
 )
 from solver.simulate.other_masses import WobblingMass, with_carried_mass, with_segment_masses
@@ -142,10 +142,10 @@ def _contact(world: World, size: float, rng: np.random.Generator) -> Drawn:
     along = direction(rng)
     frames = _frames(since, since + length)
     inside = np.arange(*frames) / 100
-    unit = eased(along, since, since + length, ramp, waves)(inside, inside, inside)
+    unit = ease(along, since, since + length, ramp, waves)(inside, inside, inside)
     height = size * REFERENCE_SIZE["external_contact"] / np.linalg.norm(unit.mean(axis=0))
-    force = PointForce(point, eased(height * along, since, since + length, ramp, waves))
-    parameters = {f"force_{axis}_N": 0.0 for axis in "xyz"} | _named(point, "point")
+    force = PointForce(point, ease(height * along, since, since + length, ramp, waves))
+    parameters = {f"force_{axis}_N": 0.0 for axis in "xyz"} | _point_parameters(point, "point")
     hidden = Hidden("external_contact", body, parameters, size, world.trial.scenario.name, (frames,))
     return Physics(external=force), hidden
 
@@ -225,7 +225,7 @@ def _carried(world: World, size: float, rng: np.random.Generator) -> Drawn:
     kilograms = size * REFERENCE_SIZE["carried_mass"]
     heavier = with_carried_mass(world.body.skeleton, body, kilograms, point.point_body)
     frames = ((0, round(world.plan.duration * 100) + 1),)
-    parameters = {"mass_kg": kilograms} | _named(point, "offset")
+    parameters = {"mass_kg": kilograms} | _point_parameters(point, "offset")
     return Physics(heavier), Hidden("carried_mass", body, parameters, size, world.trial.scenario.name, frames)
 
 
@@ -274,7 +274,7 @@ def _point(world: World, body: str, rng: np.random.Generator) -> BodyPoint:
     return replace(centre, point_body=centre.point_body + spread * rng.uniform(-1, 1, 3))
 
 
-def _named(point: BodyPoint, word: str) -> dict[str, float]:
+def _point_parameters(point: BodyPoint, word: str) -> dict[str, float]:
     return {f"{word}_{axis}_m": float(x) for axis, x in zip("xyz", point.point_body, strict=True)}
 
 

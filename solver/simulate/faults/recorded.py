@@ -43,7 +43,7 @@ def free_moment(plate: ForcePlate) -> Float[np.ndarray, "samples 3"]:
     return plate.moment_ground - cross(np.nan_to_num(plate.cop_ground), plate.force_ground)
 
 
-def rebuilt(
+def rebuild(
     plate: ForcePlate,
     force: Float[np.ndarray, "samples 3"],
     cop: Float[np.ndarray, "samples 3"],
@@ -68,7 +68,7 @@ def with_wrench(
     return replace(plate, force_ground=force, moment_ground=moment, cop_ground=cop)
 
 
-def gained(plate: ForcePlate, gain_error: float) -> ForcePlate:
+def change_gain(plate: ForcePlate, gain_error: float) -> ForcePlate:
     """Recorded = (1 + gain_error) × true, force and moment; the centre of pressure stays."""
     return replace(
         plate,
@@ -77,7 +77,7 @@ def gained(plate: ForcePlate, gain_error: float) -> ForcePlate:
     )
 
 
-def biased(plate: ForcePlate, bias_N: Float[np.ndarray, "3"], while_unloaded: bool) -> ForcePlate:
+def add_bias(plate: ForcePlate, bias_N: Float[np.ndarray, "3"], while_unloaded: bool) -> ForcePlate:
     """A constant force added at the plate's centre; the loaded centre of pressure moves accordingly.
 
     Args:
@@ -91,32 +91,32 @@ def biased(plate: ForcePlate, bias_N: Float[np.ndarray, "3"], while_unloaded: bo
     return with_wrench(plate, plate.force_ground + added, moment)
 
 
-def moved(plate: ForcePlate, shift_m: Float[np.ndarray, "3"]) -> ForcePlate:
+def shift_plate(plate: ForcePlate, shift_m: Float[np.ndarray, "3"]) -> ForcePlate:
     """Recorded centre of pressure = true + shift; force and free moment stay."""
     known = np.isfinite(plate.cop_ground).all(axis=1)
     cop = np.where(known[:, None], plate.cop_ground + shift_m, np.nan)
-    return rebuilt(plate, plate.force_ground, cop, free_moment(plate))
+    return rebuild(plate, plate.force_ground, cop, free_moment(plate))
 
 
-def turned(plate: ForcePlate, yaw_deg: float) -> ForcePlate:
+def turn_plate(plate: ForcePlate, yaw_deg: float) -> ForcePlate:
     """Recorded force and centre of pressure = R_y(yaw) × true about the plate's centre."""
     turn = Rotation.from_euler("Y", yaw_deg, degrees=True)
     middle = centre(plate)
     cop = middle + turn.apply(plate.cop_ground - middle)
-    return rebuilt(plate, turn.apply(plate.force_ground), cop, turn.apply(free_moment(plate)))
+    return rebuild(plate, turn.apply(plate.force_ground), cop, turn.apply(free_moment(plate)))
 
 
-def tilted(plate: ForcePlate, tilt_x_deg: float, tilt_z_deg: float) -> ForcePlate:
+def tilt_plate(plate: ForcePlate, tilt_x_deg: float, tilt_z_deg: float) -> ForcePlate:
     """Recorded force vectors = R(rotation vector (tilt_x, 0, tilt_z)) × true; centre of pressure stays."""
     tilt = Rotation.from_rotvec(np.radians([tilt_x_deg, 0.0, tilt_z_deg]))
-    return rebuilt(plate, tilt.apply(plate.force_ground), plate.cop_ground, free_moment(plate))
+    return rebuild(plate, tilt.apply(plate.force_ground), plate.cop_ground, free_moment(plate))
 
 
-def exchanged(one: ForcePlate, other: ForcePlate) -> tuple[ForcePlate, ForcePlate]:
+def exchange_readings(one: ForcePlate, other: ForcePlate) -> tuple[ForcePlate, ForcePlate]:
     """Forces and free moments of two plates exchanged; each keeps its centre-of-pressure columns."""
     return (
-        rebuilt(one, other.force_ground, one.cop_ground, free_moment(other)),
-        rebuilt(other, one.force_ground, other.cop_ground, free_moment(one)),
+        rebuild(one, other.force_ground, one.cop_ground, free_moment(other)),
+        rebuild(other, one.force_ground, other.cop_ground, free_moment(one)),
     )
 
 
@@ -125,10 +125,10 @@ def misread_axes(plate: ForcePlate, axes: str) -> ForcePlate:
     force = plate.force_ground.copy()
     columns = ["xyz".index(axis) for axis in axes]
     force[:, columns] = -force[:, columns] if len(columns) == 1 else force[:, columns[::-1]]
-    return rebuilt(plate, force, plate.cop_ground, free_moment(plate))
+    return rebuild(plate, force, plate.cop_ground, free_moment(plate))
 
 
-def blanked(plate: ForcePlate, samples: slice) -> ForcePlate:
+def blank_samples(plate: ForcePlate, samples: slice) -> ForcePlate:
     """No force at all over some samples."""
     force, moment, cop = plate.force_ground.copy(), plate.moment_ground.copy(), plate.cop_ground.copy()
     force[samples], moment[samples], cop[samples] = 0.0, 0.0, np.nan
@@ -148,19 +148,19 @@ def stances(plate: ForcePlate, shortest_s: float = 0.15) -> list[slice]:
     return runs
 
 
-def numbered(plates: Sequence[ForcePlate], target: str) -> int:
+def plate_index(plates: Sequence[ForcePlate], target: str) -> int:
     """Index of `plate_k`."""
     return int(target.removeprefix("plate_")) - 1
 
 
-def late(capture: Capture, offset_s: float) -> Capture:
+def delay(capture: Capture, offset_s: float) -> Capture:
     """Recorded force(t) = true force(t − offset_s); the recording loses what nobody knows at its ends."""
-    return _retimed(capture, lambda times: times - offset_s)
+    return _retime(capture, lambda times: times - offset_s)
 
 
-def stretched(capture: Capture, stretch: float) -> Capture:
+def stretch_time(capture: Capture, stretch: float) -> Capture:
     """Recorded force time = (1 + stretch) × true time, zero at the trial's start."""
-    return _retimed(capture, lambda times: times / (1 + stretch))
+    return _retime(capture, lambda times: times / (1 + stretch))
 
 
 def low_passed(capture: Capture, cutoff_Hz: float) -> Capture:
@@ -170,7 +170,7 @@ def low_passed(capture: Capture, cutoff_Hz: float) -> Capture:
         b, a = butter(2, cutoff_Hz, fs=plate.rate)
         wrench = np.hstack([plate.force_ground, plate.moment_ground])
         smooth = filtfilt(b, a, wrench, axis=0)
-        plates.append(_pressed_only(plate, smooth) if silent(plate).any() else _kept(plate, smooth))
+        plates.append(_keep_pressing(plate, smooth) if silent(plate).any() else _kept(plate, smooth))
     return replace(capture, plates=tuple(plates))
 
 
@@ -196,18 +196,18 @@ def cut(capture: Capture, first: int, last: int) -> Capture:
     return replace(capture, markers=seen, plates=tuple(plates))
 
 
-def _retimed(capture: Capture, clock: Clock) -> Capture:
+def _retime(capture: Capture, clock: Clock) -> Capture:
     start = capture.markers.start_time
     frames = capture.markers.times - start
     asked = clock(frames)
     known = (asked >= -1e-9) & (asked <= min(p.times[-1] for p in capture.plates) - start + 1e-9)
-    plates = tuple(_resampled(plate, start, clock) for plate in capture.plates)
+    plates = tuple(_resample(plate, start, clock) for plate in capture.plates)
     inside = np.flatnonzero(known)
     changed = replace(capture, plates=plates)
     return cut(changed, int(inside[0]), int(inside[-1]) + 1)
 
 
-def _resampled(plate: ForcePlate, start: float, clock: Clock) -> ForcePlate:
+def _resample(plate: ForcePlate, start: float, clock: Clock) -> ForcePlate:
     """The plate's true columns at other times; whole samples are moved, others interpolated."""
     own = plate.times - plate.start_time
     asked = clock(plate.times - start) + start - plate.start_time
@@ -227,7 +227,7 @@ def _resampled(plate: ForcePlate, start: float, clock: Clock) -> ForcePlate:
     return with_wrench(here, between[:, :3], between[:, 3:])
 
 
-def _pressed_only(plate: ForcePlate, wrench: Float[np.ndarray, "samples 6"]) -> ForcePlate:
+def _keep_pressing(plate: ForcePlate, wrench: Float[np.ndarray, "samples 6"]) -> ForcePlate:
     """A program that writes zeros without load does so after its filter too."""
     pressed = wrench[:, 1] > 12.0
     zeroed = np.where(pressed[:, None], wrench, 0.0)
@@ -240,7 +240,7 @@ def _kept(plate: ForcePlate, wrench: Float[np.ndarray, "samples 6"]) -> ForcePla
     return with_wrench(replace(plate, cop_ground=everywhere), wrench[:, :3], wrench[:, 3:])
 
 
-def registered(
+def follow_markers(
     markers: Markers, names: list[str]
 ) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
     """The frame of a group of markers: rotation from their shape, and centroid; gaps are bridged.
@@ -260,10 +260,10 @@ def registered(
         sign = np.sign(np.linalg.det(u @ vt))
         R[t] = u @ np.diag([1.0, 1.0, sign]) @ vt
         centroid[t] = here.mean(axis=0) + R[t] @ (shape.mean(axis=0) - there.mean(axis=0))
-    return _filled_rotations(R), _filled(centroid)
+    return _fill_rotations(R), _fill(centroid)
 
 
-def slipped(
+def slip_marker(
     markers: Markers,
     name: str,
     shift: Float[np.ndarray, "3"],
@@ -277,7 +277,7 @@ def slipped(
     return replace(markers, positions_ground=positions)
 
 
-def swapped(markers: Markers, one: str, other: str, first: int, last: int) -> Markers:
+def swap_markers(markers: Markers, one: str, other: str, first: int, last: int) -> Markers:
     """Two markers exchanged from a frame to another, end exclusive."""
     positions = markers.positions_ground.copy()
     a, b = markers.names.index(one), markers.names.index(other)
@@ -285,7 +285,7 @@ def swapped(markers: Markers, one: str, other: str, first: int, last: int) -> Ma
     return replace(markers, positions_ground=positions)
 
 
-def rescaled(markers: Markers, scale: float) -> Markers:
+def scale_markers(markers: Markers, scale: float) -> Markers:
     """Recorded marker = scale × true, about the laboratory's origin."""
     return replace(markers, positions_ground=scale * markers.positions_ground)
 
@@ -314,14 +314,14 @@ def soft(
     return replace(markers, positions_ground=positions)
 
 
-def _filled(values: Float[np.ndarray, "frames n"]) -> Float[np.ndarray, "frames n"]:
+def _fill(values: Float[np.ndarray, "frames n"]) -> Float[np.ndarray, "frames n"]:
     """Gaps bridged by straight lines, ends held."""
     known: Bool[np.ndarray, " frames"] = np.isfinite(values).all(axis=1)
     t = np.arange(len(values))
     return np.stack([np.interp(t, t[known], column[known]) for column in values.T], axis=1)
 
 
-def _filled_rotations(R: Float[np.ndarray, "frames 3 3"]) -> Float[np.ndarray, "frames 3 3"]:
-    flat = _filled(R.reshape(len(R), 9)).reshape(-1, 3, 3)
+def _fill_rotations(R: Float[np.ndarray, "frames 3 3"]) -> Float[np.ndarray, "frames 3 3"]:
+    flat = _fill(R.reshape(len(R), 9)).reshape(-1, 3, 3)
     u, _, vt = np.linalg.svd(flat)
     return u @ vt

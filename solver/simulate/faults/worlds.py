@@ -191,7 +191,7 @@ def record(world: World, trials: Sequence[SyntheticTrial], handout: Handout) -> 
         mass_kg=float(entered),
         height_m=world.plan.height_m,
         sex=world.plan.sex,
-        model=_handed_out(world, handout.model, entered, model_rng),
+        model=_hand_out(world, handout.model, entered, model_rng),
         static=_static(world, settings, static_rng),
         marker_bodies={m.name: worn.bodies[m.body].name for m in worn.markers if m.name in MARKERS},
     )
@@ -222,17 +222,17 @@ def _static(world: World, settings: MeasurementSettings, rng: np.random.Generato
     return recorded_markers(world.static, STATIC_MARKERS, replace(settings, gaps_per_marker_minute=0.0), rng)
 
 
-def _handed_out(world: World, kind: ModelKind, entered_kg: float, rng: np.random.Generator) -> Skeleton:
+def _hand_out(world: World, kind: ModelKind, entered_kg: float, rng: np.random.Generator) -> Skeleton:
     """The model beside the recording; the generic one is nobody's."""
     if kind == "generic":
         return replace(default_skeleton(), name=GENERIC)
     model = replace(world.body.skeleton, name="scaled body")
     if kind == "perturbed":
-        model = perturbed(model, rng)
+        model = perturb(model, rng)
     return with_mass(model, entered_kg)
 
 
-def perturbed(model: Skeleton, rng: np.random.Generator) -> Skeleton:
+def perturb(model: Skeleton, rng: np.random.Generator) -> Skeleton:
     """Segment masses off by up to 8 %, centres of mass by 4 to 10 mm; the total stays."""
     bodies = []
     for body in model.bodies:

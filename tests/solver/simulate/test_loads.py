@@ -9,7 +9,7 @@ from solver.simulate.loads import (
     body_rotation,
     constant,
     drag,
-    eased,
+    ease,
     spring,
 )
 from solver.skeleton.forward import ForwardKinematics, point_jacobian
@@ -50,7 +50,7 @@ def test_the_moment_is_that_of_the_force_at_the_point(walk, hand):
 
 
 def test_a_push_is_eased_in_and_out_and_is_nothing_outside():
-    law = eased(np.array([10.0, 0, 0]), 0.5, 1.5, 0.2)
+    law = ease(np.array([10.0, 0, 0]), 0.5, 1.5, 0.2)
     times = np.array([0.4, 0.5, 0.6, 1.0, 1.4, 1.5, 1.6])
     force = law(times, np.zeros((7, 3)), np.zeros((7, 3)))[:, 0]
     np.testing.assert_allclose(force, [0, 0, 5, 10, 5, 0, 0], atol=1e-12)

@@ -6,7 +6,7 @@ import pytest
 from solver.diagnosis.causes.effect import Estimate, Fitted
 from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.scene import force_at
-from solver.simulate.loads import BodyPoint, PointForce, eased
+from solver.simulate.loads import BodyPoint, PointForce, ease
 
 SINCE, UNTIL = 0.8, 1.7  # [s]
 FORCE = np.array([-15.0, 45.0, 10.0])
@@ -17,7 +17,7 @@ OFFSET = np.array([0.03, -0.05, 0.02])
 def touch(request, scene, walk):
     body = scene.skeleton.body_index(request.param)
     place = scene.skeleton.bodies[body].com_body + OFFSET
-    law = eased(FORCE, SINCE, UNTIL, 0.1)
+    law = ease(FORCE, SINCE, UNTIL, 0.1)
     push = PointForce(BodyPoint(scene.skeleton, request.param, place), law)
     return request.param, place, push(walk.motion, scene.times)
 
@@ -75,7 +75,7 @@ def test_signature_holds_the_push(touched, touch, fitted):
 def test_mean_force_counts_from_its_beginning_to_its_end(scene, walk, recorded, fitted, ramp):
     """Whether it is there at once or grows over 0.3 s; the mean is that of the frames with any force."""
     place = scene.skeleton.bodies[scene.skeleton.body_index("torso")].com_body
-    push = PointForce(BodyPoint(scene.skeleton, "torso", place), eased(FORCE, SINCE, UNTIL, ramp))
+    push = PointForce(BodyPoint(scene.skeleton, "torso", place), ease(FORCE, SINCE, UNTIL, ramp))
     missing = push(walk.motion, scene.times)
     own = recorded(scene.required_ground - missing)
     candidate = next(c for c in ExternalContact.candidates([own]) if c.target == "torso")
