@@ -81,7 +81,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     named += [_of_reading(balance, c) for c in selection.corrected]
     verdict = UNEXPLAINED if unexplained else EXPLAINED if named else CLEAN
     gains = _gains(before, after) if named else {}
-    decisions = selection.trail.told({(e.id, e.target) for e in named})
+    decisions = selection.trail.listed({(e.id, e.target) for e in named})
     beyond = max(world.unknown_nats, -np.inf if left is None else left.gain)
     if named and np.isfinite(seen.marker_rms_before_m):
         gains["marker_rms_m"] = Gain(seen.marker_rms_before_m, seen.marker_rms_after_m)
@@ -277,7 +277,7 @@ def likeness(one: Term, other: Term, solved: Solved) -> float:
     """Cosine of the smallest principal angle between two whitened signatures, nuisances projected out."""
     bases = []
     for term in (one, other):
-        fixed, columns = term.whitened(solved.noise_scale)
+        fixed, columns = term.whiten(solved.noise_scale)
         parts = [columns * term.prior_std]
         if fixed is not None and not columns.shape[1]:
             parts.append(fixed[:, None])

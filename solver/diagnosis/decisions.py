@@ -125,7 +125,7 @@ class Trail:
                 self._since.setdefault(key, {})[type(proposal)] = verdict
         return verdict
 
-    def told(self, named: Collection[Key]) -> tuple[CauseDecisions, ...]:
+    def listed(self, named: Collection[Key]) -> tuple[CauseDecisions, ...]:
         """Of every cause that was proposed: named ones first, then those that gained most.
 
         Args:

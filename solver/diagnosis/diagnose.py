@@ -109,7 +109,7 @@ def diagnosis_from(found: LookedAt, progress: Progress = silent) -> Diagnosis:
     """What is said of all that."""
     direct_checks = run_checks(found.measured, found.entered_mass_kg)
     seen = as_distances_tell(found.seen, direct_checks, found.balance.scenes)
-    balance = found.balance.checked(
+    balance = found.balance.with_checks(
         suspect_plates(direct_checks),
         weighings(found.measured, found.entered_mass_kg),
         turns_by_path(found.measured),
@@ -259,7 +259,9 @@ def without_unrecorded(balance: Balance, found: Sequence[Found]) -> Balance | No
         return None
     if not all(t.windows.count for t in trials):
         return None
-    is_recorded = Balance(trials, balance.settings).checked(balance.suspect, balance.weighings, balance.paths)
+    is_recorded = Balance(trials, balance.settings).with_checks(
+        balance.suspect, balance.weighings, balance.paths
+    )
     is_recorded.evaluations = balance.evaluations
     return is_recorded
 

@@ -164,7 +164,7 @@ def _with_cut_paths(
 def _repair(trial: TrialFit, scene: Scene, findings: Sequence[MarkerFinding]) -> Capture:
     observed = scene.markers.observed_ground
     for finding in findings:
-        observed = finding.repaired(observed)
+        observed = finding.repair(observed)
     markers = trial.capture.markers
     positions = markers.positions_ground.copy()
     for m, name in enumerate(scene.markers.names):

@@ -125,8 +125,8 @@ def fit_trajectory(
         start: a motion for nearly the same wish, if there is one.
     """
     problem = _Problem(wish, model, spacing, settings or FitSettings())
-    motion = start or problem.improved(problem.starting_motion(), with_demand=False)
-    return problem.weightless_in_flight(problem.improved(motion, with_demand=True))
+    motion = start or problem.improve(problem.starting_motion(), with_demand=False)
+    return problem.weightless_in_flight(problem.improve(motion, with_demand=True))
 
 
 class _Problem:
@@ -149,7 +149,7 @@ class _Problem:
         self.external = self._external()
         self.wanted_demand = np.concatenate([wish.force, np.zeros_like(wish.force)], axis=1)
         self.demand_tolerance = self._demand_tolerance()
-        self.planted, self.planted_weight = self._planted()
+        self.planted, self.planted_weight = self._plant()
         self.clearance = self._clearance()
         self.jerk = np.array([settings.jerk_root if d in PLACE else settings.jerk_joint for d in self.dofs])
 
@@ -162,7 +162,7 @@ class _Problem:
         band.add_diagonal(self.first, self.basis[3], np.zeros_like(self.wish.q), 1e-5 * ones)
         return self._motion(band.factor().solve(right))
 
-    def improved(self, motion: SplineMotion, with_demand: bool) -> SplineMotion:
+    def improve(self, motion: SplineMotion, with_demand: bool) -> SplineMotion:
         """Gauss-Newton, halving steps that do not help."""
         cost, violation = self._cost(motion, with_demand)
         for _ in range(self.settings.iterations):
@@ -202,7 +202,7 @@ class _Problem:
 
     # ---- what is wanted -----------------------------------------------------------------------------------
 
-    def _planted(
+    def _plant(
         self,
     ) -> tuple[Float[np.ndarray, "times feet points 3"], Float[np.ndarray, "times feet points"]]:
         """Where each foot point should be, and the inverse tolerance, zero while it is free."""

@@ -42,7 +42,7 @@ class Retimed(Candidate):
         """The recording read at those times less the recording; a spline does not smooth it."""
         if not self.touches(scene):
             return None
-        retimed = scene.retimed(lambda times: self.read_at(times, scene, eta))
+        retimed = scene.retime(lambda times: self.read_at(times, scene, eta))
         return Signature.of_fixed(retimed - scene.measured_ground)
 
     def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:

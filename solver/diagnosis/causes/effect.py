@@ -86,7 +86,7 @@ class Signature:
         return Signature(np.zeros((len(fixed), 6, 0)), np.zeros(0), fixed)
 
     @staticmethod
-    def joined(pieces: "Iterable[Signature]") -> "Signature | None":
+    def join(pieces: "Iterable[Signature]") -> "Signature | None":
         """Pieces of one signature side by side; None where there are none."""
         some = list(pieces)
         if not some:
@@ -290,7 +290,7 @@ class InPieces(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """All pieces together."""
-        return Signature.joined(self.pieces(scene, eta))
+        return Signature.join(self.pieces(scene, eta))
 
     @abstractmethod
     def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:

@@ -172,7 +172,7 @@ class ExternalContact(InPieces):
         whole = [
             replace(wide, start=max(wide.start, int(w.begins)), end=min(wide.end, wide.frames - int(w.ends)))
             for w in self.windows
-            for wide in [w.widened(WHOLE_S)]
+            for wide in [w.widen(WHOLE_S)]
         ]
         trials = dict.fromkeys(w.trial for w in whole)
         return tuple(s for t in trials for s in join(w for w in whole if w.trial == t))
@@ -223,7 +223,7 @@ def _size_N(estimates: dict[str, Estimate]) -> float:
 
 def _time_histories(window: Stretch) -> Float[np.ndarray, "frames time histories"]:
     """One while in contact, and splines about it."""
-    wide = window.widened(EDGE_S)
+    wide = window.widen(EDGE_S)
     humps = wide.humps(max(KNOTS_S, wide.seconds / MOST_KNOTS))
     return np.concatenate([humps.sum(axis=1, keepdims=True), humps], axis=1)
 

@@ -54,7 +54,7 @@ class MarkerFinding(ABC):
         return self.about.id
 
     @abstractmethod
-    def repaired(self, observed_ground: Places) -> Places:
+    def repair(self, observed_ground: Places) -> Places:
         """The markers as recorded without it [m]; in the model's order, NaN where unseen.
 
         Args:

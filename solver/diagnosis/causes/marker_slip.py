@@ -95,7 +95,7 @@ class MarkerSlip(MarkerFinding):
         picture=Markers(),
     )
 
-    def repaired(self, observed_ground: Places) -> Places:
+    def repair(self, observed_ground: Places) -> Places:
         """The marker put back to where it sat before."""
         corrected = observed_ground.copy()
         after = slice(self.frames.start, None)
@@ -109,7 +109,7 @@ class UnusedMarkerSlip(MarkerFinding):
 
     about = MarkerSlip.about
 
-    def repaired(self, observed_ground: Places) -> Places:
+    def repair(self, observed_ground: Places) -> Places:
         """As recorded: the model has no such marker."""
         return observed_ground
 
@@ -157,9 +157,7 @@ def findings(scene: Scene) -> list[MarkerSlip]:
         near += [jump for jump in lost if jump.gain - one_of_many > LEAST_GAIN]
         slip = _finding(scene, max(near, key=lambda j: j.energy), first.gain - one_of_many)
         found.append(slip)
-        at = replace(
-            at, markers=replace(at.markers, observed_ground=slip.repaired(at.markers.observed_ground))
-        )
+        at = replace(at, markers=replace(at.markers, observed_ground=slip.repair(at.markers.observed_ground)))
     return found
 
 

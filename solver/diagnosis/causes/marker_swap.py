@@ -48,7 +48,7 @@ class MarkerSwap(MarkerFinding):
         picture=Markers(),
     )
 
-    def repaired(self, observed_ground: Places) -> Places:
+    def repair(self, observed_ground: Places) -> Places:
         """The two exchanged back."""
         corrected = observed_ground.copy()
         frames = slice(self.frames.start, self.frames.end)

@@ -88,7 +88,7 @@ def off_plate_stances(scenes: Sequence[Scene]) -> list[OffPlateStance]:
                 if (end - start) / scene.rate < (SHORTEST_S if cut_off else shortest):
                     continue
                 if lacks.mean() > SUSPECT_SHARE and (lacks > 0).mean() > SUSPECT_ONE_SIGNED:
-                    suspects.append(stretch_of(scene, start, end).widened(EDGE_S))
+                    suspects.append(stretch_of(scene, start, end).widen(EDGE_S))
             for stretch in join(suspects):
                 inside = slice(stretch.start, stretch.end)
                 gross = (

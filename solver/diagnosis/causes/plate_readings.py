@@ -171,14 +171,14 @@ class PlateBiasTakenOff(PlateBias, Corrected):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Nothing: the correction is made. None where none was needed."""
-        return Signature.of_fixed(np.zeros((scene.frames, 6))) if self._corrected(scene) else None
+        return Signature.of_fixed(np.zeros((scene.frames, 6))) if self._correct(scene) else None
 
     def uncorrected_ground(self, scene: Scene) -> Float[np.ndarray, "frames 6"]:
         """Wrench of all plates together if this one's zero level had been left as it was recorded.
 
         A level above the contact threshold then makes the plate seem loaded all the time.
         """
-        corrected = self._corrected(scene)
+        corrected = self._correct(scene)
         if corrected is None:
             return scene.measured_ground
         plate, _ = corrected
@@ -189,14 +189,14 @@ class PlateBiasTakenOff(PlateBias, Corrected):
 
     def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """The level that came off: mean over the trials that show it."""
-        shown = [one for scene in scenes if (one := self._corrected(scene)) is not None]
+        shown = [one for scene in scenes if (one := self._correct(scene)) is not None]
         levels = [level[:3] for _, level in shown]
         variances = [_level_std_N(plate) ** 2 + LEVEL_STD_N**2 for plate, _ in shown]
         mean = np.mean(levels, axis=0)
         std = np.sqrt(np.mean(variances, axis=0) / len(levels) + np.var(levels, axis=0))
         return {name: Estimate(float(mean[k]), float(std[k])) for k, name in enumerate(self.parameters)}
 
-    def _corrected(self, scene: Scene) -> tuple[PlateScene, Float[np.ndarray, "6"]] | None:
+    def _correct(self, scene: Scene) -> tuple[PlateScene, Float[np.ndarray, "6"]] | None:
         """The plate, and the level that came off it."""
         plate = next((plate for plate in scene.plates if plate.target == self.target), None)
         level = None if plate is None else level_taken_off(plate)

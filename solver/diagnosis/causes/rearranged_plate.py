@@ -64,7 +64,7 @@ class RearrangedPlate(GrossCause):
         """The plate as it should have been recorded, about its middle."""
         if not any(plate.target == self.target and plate.loaded.any() for plate in plates):
             return None
-        return tuple(self._corrected(p) if p.target == self.target else p for p in plates)
+        return tuple(self._correct(p) if p.target == self.target else p for p in plates)
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """The plate corrected less the plate, and what a middle that lies elsewhere changes."""
@@ -80,7 +80,7 @@ class RearrangedPlate(GrossCause):
         """What it is; known exactly if it is there."""
         return {self.parameters[0]: Estimate(float(self.value), 0.0)}
 
-    def _corrected(self, plate: PlateScene) -> PlateScene:
+    def _correct(self, plate: PlateScene) -> PlateScene:
         R, wrench = self.R_true_recorded, plate.loads.wrench_ground
         middle = np.broadcast_to(plate.centre_ground, wrench[:, :3].shape)
         recorded = about_point(wrench, middle)

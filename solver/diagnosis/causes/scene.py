@@ -177,7 +177,7 @@ class Scene:
         T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = self.R_ground_body, self.p_ground_body, 1.0
         return T
 
-    def retimed(self, read_at: Callable[[Times], Times]) -> Float[np.ndarray, "frames 6"]:
+    def retime(self, read_at: Callable[[Times], Times]) -> Float[np.ndarray, "frames 6"]:
         """Wrench of all plates read at other times than the frames' [N], [N·m].
 
         What was recorded at no such time stays as it is: a shift explains nothing by leaving the recording.

@@ -63,10 +63,10 @@ class SegmentDisplaced(MarkerFinding):
         picture=Segments(),
     )
 
-    def repaired(self, observed_ground: Places) -> Places:
+    def repair(self, observed_ground: Places) -> Places:
         """Each marker put back."""
         for slip in self.slips:
-            observed_ground = slip.repaired(observed_ground)
+            observed_ground = slip.repair(observed_ground)
         return observed_ground
 
 

@@ -265,7 +265,7 @@ class SoftTissue(MarkerFinding):
     )
     of_the_body = True
 
-    def repaired(self, observed_ground: Places) -> Places:
+    def repair(self, observed_ground: Places) -> Places:
         """The segment's markers carried back."""
         corrected = observed_ground.copy()
         corrected[:, self.markers] -= self.displacement_ground[:, None]
@@ -298,7 +298,7 @@ def findings(scene: Scene) -> list[MarkerFinding]:
             break
         judged.add(without_side(names[worst.body]))
         found.append(_finding(scene, worst))
-        repaired = found[-1].repaired(at.markers.observed_ground)
+        repaired = found[-1].repair(at.markers.observed_ground)
         at = replace(at, markers=replace(at.markers, observed_ground=repaired))
     return found
 

@@ -28,7 +28,7 @@ class Stretch:
         """Its duration [s]."""
         return (self.end - self.start) / self.rate
 
-    def widened(self, by_s: float) -> "Stretch":
+    def widen(self, by_s: float) -> "Stretch":
         """By so much at both ends, within the trial [s]."""
         by = round(by_s * self.rate)
         return Stretch(

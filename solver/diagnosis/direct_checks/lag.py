@@ -113,7 +113,7 @@ def _compare_trials(found: Sequence[Lag], trials: Sequence[Measured]) -> Stateme
 
 def _agreement(trial: Measured, late_s: float, mass_kg: float, counts: Bool[np.ndarray, " frames"]) -> float:
     plates = trial.capture.plates
-    total = np.sum([trial.smoothed(p, late_s) for p in plates], axis=0)
+    total = np.sum([trial.smooth(p, late_s) for p in plates], axis=0)
     asked = mass_kg * (GRAVITY + trial.acceleration)
     known = np.isfinite(total) & counts
     if known.sum() / trial.rate < FEWEST_S:

@@ -55,10 +55,10 @@ class Measured:
     @cached_property
     def vertical_N(self) -> Float[np.ndarray, "frames plates"]:
         """Of each plate, seen through the same window as the acceleration; NaN where not recorded."""
-        columns = [self.smoothed(plate) for plate in self.capture.plates]
+        columns = [self.smooth(plate) for plate in self.capture.plates]
         return np.stack(columns, axis=1) if columns else np.empty((len(self.acceleration), 0))
 
-    def smoothed(self, plate: ForcePlate, late_s: float = 0.0) -> Float[np.ndarray, " frames"]:
+    def smooth(self, plate: ForcePlate, late_s: float = 0.0) -> Float[np.ndarray, " frames"]:
         """A plate's vertical force as means of the window's accelerations are taken, read `late_s` later."""
         times = self.capture.markers.times + late_s
         whole, recorded, _ = fill_gaps(plate, self.reading.conditioning)

@@ -31,17 +31,17 @@ Reduce = Callable[[np.ndarray], np.ndarray]  # wrenches about the ground origin,
 
 
 def nuisances(
-    scene: Scene, reduced: Reduce, settings: DiagnosisSettings
+    scene: Scene, reduce: Reduce, settings: DiagnosisSettings
 ) -> Float[np.ndarray, "rows nuisances"]:
     """Inertias and what skin exaggerates, shared by trials, each column at one standard deviation."""
-    return np.concatenate([_inertias(scene, reduced, settings), _bounce(scene, reduced)], axis=1)
+    return np.concatenate([_inertias(scene, reduce, settings), _bounce(scene, reduce)], axis=1)
 
 
-def mass_change(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, " rows"]:
+def mass_change(scene: Scene, reduce: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, " rows"]:
     """What the whole body's mass changes, one standard deviation of all that may be wrong with it."""
     columns = np.column_stack(
         [
-            reduced(_required_by(scene, b, body_inertia[None])[:, :, 0])
+            reduce(_required_by(scene, b, body_inertia[None])[:, :, 0])
             for b, body_inertia in _unit_masses(scene)
         ]
     )
@@ -50,7 +50,7 @@ def mass_change(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> F
 
 
 def _inertias(
-    scene: Scene, reduced: Reduce, settings: DiagnosisSettings
+    scene: Scene, reduce: Reduce, settings: DiagnosisSettings
 ) -> Float[np.ndarray, "rows nuisances"]:
     """What segments' masses, centres of mass and inertias change, each by a standard deviation."""
     columns, masses = [], []
@@ -68,7 +68,7 @@ def _inertias(
             size = np.sqrt(abs(second[i, i] * second[j, j])) * SEGMENT_INERTIA_STD
             change[i, j] = change[j, i] = size if i == j else 0.5 * size
             changes.append(change)
-        own = reduced(_required_by(scene, b, np.array(changes)))
+        own = reduce(_required_by(scene, b, np.array(changes)))
         masses.append(own[:, 0])
         columns.append(own[:, 1:])
     H = np.column_stack(masses)
@@ -109,7 +109,7 @@ def _required_by(
     return required[:, 0].transpose(0, 2, 1)
 
 
-def _bounce(scene: Scene, reduced: Reduce) -> Float[np.ndarray, "rows 6"]:
+def _bounce(scene: Scene, reduce: Reduce) -> Float[np.ndarray, "rows 6"]:
     """Accelerations of the whole body along each axis, and changes of its spin about each, exaggerated."""
     inertial = scene.required_ground.copy()
     inertial[:, :3] += scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
@@ -123,12 +123,12 @@ def _bounce(scene: Scene, reduced: Reduce) -> Float[np.ndarray, "rows 6"]:
             bounce[:, 3:] = cross(scene.com_ground, bounce[:, :3])
         else:
             bounce[:, axis] = about_com[:, axis - 3]
-        columns.append(size * reduced(bounce))
+        columns.append(size * reduce(bounce))
     return np.stack(columns, axis=1)
 
 
 def soft_tissue(
-    scene: Scene, reduced: Reduce, settings: DiagnosisSettings
+    scene: Scene, reduce: Reduce, settings: DiagnosisSettings
 ) -> Float[np.ndarray, "rows columns"]:
     """Segments whose markers slide together over the bone with the angles of the joints beside them.
 
@@ -156,8 +156,8 @@ def soft_tissue(
                 u = settings.tissue_std_m_per_rad * angles[:, dof, None] * (scene.R_ground_body[:, b] @ axis)
                 force = body.mass * np.gradient(np.gradient(u, dt, axis=0), dt, axis=0)
                 moment = cross(u, weight_and_inertia) + cross(x, force)
-                columns.append(reduced(np.concatenate([force, moment], axis=1)))
-    return np.stack(columns, axis=1) if columns else np.zeros((len(reduced(scene.required_ground)), 0))
+                columns.append(reduce(np.concatenate([force, moment], axis=1)))
+    return np.stack(columns, axis=1) if columns else np.zeros((len(reduce(scene.required_ground)), 0))
 
 
 def model_error(scene: Scene, windows: Windows) -> Float[np.ndarray, "rows rows"]:

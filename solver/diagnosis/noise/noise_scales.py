@@ -105,13 +105,13 @@ class Basis:
     @cached_property
     def residual(self) -> Float[np.ndarray, " rows"]:
         """In these coordinates."""
-        return self.turned(self.of.residual)
+        return self.transform(self.of.residual)
 
     def noise_scale(self, scale: float, slack: float, log_prior: float) -> "NoiseScale":
         """K at a pair of scales."""
         return WholeNoiseScale(scale, slack, log_prior, self)
 
-    def turned(
+    def transform(
         self, columns: Float[np.ndarray, "own *some"], span: slice = ALL
     ) -> Float[np.ndarray, "own *some"]:
         """Rows of whole trials, all of them unless told, in these coordinates."""
@@ -142,12 +142,12 @@ class TrialsBasis(Basis):
     @cached_property
     def shared(self) -> Float[np.ndarray, "rows shared"]:
         """H."""
-        return self.turned(self.of.shared)
+        return self.transform(self.of.shared)
 
     @cached_property
     def tissue(self) -> Float[np.ndarray, "rows columns"]:
         """S at scale 1."""
-        return self.turned(self.of.tissue)
+        return self.transform(self.of.tissue)
 
     @cached_property
     def half_log_det(self) -> float:
@@ -158,7 +158,7 @@ class TrialsBasis(Basis):
         """K at a pair of scales."""
         return TurnedNoiseScale(scale, slack, log_prior, self)
 
-    def turned(
+    def transform(
         self, columns: Float[np.ndarray, "own *some"], span: slice = ALL
     ) -> Float[np.ndarray, "own *some"]:
         """Rows of whole trials, all of them unless told, in these coordinates."""
@@ -229,7 +229,7 @@ class NoiseScale(ABC):
         """Of K."""
 
     @abstractmethod
-    def whitened(self, columns: Float[np.ndarray, "rows *some"]) -> Float[np.ndarray, "rows *some"]:
+    def whiten(self, columns: Float[np.ndarray, "rows *some"]) -> Float[np.ndarray, "rows *some"]:
         """W columns, with some W for which Wᵀ W is K⁻¹."""
 
     @abstractmethod
@@ -237,7 +237,7 @@ class NoiseScale(ABC):
         """Columns on the rows of some trials, as their products with others need them."""
 
     @abstractmethod
-    def weighted(
+    def times_precision(
         self, columns: Float[np.ndarray, "own *some"], span: slice = ALL
     ) -> Float[np.ndarray, "own *some"]:
         """K⁻¹ columns, of columns on the rows of some trials, on these rows."""
@@ -263,7 +263,7 @@ class WholeNoiseScale(NoiseScale):
         """Of K."""
         return float(np.log(np.diag(self.factor)).sum())
 
-    def whitened(self, columns: Float[np.ndarray, "rows *some"]) -> Float[np.ndarray, "rows *some"]:
+    def whiten(self, columns: Float[np.ndarray, "rows *some"]) -> Float[np.ndarray, "rows *some"]:
         """L⁻¹ columns."""
         return np.asarray(solve_triangular(self.factor, columns, lower=True, check_finite=False))
 
@@ -271,9 +271,9 @@ class WholeNoiseScale(NoiseScale):
         """L⁻¹ columns; nothing is shared beside that."""
         whole = np.zeros((len(self.residual), columns.shape[1]))
         whole[span] = columns
-        return Seen(slice(0, len(whole)), self.whitened(whole), np.zeros((0, columns.shape[1])))
+        return Seen(slice(0, len(whole)), self.whiten(whole), np.zeros((0, columns.shape[1])))
 
-    def weighted(
+    def times_precision(
         self, columns: Float[np.ndarray, "own *some"], span: slice = ALL
     ) -> Float[np.ndarray, "own *some"]:
         """K⁻¹ columns, of columns on the rows of some trials, on these rows."""
@@ -316,7 +316,7 @@ class TurnedNoiseScale(NoiseScale):
         own = np.log(self.deviation).sum() + 0.5 * np.log1p(self.shared[1]).sum()
         return float(self.basis.half_log_det + own)
 
-    def whitened(self, columns: Float[np.ndarray, "rows *some"]) -> Float[np.ndarray, "rows *some"]:
+    def whiten(self, columns: Float[np.ndarray, "rows *some"]) -> Float[np.ndarray, "rows *some"]:
         """K^-½ columns."""
         U, g = self.shared
         return self._without((1.0 - (1.0 + g) ** -0.5) / g, self._scaled(columns, ALL), U)
@@ -327,7 +327,7 @@ class TurnedNoiseScale(NoiseScale):
         scaled = self._scaled(columns, span)
         return Seen(span, scaled, (U[span].T @ scaled) / np.sqrt(1.0 + g)[:, None])
 
-    def weighted(
+    def times_precision(
         self, columns: Float[np.ndarray, "own *some"], span: slice = ALL
     ) -> Float[np.ndarray, "own *some"]:
         """K⁻¹ columns, of columns on the rows of some trials, on these rows."""

@@ -42,7 +42,7 @@ class TrialRows:
     tissue: Float[np.ndarray, "rows columns"]  # likewise, of soft tissue that slides
     mass: Float[np.ndarray, " rows"]  # the whole body's mass among them, at one standard deviation
 
-    def reduced(
+    def reduce(
         self, wrench_ground: Float[np.ndarray, "frames 6 *columns"]
     ) -> Float[np.ndarray, "rows *columns"]:
         """Frame-by-frame wrenches about the ground origin as rows: window means about the centre of mass."""
@@ -69,10 +69,10 @@ class TrialRows:
         parts, stds, fixed = [], [], None
         for piece in candidate.pieces(self.scene, eta):
             if len(piece.prior_std):
-                parts.append(self.reduced(piece.columns))
+                parts.append(self.reduce(piece.columns))
                 stds.append(piece.prior_std)
             if piece.fixed is not None:
-                fixed = self.reduced(piece.fixed)
+                fixed = self.reduce(piece.fixed)
         if not parts and fixed is None:
             return None
         nothing = np.zeros((len(self.residual), 0))
@@ -103,7 +103,7 @@ class TrialRows:
     @cached_property
     def residual(self) -> Float[np.ndarray, " rows"]:
         """Required less measured."""
-        return self.reduced(self.scene.required_ground - self.scene.measured_ground)
+        return self.reduce(self.scene.required_ground - self.scene.measured_ground)
 
 
 def trial_rows(
@@ -135,9 +135,9 @@ def trial_rows(
         windows,
         markers,
         model_error(scene, windows),
-        nuisances(scene, rows.reduced, settings),
-        soft_tissue(scene, rows.reduced, settings),
-        mass_change(scene, rows.reduced, settings),
+        nuisances(scene, rows.reduce, settings),
+        soft_tissue(scene, rows.reduce, settings),
+        mass_change(scene, rows.reduce, settings),
     )
 
 

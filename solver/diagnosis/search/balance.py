@@ -61,7 +61,9 @@ class Balance:
         """Whether a search has had as many evaluations as it may have."""
         return self.evaluations >= self.settings.most_evaluations
 
-    def checked(self, suspect: Collection[str], weighings: Weighings, paths: Paths = NO_PATHS) -> "Balance":
+    def with_checks(
+        self, suspect: Collection[str], weighings: Weighings, paths: Paths = NO_PATHS
+    ) -> "Balance":
         """The same, with what direct checks say of it.
 
         Args:
@@ -157,7 +159,7 @@ class Balance:
 
         The posterior mean of a nuisance z ~ N(0, 1) with rows h is hᵀ K⁻¹ (what terms leave).
         """
-        return float(solved.noise_scale.whitened(self.basis.turned(self.mass)) @ solved.left)
+        return float(solved.noise_scale.whiten(self.basis.transform(self.mass)) @ solved.left)
 
     def solve_at(self, terms: Sequence[Term], noise_scale: NoiseScale) -> Solved:
         """Terms fitted together at one scale."""
@@ -190,19 +192,19 @@ class Balance:
         def of(own: slice, others: slice) -> Float[np.ndarray, "some others"]:
             return np.asarray(M[own, others] * np.outer(std[own], std[others]))
 
-        def factored(own: slice, less: Float[np.ndarray, "own own"] | float = 0.0) -> np.ndarray:
+        def factor(own: slice, less: Float[np.ndarray, "own own"] | float = 0.0) -> np.ndarray:
             S = of(own, own) - less
             S[np.arange(len(S)), np.arange(len(S))] += 1.0
             return np.asarray(cholesky(S, lower=True, overwrite_a=True, check_finite=False))
 
         before, last = slice(0, n), slice(n, None)
         if not n:
-            return factored(last)
-        first = noise_scale.basis.kept.get(lambda: factored(before), "root", noise_scale, *terms[:-1])
+            return factor(last)
+        first = noise_scale.basis.kept.get(lambda: factor(before), "root", noise_scale, *terms[:-1])
         across = solve_triangular(first, of(last, before).T, lower=True, check_finite=False)
         L = np.zeros((len(std), len(std)))
         L[before, before], L[last, before] = first, across.T
-        L[last, last] = factored(last, across.T @ across)
+        L[last, last] = factor(last, across.T @ across)
         return L
 
     def solve(self, terms: Sequence[Term], near: NoiseScale | None = None) -> Solved:

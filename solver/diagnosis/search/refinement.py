@@ -67,7 +67,7 @@ class Climb:
         if eta not in self._tried:
             candidate = self._candidate
             rows = self._balance.rows_of(candidate, eta) if candidate.admissible(eta) else None
-            self._tried[eta] = None if rows is None else self._fitted(rows)
+            self._tried[eta] = None if rows is None else self._fit(rows)
         return self._tried[eta]
 
     def best(self, start: Tried, reach: float) -> Tried:
@@ -98,10 +98,10 @@ class Climb:
     def with_tangents(self, one: Tried) -> CandidateRows:
         """Rows and, as further columns, their derivatives by η at the fitted x; kept."""
         if one.rows.eta not in self._linear:
-            self._linear[one.rows.eta] = self._linearized(one)
+            self._linear[one.rows.eta] = self._linearize(one)
         return self._linear[one.rows.eta]
 
-    def _fitted(self, rows: CandidateRows) -> Tried:
+    def _fit(self, rows: CandidateRows) -> Tried:
         gained = self._others.gain(rows)
         away = (np.array(rows.eta) - self._mean) / self._std
         return Tried(rows, gained, 0.5 * float(away @ away) - gained.log_evidence)
@@ -137,7 +137,7 @@ class Climb:
         found = minimize(cost, np.zeros(n), method="Nelder-Mead", options=options)
         return self.at(tuple((eta + self._steps * found.x).tolist())) or start
 
-    def _linearized(self, one: Tried) -> CandidateRows:
+    def _linearize(self, one: Tried) -> CandidateRows:
         rows, x = one.rows, one.gained.x
         tangents = []
         for i, step in enumerate(SMALL_STEP * self._steps):

@@ -75,12 +75,12 @@ class Stack:
     def of(rows: Sequence[CandidateRows], basis: Basis) -> "Stack":
         """Of candidates that are alike."""
         span, width = rows[0].span, rows[0].columns.shape[1]
-        columns = basis.turned(np.concatenate([r.columns for r in rows], axis=1), span)
+        columns = basis.transform(np.concatenate([r.columns for r in rows], axis=1), span)
         fixed = [r.fixed for r in rows if r.fixed is not None]
         return Stack(
             span,
             np.ascontiguousarray(columns.T).reshape(len(rows), width, len(columns)),
-            np.ascontiguousarray(basis.turned(np.stack(fixed, axis=1), span).T) if fixed else None,
+            np.ascontiguousarray(basis.transform(np.stack(fixed, axis=1), span).T) if fixed else None,
             np.stack([r.prior_std for r in rows]),
         )
 
@@ -126,17 +126,17 @@ class Beside:
         )  # columns of the last
         self.Pr: Float[np.ndarray, " rows"] = np.zeros(0)  # what accepted causes leave, weighted
         if not accepted:
-            self.Pr = noise_scale.weighted(noise_scale.residual)
+            self.Pr = noise_scale.times_precision(noise_scale.residual)
             return
         before, term = beside(accepted[:-1], noise_scale), accepted[-1]
         self._before, self._left, self.Pr = before.each, before._left, before.Pr
         fixed, columns = term.within(noise_scale.basis)
         if fixed is not None:
             self._left = self._left - fixed
-            self.Pr = self.Pr - before._without(noise_scale.weighted(fixed), fixed)
+            self.Pr = self.Pr - before._without(noise_scale.times_precision(fixed), fixed)
         if columns.shape[1]:
             B = columns * term.prior_std
-            PB = before._without(term.weighted(noise_scale), B)
+            PB = before._without(term.times_precision(noise_scale), B)
             M = B.T @ PB
             M[np.arange(len(M)), np.arange(len(M))] += 1.0
             factor = cho_factor(M, lower=True, check_finite=False)[0]
@@ -236,7 +236,7 @@ class Screen:
                     self._starts[-1].append(len(self._rows))
                     self._rows.append(rows)
         self._starts = [places for places in self._starts if places]
-        self._stacks = [(places, self._stacked(places)) for places in alike.values()]
+        self._stacks = [(places, self._stack(places)) for places in alike.values()]
         self._products: dict[int, list[Products]] = {}  # by noise scale
         self._terms: dict[int, Term] = {}  # by rows, which are kept
 
@@ -250,7 +250,7 @@ class Screen:
             noise_scale: scale of the model error.
             accepted: causes fitted with it; candidates among them are left out.
         """
-        gained = self._gained(noise_scale, accepted)
+        gained = self._find_gains(noise_scale, accepted)
         taken = {t.candidate.key for t in accepted}
         free = [places for places in self._starts if self._rows[places[0]].candidate.key not in taken]
         against = [handicap(self._rows[places[0]].candidate, self._balance.settings) for places in free]
@@ -264,7 +264,7 @@ class Screen:
             if known is not None:
                 yield known
                 continue
-            tried = [self._tried(self._rows[place], gained[place]) for place in free[k]]
+            tried = [self._screen(self._rows[place], gained[place]) for place in free[k]]
             one = max(tried, key=lambda s: (s.notable, s.possible, s.gain))
             heappush(waiting, (against[k] - one.gain, k, one))
 
@@ -283,7 +283,7 @@ class Screen:
             self._terms[id(rows)] = self._balance.spread(rows)
         return self._terms[id(rows)]
 
-    def _gained(self, noise_scale: NoiseScale, accepted: Sequence[Term]) -> list[Gained]:
+    def _find_gains(self, noise_scale: NoiseScale, accepted: Sequence[Term]) -> list[Gained]:
         """At every start."""
         others = beside(accepted, noise_scale)
         if id(noise_scale) not in self._products:
@@ -293,14 +293,14 @@ class Screen:
             found.update(zip(places, others.gains(stack, products, others.across(stack)), strict=True))
         return [found[place] for place in range(len(self._rows))]
 
-    def _tried(self, rows: CandidateRows, gained: Gained) -> Screened:
+    def _screen(self, rows: CandidateRows, gained: Gained) -> Screened:
         candidate, nothing = rows.candidate, tuple(0.0 for _ in rows.eta)
         whole = with_the_usual(gained.x, gained.covariance, rows.prior_std, rows.usual_std)
         estimates = candidate.estimates(self._balance.scenes, Fitted(rows.eta, nothing, *whole))
         notable, possible = candidate.is_notable(estimates), candidate.is_possible(estimates)
         return Screened(rows, notable, possible, gained.log_evidence, gained.x)
 
-    def _stacked(self, places: Sequence[int]) -> Stack:
+    def _stack(self, places: Sequence[int]) -> Stack:
         """Rows that are alike."""
         return Stack.of([self._rows[place] for place in places], self._balance.basis)
 

@@ -258,11 +258,11 @@ class Search:
         Remembered: the same causes are met again when they are exchanged, and after that.
         """
         found = self._met.get(
-            lambda: tuple(self._refitted(accepted, current)), "contenders", current.noise_scale, *accepted
+            lambda: tuple(self._refit(accepted, current)), "contenders", current.noise_scale, *accepted
         )
         return list(found)
 
-    def _refitted(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
+    def _refit(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
         balance = self.balance
         scales, slack = (
             (current.noise_scale.scale, 1.0, current.noise_scale.scale / SHARPER),

@@ -46,7 +46,7 @@ def find_corrected_on_reading(
     for candidate in corrections:
         fixed = np.concatenate(
             [
-                t.reduced(candidate.uncorrected_ground(t.scene) - t.scene.measured_ground)
+                t.reduce(candidate.uncorrected_ground(t.scene) - t.scene.measured_ground)
                 for t in balance.trials
             ]
         )

@@ -57,7 +57,7 @@ class Term:
         if self.fixed is not None:
             parts.append(self.fixed[self.rows, None])
         return basis.kept.get(
-            lambda: basis.turned(np.concatenate(parts, axis=1), self.rows), "own rows", self.same
+            lambda: basis.transform(np.concatenate(parts, axis=1), self.rows), "own rows", self.same
         )
 
     def within(self, basis: Basis) -> tuple[np.ndarray | None, np.ndarray]:
@@ -66,12 +66,12 @@ class Term:
         whole[self.rows] = self.own(basis)
         return (None if self.fixed is None else whole[:, -1]), whole[:, : self.columns.shape[1]]
 
-    def whitened(self, noise_scale: NoiseScale) -> tuple[np.ndarray | None, np.ndarray]:
+    def whiten(self, noise_scale: NoiseScale) -> tuple[np.ndarray | None, np.ndarray]:
         """Fixed part and columns, at one noise scale."""
         fixed, columns = self.within(noise_scale.basis)
         return (
-            None if fixed is None else noise_scale.whitened(fixed),
-            noise_scale.whitened(columns) if columns.shape[1] else columns,
+            None if fixed is None else noise_scale.whiten(fixed),
+            noise_scale.whiten(columns) if columns.shape[1] else columns,
         )
 
     def seen(self, noise_scale: NoiseScale) -> Seen:
@@ -80,10 +80,10 @@ class Term:
             lambda: noise_scale.seen(self.own(noise_scale.basis), self.rows), "seen", self.same, noise_scale
         )
 
-    def weighted(self, noise_scale: NoiseScale) -> Float[np.ndarray, "rows parameters"]:
+    def times_precision(self, noise_scale: NoiseScale) -> Float[np.ndarray, "rows parameters"]:
         """K⁻¹ columns at a noise scale, on all rows, each parameter at one prior standard deviation; kept."""
         return self.prior_std * noise_scale.basis.kept.get(
-            lambda: noise_scale.weighted(self.within(noise_scale.basis)[1]),
+            lambda: noise_scale.times_precision(self.within(noise_scale.basis)[1]),
             "weighted",
             self.same,
             noise_scale,
@@ -130,7 +130,7 @@ class Solved:
         rest = self.noise_scale.residual.copy()
         for k, term in enumerate(self.terms):
             rest[term.rows] -= self._taken(k)
-        return self.noise_scale.whitened(rest)
+        return self.noise_scale.whiten(rest)
 
     def left_of(self, residual: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """The rest of a balance's residual, as it is."""
@@ -143,10 +143,10 @@ class Solved:
     def estimates(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
         """The catalogue's parameters of the k-th term, with what every laboratory has of them."""
         if k not in self._estimates:
-            self._estimates[k] = self._estimated(k, scenes)
+            self._estimates[k] = self._estimate(k, scenes)
         return dict(self._estimates[k])
 
-    def _estimated(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
+    def _estimate(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
         term = self.terms[k]
         x, covariance = self.of(k)
         eta, eta_std = self.eta(k)
@@ -188,7 +188,7 @@ class Solved:
         """What the k-th term takes off the residual, whitened at a noise scale."""
         whole = np.zeros(len(noise_scale.residual))
         whole[self.terms[k].rows] = self._taken(k)
-        return noise_scale.whitened(whole)
+        return noise_scale.whiten(whole)
 
     def _taken(self, k: int) -> Float[np.ndarray, " own"]:
         """What the k-th term takes off the residual, on its own rows in the basis."""

@@ -265,14 +265,14 @@ class OpenWorld:
         """
         there = [self._at(cause, terms, rest, near) for cause, terms in self._terms]
         there.sort(key=lambda u: -u.log_evidence)
-        climbed = [self._climbed(u) for u in there[:CLIMBED]]
+        climbed = [self._climb(u) for u in there[:CLIMBED]]
         return sorted([*climbed, *there[CLIMBED:]], key=lambda u: -u.log_evidence)
 
     def _at(self, cause: Outside, terms: Sequence[Term], rest: Sequence[Term], near: Solved) -> Unknown:
         each = [self.balance.solve_at([*rest, term], near.noise_scale) for term in terms]
         return Unknown(cause, _integrate(each), max(each, key=lambda s: s.log_evidence))
 
-    def _climbed(self, unknown: Unknown) -> Unknown:
+    def _climb(self, unknown: Unknown) -> Unknown:
         best = unknown.likeliest
         there = self.balance.solve(best.terms, near=best.noise_scale)
         return Unknown(unknown.cause, unknown.log_evidence + there.log_evidence - best.log_evidence, there)

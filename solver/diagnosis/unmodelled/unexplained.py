@@ -102,13 +102,13 @@ def _beside_the_unknown(unknown: UnknownSearch, kept: Kept, k: int, margin: floa
 
 def _left_beside(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Contender | None:
     """What is left beside named causes; if it stays the same all along, only what none of them explains."""
-    parts = [part for term in solved.terms for part in term.whitened(solved.noise_scale) if part is not None]
+    parts = [part for term in solved.terms for part in term.whiten(solved.noise_scale) if part is not None]
     columns = [np.zeros((len(solved.left), 0)), *(part.reshape(len(part), -1) for part in parts)]
     basis = np.linalg.qr(np.concatenate(columns, axis=1))[0]
 
     def resembles(one: Tried) -> bool:
         """Whether the named causes, of any sizes, come near what it explains."""
-        own = solved.noise_scale.whitened(unknown.balance.basis.turned(unknown.screen.explained(one)))
+        own = solved.noise_scale.whiten(unknown.balance.basis.transform(unknown.screen.explained(one)))
         share = np.linalg.norm(basis.T @ own) / max(np.linalg.norm(own), np.finfo(float).tiny)
         return bool(share > RESEMBLING)
 

@@ -172,7 +172,7 @@ class UnknownScreen:
     def explained(self, one: Tried) -> Float[np.ndarray, " rows"]:
         """What it takes off the residual, in all trials' rows."""
         centres, place = self._centres_of(one.candidate), self._place(one.candidate)
-        located = centres if place in centres.places else self._located([one.candidate])
+        located = centres if place in centres.places else self._locate([one.candidate])
         first, moments = self._coefficients(one)
         rows = np.zeros(int(self._balance.start[-1]))
         rows[located.time_histories.span] = located.sum(first, located.axes(place))
@@ -198,12 +198,12 @@ class UnknownScreen:
         centres = self._centres_of(candidates[0])
         here = [c for c in candidates if self._place(c) in centres.places]
         elsewhere = [c for c in candidates if self._place(c) not in centres.places]
-        tried = self._tried(centres, here, beside) if here else []
+        tried = self._try_all(centres, here, beside) if here else []
         if elsewhere:
-            tried += self._tried(self._located(elsewhere), elsewhere, beside)
+            tried += self._try_all(self._locate(elsewhere), elsewhere, beside)
         return tried
 
-    def _tried(self, located: Located, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
+    def _try_all(self, located: Located, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
         """Those at some places."""
         noise_scale = beside.noise_scale
         if located in self._centres.values():
@@ -285,12 +285,12 @@ class UnknownScreen:
                 c.target for c in self.free if isinstance(c, UnknownForce) and c.trial == trial
             )
             free = [UnknownForce(name, trial, knot_s, frequency_Hz=frequency_Hz) for name in bodies]
-            self._centres[key] = self._located(
+            self._centres[key] = self._locate(
                 [*free, UnknownMoment("", trial, knot_s, frequency_Hz=frequency_Hz)]
             )
         return self._centres[key]
 
-    def _located(self, candidates: Sequence[Unknown]) -> Located:
+    def _locate(self, candidates: Sequence[Unknown]) -> Located:
         """Columns at all places of candidates that share their splines."""
         time_histories = self._time_histories_of(candidates[0])
         scene = time_histories.trial.scene

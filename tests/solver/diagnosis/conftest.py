@@ -122,9 +122,9 @@ def trial_rows_of(scene: Scene, settings: DiagnosisSettings = SETTINGS) -> Trial
     return replace(
         bare,
         model_error=model_error(scene, windows),
-        nuisance=nuisances(scene, bare.reduced, settings),
-        tissue=soft_tissue(scene, bare.reduced, settings),
-        mass=mass_change(scene, bare.reduced, settings),
+        nuisance=nuisances(scene, bare.reduce, settings),
+        tissue=soft_tissue(scene, bare.reduce, settings),
+        mass=mass_change(scene, bare.reduce, settings),
     )
 
 

@@ -29,7 +29,7 @@ EQUAL_ODDS = (("plate_gain", 0.0), ("counterpart_gain", 0.0), *((f"gain_{k}", 0.
 class Slip(MarkerFinding):
     about = About("marker_slip", sentence="{target} slipped.", remedy="Tape {target}.")
 
-    def repaired(self, observed_ground):
+    def repair(self, observed_ground):
         return observed_ground
 
 

@@ -174,7 +174,7 @@ def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):
 
 def said_of(selection, key):
     """Decisions on one cause of a selection, by name."""
-    (one,) = [c for c in selection.trail.told(set(named(selection))) if (c.id, c.target) == key]
+    (one,) = [c for c in selection.trail.listed(set(named(selection))) if (c.id, c.target) == key]
     return one, {d.name: d for d in one.decisions}
 
 
@@ -218,7 +218,7 @@ def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_a
     settings = replace(SETTINGS, **asks.get(falls_at, {}))
     balance = Balance(plain.trials, settings)
     if falls_at == "checked":
-        balance = balance.checked({"plate_7"}, Weighings())
+        balance = balance.with_checks({"plate_7"}, Weighings())
     if falls_at == "stands alone":
         cause = Helper("all")
         shaken = 0.05 * short_scene.required_ground * np.sin(20 * short_scene.times)[:, None]
@@ -269,7 +269,7 @@ def test_while_direct_checks_suspect_a_plate_only_causes_of_that_plate_are_named
     short_scene, drawn, suspect, named_still
 ):
     wrong = 0.15 * short_scene.plates[0].wrench_ground
-    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).checked(suspect, Weighings())
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).with_checks(suspect, Weighings())
     assert (
         named(select(balance, [TimeHistory("plate", wrong)])) == [("time_history", "plate")]
     ) == named_still
@@ -280,7 +280,7 @@ def test_while_a_plate_is_suspect_other_causes_are_no_rivals_of_its_own(short_sc
     """They may be there besides; in its place they would leave what the files say by themselves."""
     wrong = 0.15 * short_scene.plates[0].wrench_ground
     causes = [TimeHistory("plate", wrong), TimeHistory("body", wrong + np.roll(wrong, 20, axis=0))]
-    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).checked(suspect, Weighings())
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).with_checks(suspect, Weighings())
     (found,) = select(balance, causes).found
     assert found.contender.term.candidate.target == "plate"
     assert {r.term.candidate.target for r in found.rivals} == rivals
@@ -322,7 +322,7 @@ def test_the_weight_that_a_plate_carries_by_itself_refutes_other_units(
     short_scene, drawn, weighings, named_still
 ):
     wrong = 0.5 * short_scene.plates[0].wrench_ground
-    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).checked((), weighings)
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).with_checks((), weighings)
     selection = select(balance, [Units("plate", wrong)])
     assert (named(selection) == [("time_history", "plate")]) == named_still
     if not named_still:
@@ -346,7 +346,7 @@ def test_plates_that_carry_the_whole_body_refute_a_harness(short_scene, drawn, m
     mass_kg = short_scene.skeleton.mass - missing_kg
     weighed = [replace(carried(p, mass_kg), trial=short_scene.name) for p in ("plate_1", "plate_2")]
     rows = trial_rows_of(drawn(4, wrong))
-    balance = Balance([rows], SETTINGS).checked((), Weighings(tuple(weighed)))
+    balance = Balance([rows], SETTINGS).with_checks((), Weighings(tuple(weighed)))
     selection = select(balance, [Harness("torso", wrong)])
     assert (named(selection) == [("time_history", "torso")]) == named_still
     _, said = said_of(selection, ("time_history", "torso"))

@@ -21,7 +21,7 @@ def test_columns_are_what_plates_off_by_a_standard_deviation_change(short_scene)
     wrench = np.zeros((short_scene.frames, 6))
     wrench[plate.loaded, 0] = newtons
     wrench[plate.loaded, 3:] = np.cross(plate.centre_ground, [newtons, 0.0, 0.0])
-    wanted = -rows.reduced(wrench)
+    wanted = -rows.reduce(wrench)
     nearest = np.abs(H - wanted[:, None]).max(axis=0).min()
     assert nearest < 0.5 * newtons  # an edge of the loaded stretch falls between two frames
     cosine = (H.T @ wanted) / np.linalg.norm(H, axis=0) / np.linalg.norm(wanted)

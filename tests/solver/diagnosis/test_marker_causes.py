@@ -208,7 +208,7 @@ def test_those_that_moved_together_are_named_in_place_of_the_one_that_stayed(sho
     assert told.parameters["shift_m"].value == 0.031
     assert told.frames == slip.frames
     observed = short_scene.markers.observed_ground
-    np.testing.assert_array_equal(told.repaired(observed), slip.repaired(observed))
+    np.testing.assert_array_equal(told.repair(observed), slip.repair(observed))
 
 
 @pytest.mark.parametrize(

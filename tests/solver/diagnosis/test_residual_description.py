@@ -144,7 +144,7 @@ def test_the_time_history_after_is_what_the_causes_leave(short_scene, drawn):
     assert np.mean(trial.time_history.force_after_N) < np.mean(trial.time_history.force_N)
 
 
-def test_what_reading_corrected_causes_is_described_as_if_it_had_not(short_scene):
+def test_what_reading_undid_is_described_as_if_it_had_not(short_scene):
     balance = Balance([trial_rows_of(short_scene)], DiagnosisSettings())
     term = balance.term(PlateGain("plate_2"), ())
     undone = replace_fixed(term, 0.2 * term.columns[:, 0])

@@ -102,7 +102,7 @@ def in_each_others_place(capture, a, b, nudge=(0.0, 0.0, 0.0)):
 
 
 @pytest.mark.parametrize(("a", "b"), [(1, 2), (0, 2)], ids=["overlapping", "apart"])
-def test_the_true_wrench_comes_back_exchange(crisp, seen, a, b):
+def test_the_true_wrench_comes_back_where_all_is_exchanged(crisp, seen, a, b):
     scene, true = seen(in_each_others_place(crisp, a, b)), seen(crisp).measured_ground
     signature = PlateExchange(f"plate_{a + 1}+plate_{b + 1}").signature(scene, ())
     assert np.abs(scene.measured_ground - true).max() > 50
@@ -154,7 +154,7 @@ def misread(capture, columns, signs, refiled):
     ("target", "columns_signs"),
     [("x", ((0, 1, 2), (-1, 1, 1))), ("z", ((0, 1, 2), (1, 1, -1))), ("xz", ((2, 1, 0), (1, 1, 1)))],
 )
-def test_the_true_wrench_comes_back_axes(crisp, seen, refiled, target, columns_signs):
+def test_the_true_wrench_comes_back_in_right_axes(crisp, seen, refiled, target, columns_signs):
     scene = seen(misread(crisp, *columns_signs, refiled))
     fixed = AxisConvention(target).signature(scene, ()).fixed
     true = seen(crisp).measured_ground

@@ -53,7 +53,7 @@ def late_and_exchanged(crisp, seen):
     return seen(replace(crisp, plates=tuple(plates)))
 
 
-def test_both_corrected_causes_give_the_true_wrench(crisp, seen, late_and_exchanged):
+def test_both_together_give_the_true_wrench(crisp, seen, late_and_exchanged):
     scene, true = late_and_exchanged, seen(crisp).measured_ground
     offset_s = LATE_SAMPLES / crisp.plates[0].rate
     swap = SWAP.signature(scene, ()).fixed
@@ -81,7 +81,7 @@ def test_it_goes_by_the_name_of_the_cause(late_and_exchanged):
     assert beyond.frames(scenes, (), x) == gain.frames(scenes, (), x)
 
 
-def test_what_cannot_be_corrected_causes_stays(crisp, seen):
+def test_what_cannot_be_corrected_stays(crisp, seen):
     plates = list(crisp.plates)
     plates[1] = replace(plates[1], start_time=0.01)
     scene = seen(replace(crisp, plates=tuple(plates)))

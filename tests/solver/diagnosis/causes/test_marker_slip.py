@@ -36,7 +36,7 @@ def test_finds_fifteen_millimetres(sound, long_walk, tracked, name):
     assert found.parameters["shift_m"].value == pytest.approx(0.015, abs=0.003)
     recovered = [found.parameters[f"shift_{axis}_m"].value for axis in "xyz"]
     assert np.linalg.norm(recovered - shift) < 0.005
-    left = found.repaired(altered) - observed
+    left = found.repair(altered) - observed
     assert np.nanmax(np.linalg.norm(left[frame + 12 :, m], axis=1)) < 0.005
 
 

@@ -35,7 +35,7 @@ def test_finds_a_pair(long_walk, tracked, pair, first, last):
     assert found.parameters == {}
     both_seen = np.isfinite(observed[:, [a, b]]).all(axis=(1, 2))
     both_seen[: first + 3] &= np.arange(first + 3) < first
-    np.testing.assert_array_equal(found.repaired(altered)[both_seen][3:-3], observed[both_seen][3:-3])
+    np.testing.assert_array_equal(found.repair(altered)[both_seen][3:-3], observed[both_seen][3:-3])
 
 
 def test_a_swap_behind_a_gap(long_walk, tracked):

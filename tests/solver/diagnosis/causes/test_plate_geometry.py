@@ -102,7 +102,7 @@ def left_over_tilt(tilt_deg, crisp, seen, refiled):
     return np.sqrt(((missing - given) ** 2).mean()) / np.sqrt((missing**2).mean())
 
 
-def test_the_true_wrench_comes_back_to_second_order_tilt(crisp, seen, refiled):
+def test_the_true_wrench_comes_back_to_second_order_where_it_leans(crisp, seen, refiled):
     tilt = np.array([1.2, -0.9])
     whole, half = (left_over_tilt(share * tilt, crisp, seen, refiled) for share in (1.0, 0.5))
     assert whole < 0.02
@@ -118,7 +118,7 @@ def test_columns_are_derivatives(crisp, seen, refiled, axis):
     np.testing.assert_allclose(-column, slope, atol=1e-5 * np.abs(slope).max())
 
 
-def test_estimates_and_the_practical_minimum_tilt():
+def test_estimates_and_the_practical_minimum_where_it_leans():
     candidate = GravityTilt("all")
     covariance = np.diag(np.radians([0.1, 0.2]) ** 2)
     found = candidate.estimates([], Fitted((), (), np.radians([1.5, -0.5]), covariance))

@@ -87,7 +87,7 @@ def test_repair_puts_every_marker_back(scene):
             carried[frame, m] += R[frame] @ SHIFT_M
     moved = replace(scene, markers=replace(scene.markers, observed_ground=carried))
     (event,) = together(moved, *(slip(moved, m) for m in markers))
-    np.testing.assert_allclose(event.repaired(carried), observed, atol=1e-12)
+    np.testing.assert_allclose(event.repair(carried), observed, atol=1e-12)
 
 
 def leap_of(scene, markers, shifts_ground):
@@ -104,7 +104,7 @@ def test_a_leap_of_one_marker_is_its_slip_and_undoing_it_puts_it_back(scene):
     observed = scene.markers.observed_ground
     carried = observed.copy()
     carried[100:, m] += R[100:] @ SHIFT_M
-    np.testing.assert_allclose(found.repaired(carried), observed, atol=1e-12)
+    np.testing.assert_allclose(found.repair(carried), observed, atol=1e-12)
 
 
 def test_a_leap_of_several_is_one_event_on_the_segments_of_those_that_the_model_has(scene):
@@ -122,5 +122,5 @@ def test_markers_that_the_model_lacks_are_named_alone_and_change_nothing(scene):
     found = of_leap(scene, leap_of(scene, [first], [SHIFT_M]), names)
     assert (found.id, found.target) == ("marker_slip", "WAND")
     observed = scene.markers.observed_ground
-    assert found.repaired(observed) is observed
+    assert found.repair(observed) is observed
     assert of_leap(scene, leap_of(scene, [first, first + 1], [SHIFT_M] * 2), names) is None

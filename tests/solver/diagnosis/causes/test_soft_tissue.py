@@ -37,7 +37,7 @@ def test_finds_a_centimetre_on_one_segment(sound, long_walk, tracked, body, neig
     assert [f.target for f in found] == [body]
     assert found[0].parameters["rms_m"].value == pytest.approx(0.010, abs=0.004)
     before = np.nanmean((altered - observed) ** 2)
-    assert np.nanmean((found[0].repaired(altered) - observed) ** 2) < 0.5 * before
+    assert np.nanmean((found[0].repair(altered) - observed) ** 2) < 0.5 * before
 
 
 def test_a_slide_that_is_in_doubt_is_none(sound, long_walk, tracked, monkeypatch):

@@ -35,8 +35,8 @@ def test_humps_reproduce_a_smooth_push():
 
 
 def test_widened_stays_within_the_trial():
-    assert stretch(3, 150).widened(0.1) == stretch(0, 160)
-    assert stretch(60, 195).widened(0.1) == stretch(50, 200)
+    assert stretch(3, 150).widen(0.1) == stretch(0, 160)
+    assert stretch(60, 195).widen(0.1) == stretch(50, 200)
 
 
 def test_overlapping_stretches_are_joined():

@@ -54,8 +54,8 @@ def test_a_noise_scale_is_the_dense_matrix(of, basis, scale, slack):
     K = dense(of, scale, slack)
     Q = np.linalg.inv(K)
     columns = np.random.default_rng(4).normal(size=(len(K), 3))
-    turned = noise_scale.basis.turned(columns)
-    whitened = noise_scale.whitened(turned)
+    turned = noise_scale.basis.transform(columns)
+    whitened = noise_scale.whiten(turned)
     np.testing.assert_allclose(whitened.T @ whitened, columns.T @ Q @ columns, rtol=1e-8, atol=1e-10)
     on_residual = noise_scale.seen(turned, slice(0, len(K))).times(noise_scale.seen_residual)[:, 0]
     np.testing.assert_allclose(on_residual, columns.T @ Q @ of.residual, rtol=1e-8, atol=1e-10)
@@ -64,7 +64,7 @@ def test_a_noise_scale_is_the_dense_matrix(of, basis, scale, slack):
     np.testing.assert_allclose(noise_scale.covariance, K, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(of.variance(scale, slack), np.diag(K), rtol=1e-12)
     np.testing.assert_allclose(
-        noise_scale.basis.rows(noise_scale.weighted(turned)), Q @ columns, rtol=1e-7, atol=1e-9
+        noise_scale.basis.rows(noise_scale.times_precision(turned)), Q @ columns, rtol=1e-7, atol=1e-9
     )
     some = slice(12, 20)
     np.testing.assert_allclose(noise_scale.precision_at(some), Q[some, some], rtol=1e-7, atol=1e-9)
@@ -76,8 +76,8 @@ def test_columns_of_some_trials_are_weighted_there(of, basis, span):
     noise_scale = basis(of).noise_scale(0.7, 1.0, 0.0)
     Q = np.linalg.inv(dense(of, 0.7, 1.0))
     columns = np.random.default_rng(5).normal(size=(span.stop - span.start, 2))
-    turned = noise_scale.basis.turned(columns, span)
-    product = turned.T @ noise_scale.weighted(turned, span)
+    turned = noise_scale.basis.transform(columns, span)
+    product = turned.T @ noise_scale.times_precision(turned, span)
     np.testing.assert_allclose(product, columns.T @ Q[span, span] @ columns, rtol=1e-8)
 
 
@@ -92,7 +92,7 @@ def test_columns_of_some_trials_meet_those_of_others(of, basis, spans):
     rng = np.random.default_rng(6)
     columns = [rng.normal(size=(span.stop - span.start, n)) for n, span in zip((2, 3), spans, strict=True)]
     one, other = (
-        noise_scale.seen(noise_scale.basis.turned(c, span), span)
+        noise_scale.seen(noise_scale.basis.transform(c, span), span)
         for c, span in zip(columns, spans, strict=True)
     )
     expected = columns[0].T @ Q[spans[0], spans[1]] @ columns[1]

@@ -63,7 +63,7 @@ def with_body(skeleton, b, body):
 
 
 def differences(short_rows, demands, ahead, behind, size):
-    return short_rows.reduced(demands(ahead) - demands(behind)) / (2 * size)
+    return short_rows.reduce(demands(ahead) - demands(behind)) / (2 * size)
 
 
 @pytest.mark.parametrize("name", ["torso", "femur_r", "hand_l"])
@@ -194,7 +194,7 @@ def test_soft_tissue_is_segments_displaced_with_the_angles_beside_them(short_sce
                 np.concatenate([at_rest + s * extra, np.cross(x + s * u, at_rest + s * extra)], axis=1)
                 for s in (step, -step)
             ]
-            expected = short_rows.reduced((ends[0] - ends[1]) / (2 * step))
+            expected = short_rows.reduce((ends[0] - ends[1]) / (2 * step))
             distance = np.abs(columns.tissue - expected[:, None]).max(axis=0)
             assert distance.min() < 1e-6 * np.abs(expected).max()
 
@@ -249,8 +249,8 @@ def test_somebody_nobody_weighed_may_weigh_anything_near_with_the_same_proportio
 ):
     """All segments heavier together, beside what segments scatter: the demand itself, once more."""
     unweighed = replace(short_scene, mass_was_entered=False)
-    some = nuisances(short_scene, short_rows.reduced, SETTINGS)
-    more = nuisances(unweighed, short_rows.reduced, SETTINGS)
+    some = nuisances(short_scene, short_rows.reduce, SETTINGS)
+    more = nuisances(unweighed, short_rows.reduce, SETTINGS)
     added = more @ more.T - some @ some.T
-    whole = UNWEIGHED_MASS_STD * short_rows.reduced(demands(short_scene.skeleton))
+    whole = UNWEIGHED_MASS_STD * short_rows.reduce(demands(short_scene.skeleton))
     np.testing.assert_allclose(added, np.outer(whole, whole), atol=1e-3 * np.abs(added).max())

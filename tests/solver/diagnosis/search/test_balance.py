@@ -94,7 +94,7 @@ def test_rows_are_window_means_about_the_centre_of_mass(short_scene, short_rows)
     rng = np.random.default_rng(0)
     force, arm = rng.normal(0, 100, (short_scene.frames, 3)), np.array([0.1, -0.2, 0.3])
     point = short_scene.com_ground + arm
-    rows = short_rows.reduced(np.concatenate([force, np.cross(point, force)], axis=1)).reshape(-1, 6)
+    rows = short_rows.reduce(np.concatenate([force, np.cross(point, force)], axis=1)).reshape(-1, 6)
     windows = short_rows.windows
     by_hand = np.stack(
         [np.average(force[s : s + windows.length], axis=0, weights=windows.weights) for s in windows.start]
@@ -106,17 +106,17 @@ def test_rows_are_window_means_about_the_centre_of_mass(short_scene, short_rows)
 def test_columns_are_reduced_as_wrenches_are_one_by_one(short_scene, short_rows):
     rng = np.random.default_rng(1)
     columns = rng.normal(0, 50, (short_scene.frames, 6, 4))
-    together = short_rows.reduced(columns)
+    together = short_rows.reduce(columns)
     for k in range(4):
-        np.testing.assert_allclose(together[:, k], short_rows.reduced(columns[:, :, k]), atol=1e-10)
+        np.testing.assert_allclose(together[:, k], short_rows.reduce(columns[:, :, k]), atol=1e-10)
 
 
 def test_a_terms_rows_are_the_candidates_signature(balance, terms):
     (rows,) = balance.trials
     gain = PlateGain("plate_1").signature(rows.scene, ()).columns
-    np.testing.assert_allclose(terms[0].columns, rows.reduced(gain), atol=1e-9)
+    np.testing.assert_allclose(terms[0].columns, rows.reduce(gain), atol=1e-9)
     shifted = ClockOffset("all").signature(rows.scene, (0.01,)).fixed
-    np.testing.assert_allclose(terms[1].fixed, rows.reduced(shifted), atol=1e-9)
+    np.testing.assert_allclose(terms[1].fixed, rows.reduce(shifted), atol=1e-9)
 
 
 def test_terms_seen_together_are_those_seen_one_by_one(balance, terms):

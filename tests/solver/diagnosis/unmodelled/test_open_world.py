@@ -71,7 +71,7 @@ def test_any_wrench_may_be_any_steady_or_slow_one(short_scene):
 
 def test_a_clock_is_how_fast_the_recorded_wrench_changes(short_scene):
     late = AnyClock("walk", "walk").signature(short_scene, (0.05,))
-    shifted = short_scene.retimed(lambda times: times + 0.001) - short_scene.measured_ground
+    shifted = short_scene.retime(lambda times: times + 0.001) - short_scene.measured_ground
     inner = slice(5, -5)
     of_1_ms = 0.001 * late.columns[inner, :, 0]
     assert np.abs(of_1_ms - shifted[inner]).max() < 0.15 * np.abs(shifted[inner]).max()

@@ -60,7 +60,7 @@ def test_a_true_cause_stays_though_a_free_force_might_imitate_it(short_scene, dr
     assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_1")]
     assert kept.left is None
     assert kept.solved is selection.solved
-    (told,) = [c for c in selection.trail.told({("plate_gain", "plate_1")}) if c.named]
+    (told,) = [c for c in selection.trail.listed({("plate_gain", "plate_1")}) if c.named]
     assert told.fell_at is None
     assert "beats the unknown" in {d.name for d in told.decisions}
 
@@ -74,7 +74,7 @@ def test_what_describes_a_force_badly_gives_way_to_the_unknown(swinging, drawn, 
     assert isinstance(kept.left.term.candidate, UnknownForce)
     assert kept.left.term.candidate.target == "hand_l"
     assert kept.solved.terms == ()
-    (told,) = selection.trail.told(())
+    (told,) = selection.trail.listed(())
     assert [d.name for d in told.decisions if not d.passed] == ["beats the unknown"]
     assert told.fell_at.nats < told.fell_at.limit
 
