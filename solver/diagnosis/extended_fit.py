@@ -14,6 +14,7 @@ from solver.contact.wrenches import FrameMask
 from solver.diagnosis.diagnosis import Gain
 from solver.dynamics.cross_validation.held_out_layouts import hold_out_blocks
 from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.force_prediction.missing_wrench import torques_under
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory.extension import Extension, TrialExtension, with_extra_wrench
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
@@ -31,8 +32,7 @@ from solver.skeleton.skeleton import Skeleton
 
 BOOTSTRAPS = 400
 FEWEST_BLOCKS = 3  # drawn anew, fewer say nothing of how they scatter
-# a column that acts for no longer than so many blocks has a time time history of its own
-OWN_TIME_HISTORY_BLOCKS = 3
+OWN_TIME_HISTORY_BLOCKS = 3  # a column that acts no longer than so many has a time history of its own
 SUB_BLOCK_S = 0.06  # held out at a time where such a time history has to be told by the frames around
 LEAST_LEFT = 0.5  # of the recorded force; whatever takes more away explains by silence
 LEAST_PLACED_N = 5.0  # below it nobody asks on which segment a force acts
@@ -206,10 +206,15 @@ def _fit(
     fit = fit_trajectories(skeleton, data, settings.trajectory, progress, extra=parameters)
     found = []
     for case, motion in zip(cases, fit.motions, strict=True):
-        assert case.trial.contacts is not None
-        assert case.trial.mask is not None
-        own = inverse_dynamics(fit.skeleton, motion, case.trial.contacts, case.trial.mask, settings.dynamics)
-        found.append(own if extension is None else with_extra_wrench(own, case.extra, fit.extra))
+        contacts, mask = case.trial.contacts, case.trial.mask
+        assert contacts is not None
+        assert mask is not None
+        own = inverse_dynamics(fit.skeleton, motion, contacts, mask, settings.dynamics)
+        if extension is not None:
+            acting = case.extra.loads(fit.extra)
+            torques = torques_under(fit.skeleton, own, contacts, mask, acting=acting)
+            own = replace(with_extra_wrench(own, case.extra, fit.extra), joint_torques=torques)
+        found.append(own)
     return _Fitted(fit, tuple(found))
 
 
