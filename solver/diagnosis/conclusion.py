@@ -71,9 +71,9 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     before = block_scores(balance, selection.uncorrected, solved.noise_scale, some, guards)
     after = block_scores(balance, solved.terms, solved.noise_scale, some, guards)
     left = None
-    if len(found) == len(kept.found) and not _has_a_class(world.told):
+    if len(found) == len(kept.found) and not _has_a_class(world.unknown):
         left = _left_to_tell(balance, kept, selection.trail)
-    unexplained = is_unexplained(left, world.told, solved)
+    unexplained = is_unexplained(left, world.unknown, solved)
     most = SURE_BESIDE_UNEXPLAINED if unexplained else 1.0
     named = [_named(balance, solved, f, s) for f, s in zip(found, world.standings, strict=True)]
     named = [replace(effect, confidence=min(effect.confidence, most)) for effect in named]
@@ -156,15 +156,15 @@ def _tolerated_N(balance: Balance, solved: Solved) -> float:
     return LEAST_UNKNOWN_SHARE * balance.scenes[0].weight_N + TOLERATED_SHARE * size_N
 
 
-def _has_a_class(told: Unknown | None) -> bool:
+def _has_a_class(unknown: Unknown | None) -> bool:
     """Whether it is known what the unknown touches; a force on the body is told by where it acts."""
-    return told is not None and told.cause.kind in (PLATE, TIME)
+    return unknown is not None and unknown.cause.kind in (PLATE, TIME)
 
 
 def _off_the_list(balance: Balance, world: Held) -> OffTheList | None:
-    if world.told is None:
+    if world.unknown is None:
         return None
-    cause, likeliest = world.told.cause, world.told.likeliest
+    cause, likeliest = world.unknown.cause, world.unknown.likeliest
     k = len(likeliest.terms) - 1
     x, _ = likeliest.of(k)
     return OffTheList(
@@ -173,7 +173,7 @@ def _off_the_list(balance: Balance, world: Held) -> OffTheList | None:
         cause.trial,
         cause.about.sentence.format(target=cause.target),
         in_view(cause.frames(balance.scenes, (), x), balance.scenes),
-        world.told.size_N(balance.scenes),
+        world.unknown.size_N(balance.scenes),
         world.unknown_nats,
     )
 

@@ -55,15 +55,15 @@ def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) 
     )
 
 
-def is_unexplained(left: Contender | None, told: object | None, solved: Solved) -> bool:
+def is_unexplained(left: Contender | None, unknown: object | None, solved: Solved) -> bool:
     """Whether something is left: an unknown force, or a balance worse than any sound recording's.
 
     Args:
         left: a force of unknown time history beside the names.
-        told: what is on no list, beside them or instead.
+        unknown: what is on no list, beside them or instead.
         solved: all names together.
     """
-    return left is not None or told is not None or solved.noise_scale.scale > UNEXPLAINED_SCALE
+    return left is not None or unknown is not None or solved.noise_scale.scale > UNEXPLAINED_SCALE
 
 
 def is_only_tentative(candidate: Candidate, in_its_class: float) -> bool:

@@ -17,7 +17,7 @@ from solver.diagnosis.causes.marker_slip import MarkerSlip, UnusedMarkerSlip
 from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.causes.segment_displaced import TOGETHER_S, of_leap, of_others, slips_together
 from solver.diagnosis.direct_checks.rigid_distances import STEP_SCATTER_M
-from solver.diagnosis.direct_checks.statement import TOLD_NATS, About, Statement
+from solver.diagnosis.direct_checks.statement import STATED_NATS, About, Statement
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import Settings
@@ -108,7 +108,7 @@ def _as_distances_tell(
         return finding
     time_s = scene.motion.start_time + finding.frames.start / scene.rate
     for one in direct_checks:
-        if About.SEGMENT not in one.spoken_for(TOLD_NATS) or one.trial != scene.name:
+        if About.SEGMENT not in one.spoken_for(STATED_NATS) or one.trial != scene.name:
             continue
         moved = str(one.target).split("+")
         at_once = abs(one.figures["time_s"] - time_s) <= TOGETHER_S

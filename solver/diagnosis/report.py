@@ -6,7 +6,7 @@ from dataclasses import asdict
 from solver.diagnosis.causes.catalogue import ABOUT
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.diagnosis import Diagnosis, Gain, NamedEffect, OffTheList
-from solver.diagnosis.direct_checks.statement import TOLD_NATS, Statement
+from solver.diagnosis.direct_checks.statement import STATED_NATS, Statement
 from solver.diagnosis.extended_fit import ExtendedGain
 from solver.diagnosis.force_histories import ForceHistory
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
@@ -178,7 +178,7 @@ def _statement(statement: Statement) -> dict[str, object]:
         "trial": statement.trial,
         "target": statement.target,
         "sentence": statement.sentence,
-        "speaks_for": [str(about) for about in statement.spoken_for(TOLD_NATS)],
+        "speaks_for": [str(about) for about in statement.spoken_for(STATED_NATS)],
         "nats": {str(about): round(nats, NATS_DIGITS) for about, nats in statement.nats.items()},
         "figures": dict(statement.figures),
         "against": list(statement.against),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 OF_EACH_TRIAL = "{trial}"  # in the name of a parameter that each trial has, and in its text
-NOT_TOLD = "this recording does not show"
+NOT_SHOWN = "this recording does not show"
 ON_SEGMENT = "{distance} from the segment's origin, at {point} in its axes"
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.causes.about import (
-    NOT_TOLD,
+    NOT_SHOWN,
     ON_SEGMENT,
     About,
     AtFault,
@@ -261,7 +261,7 @@ class CarriedMass(InTrials):
                 f"its centre lies {ON_SEGMENT}",
                 "mm",
                 1e3,
-                f"where on the segment it lies, {NOT_TOLD}",
+                f"where on the segment it lies, {NOT_SHOWN}",
             ),
         ),
         picture=Ball("mass_kg", "offset_{}_m"),

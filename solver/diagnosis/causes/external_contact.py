@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.diagnosis.causes.about import (
-    NOT_TOLD,
+    NOT_SHOWN,
     ON_SEGMENT,
     About,
     Arrow,
@@ -87,7 +87,7 @@ class ExternalContact(InPieces):
             Reading("force_y_N", "{amount} {which}", "N", which=("upwards", "downwards")),
             *along("force_{}_N", "{{amount}} towards {{which}}", "N", axes="z"),
             Place(
-                "point_{}_m", f"it acts {ON_SEGMENT}", "mm", 1e3, f"where on the segment it acts, {NOT_TOLD}"
+                "point_{}_m", f"it acts {ON_SEGMENT}", "mm", 1e3, f"where on the segment it acts, {NOT_SHOWN}"
             ),
         ),
         picture=Arrow(Steady("force_{}_N"), "point_{}_m", mean_on_label=True),

@@ -28,7 +28,7 @@ PRIOR_LOG_RATIO, PRIOR_LOG_RATIO_STD = (
     1.0,
     1.0,
 )  # of it: from as much to next to nothing, each a deviation away
-UNTOLD_NATS = 2.0  # what two parameters that the data leave within their prior cost
+UNSETTLED_NATS = 2.0  # what two parameters that the data leave within their prior cost
 CUT_OFF_STD = 0.03  # of the cutoff: where files cut off a smoothed contact's ends; by hidden effects
 NOISE_N = 0.35  # of a plate's samples; with less, nothing is said against a filter
 ROUNDING_SHARE = 0.6  # of the step between values of a file: what rounding alone can look like, as noise
@@ -82,7 +82,7 @@ class FilterMismatch(Candidate):
     @property
     def less_at_first(self) -> float:
         """Less where the edges speak: a cutoff and a ratio that the balance does not tell take some of it."""
-        return self.about.less_at_first + (UNTOLD_NATS if self._edges_speak else 0.0)
+        return self.about.less_at_first + (UNSETTLED_NATS if self._edges_speak else 0.0)
 
     @property
     def _edges_speak(self) -> bool:

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from solver.diagnosis.causes.about import (
-    NOT_TOLD,
+    NOT_SHOWN,
     About,
     AgainstMotion,
     Arrow,
@@ -145,7 +145,7 @@ class ElasticTether(OnTrunk):
             Reading("mean_force_N", "it pulls with {amount} on average", "N"),
             Reading("stiffness_N_per_m", "stiffness {amount}", "N/m"),
             Place(
-                "anchor_{}_m", "fixed in the room at {point}", "m", unknown=f"where it is fixed, {NOT_TOLD}"
+                "anchor_{}_m", "fixed in the room at {point}", "m", unknown=f"where it is fixed, {NOT_SHOWN}"
             ),
             Reading("rest_length_m", "slack below a length of {amount}", "m"),
         ),

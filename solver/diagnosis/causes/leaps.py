@@ -16,15 +16,13 @@ HALF_S = 0.05  # of path on either side that one cubic describes, but for the st
 FEWEST = 4  # samples of it
 LEAST_M = 0.01  # bends of shanks and toes at an impact look like up to 30 mm, others' less than this
 OVER_OTHER_STEPS = 2.5  # times the largest step elsewhere in the marker's path
-BEND_OVER_STEP = (
-    2.5  # times what a step leaves, a bend does; of 14 sound trials' largest the median is 0.9, the most 1.8
-)
+# times what a step leaves, a bend does; of 14 sound trials' largest the median is 0.9, the most 1.8
+BEND_OVER_STEP = 2.5
 BENDS = (-0.5, -0.25, 0.0, 0.25, 0.5)  # where in the window one may be, in halves
 AT_ONCE_S = 0.02  # leaps within are one event
 ALIKE_SHARE = 0.3  # of the shift: markers whose steps differ by less go with those whose paths are surely cut
-TAKEN_BACK_SHARE = (
-    0.7  # of the step: as much shortly before or after takes it back; a step's own trace is 0.4
-)
+# of the step: as much shortly before or after takes it back; a step's own trace is 0.4
+TAKEN_BACK_SHARE = 0.7
 APART_S = 0.15  # steps farther away are others
 LASTS_S = 0.3  # nearer to an end nobody knows whether it lasts
 

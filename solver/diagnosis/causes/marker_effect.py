@@ -27,9 +27,8 @@ CHUNK = 64  # frames whose Jacobians are held at once
 TRUSTED_M = 0.04  # a marker this far off counts half
 FEWEST_SEEN = 0.5  # share of markers on a frame: with fewer the pose is too loose to judge one
 RESOLVED_M = 0.001  # changes below are within what cameras and filters do
-NOISE_M = (
-    0.003  # of a marker within a tenth or two of a second, against the priors of how soft tissue moves it
-)
+# of a marker within a tenth or two of a second, against the priors of how soft tissue moves it
+NOISE_M = 0.003
 SHIFT_STD_M = 0.03  # prior of how far a marker slips
 PULL = 1e-4  # on what no marker sees, in squares of a marker's own weight per rad or m
 

@@ -43,9 +43,8 @@ LEAST_HELD = 0.04  # information below which a direction is not known well enoug
 LEAST_M = 0.007  # jumps in real recordings of sound markers that look like slips stay below 5 mm
 LEAST_GAIN = 20.0  # a trunk that deforms in a jump reaches 15
 LARGEST_OTHER_STDS = 3.0  # the largest other jump of a trial is about three standard deviations of them
-LARGEST_AT_ONCE_STDS = (
-    5.5  # the largest other change from one frame to the next, of theirs: a few frames are far worse
-)
+# the largest other change from one frame to the next, of theirs: a few frames are far worse
+LARGEST_AT_ONCE_STDS = 5.5
 SAME_TIME_S = 0.05  # neighbours seem to jump with the marker that did
 MOST_SLIPS = 6
 ANGLE_STD_M = 0.03  # prior of how far soft tissue moves a marker per rad, and per rad² below

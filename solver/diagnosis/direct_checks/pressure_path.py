@@ -28,7 +28,7 @@ from solver.diagnosis.direct_checks.measured import STANDING_S, Measured
 from solver.diagnosis.direct_checks.statement import (
     MOST_NATS,
     REFUTING_NATS,
-    TOLD_NATS,
+    STATED_NATS,
     About,
     Statement,
     nats_of,
@@ -200,7 +200,7 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
     place = nats_of(off, std, PLACE_SCATTER_M, PLACE_USUAL_M, axes=2)
     scatter = np.sqrt(errors[AS_IT_IS] / len(stances))
     words = f"{100 * off:.0f} cm off the foot on average, scattering by {100 * scatter:.0f} cm"
-    if turned > TOLD_NATS:
+    if turned > STATED_NATS:
         rest = np.sqrt(errors[best] / len(stances))
         words += f"; {best} it would scatter by {100 * rest:.0f} cm"
     stood = "stance" if len(stances) == 1 else "stances"

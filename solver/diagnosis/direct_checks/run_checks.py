@@ -8,7 +8,7 @@ from solver.diagnosis.direct_checks.levels import EMPTY, LEVELS, empty_plate, le
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.pressure_path import pressure_path, standing
 from solver.diagnosis.direct_checks.rigid_distances import rigid_distances
-from solver.diagnosis.direct_checks.statement import TOLD_NATS, About, Statement
+from solver.diagnosis.direct_checks.statement import STATED_NATS, About, Statement
 from solver.diagnosis.direct_checks.weight import exchange, weight
 
 SUSPECTING_NATS = 6.0  # 400 to 1: from here on nothing else is named; a plate that is 19 cm off has as much
@@ -45,7 +45,7 @@ def _beside_a_lag(*said: Statement) -> tuple[Statement, ...]:
     A foot that moved on has left its pressure behind: its plate seems to be elsewhere, or turned, and bears
     what another one bore. Of an empty plate no clock says anything.
     """
-    late = {one.trial for one in said if About.CLOCK in one.spoken_for(TOLD_NATS)}
+    late = {one.trial for one in said if About.CLOCK in one.spoken_for(STATED_NATS)}
     if not late:
         return said
     return tuple(
@@ -66,7 +66,7 @@ def suspect_plates(statements: Sequence[Statement]) -> frozenset[str]:
     Args:
         statements: of all direct checks.
     """
-    if any(About.CLOCK in one.spoken_for(TOLD_NATS) for one in statements):
+    if any(About.CLOCK in one.spoken_for(STATED_NATS) for one in statements):
         return frozenset()
     own = [one for one in statements if one.target is not None and "+" not in one.target]
     placed = {one.target for one in own if About.PLATE_PLACE in one.nats}

@@ -23,9 +23,8 @@ class About(StrEnum):
     SEGMENT = "segment"  # several markers that moved together
 
 
-TOLD_NATS = (
-    5.0  # 150 to 1: what a direct check says for a class is told from here on; each trial has ten figures
-)
+# 150 to 1: what a direct check says for a class is stated from here on; each trial has ten figures
+STATED_NATS = 5.0
 REFUTING_NATS = 10.0  # 20 000 to 1; one step that carries the entered mass has 13 against half or double
 SOUND_DOF = 8.0  # tails of what sound recordings show: real ones stray, some far
 FAULTY_DOF = 2.0  # and of the sizes of faults: some are huge

@@ -34,9 +34,8 @@ MASS_USUAL = 0.12  # loads of 8 kg; another person's mass
 TRIAL_MASS_SCATTER = 0.015  # between trials of one person
 PLATES_SCATTER = 0.03  # between plates, of the mass that each carries alone; legs differ
 ALONE_S = 0.15  # that a plate bears alone, of a walk or a run
-LEAST_ASKED_SHARE = (
-    0.3  # of gravity, asked for on average while plates bear: forces 0.1 s late fall into flight
-)
+# of gravity, asked for on average while plates bear: forces 0.1 s late fall into flight
+LEAST_ASKED_SHARE = 0.3
 EXCHANGE_SCATTER = 0.05  # logarithm of what one plate gains over what the other loses
 EXCHANGE_USUAL = 0.7  # likewise: half or double gain; pounds are 1.5
 

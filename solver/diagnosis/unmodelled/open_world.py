@@ -293,13 +293,13 @@ class Standing:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """The names that hold against whatever is on no list, and what of that is told beside them or instead."""
+    """The names that hold against whatever is on no list, and what of that stands beside them or instead."""
 
     solved: Solved
     found: tuple[Found, ...]
     standings: tuple[Standing, ...]  # of each name that was found
-    told: Unknown | None
-    unknown_nats: float = -np.inf  # what the likeliest unknown cause that is large enough gains, told or not
+    unknown: Unknown | None
+    unknown_nats: float = -np.inf  # what the likeliest one that is large enough gains, stated or not
 
 
 def hold_names(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
@@ -324,8 +324,8 @@ def hold_names(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
             break
         given_up = found.pop(max(fallen, key=lambda k: standings[k].behind)).contender.term
         solved = balance.solve([t for t in solved.terms if t is not given_up], near=solved.noise_scale)
-    told, gain = _find_told(world, solved, beside, names)
-    return Held(solved, tuple(found), tuple(standings), told, gain)
+    unknown, gain = _find_unknown(world, solved, beside, names)
+    return Held(solved, tuple(found), tuple(standings), unknown, gain)
 
 
 def _proposal(balance: Balance, one: Found, solved: Solved, standing: Standing) -> AgainstAnything:
@@ -388,7 +388,7 @@ def _standing(
     )
 
 
-def _find_told(
+def _find_unknown(
     world: OpenWorld, solved: Solved, unknown: Sequence[Unknown], names: int
 ) -> tuple[Unknown | None, float]:
     """The likeliest unknown beside the names, if it is certain and large enough to look for.

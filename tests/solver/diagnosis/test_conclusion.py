@@ -132,8 +132,7 @@ def test_a_rival_that_does_as_well_is_an_alternative_with_what_tells_them_apart(
 
     @dataclass(frozen=True)
     class Twin(PlateGain):
-        id = "counterpart_gain"
-        separate_by = "nothing at all"
+        about = replace(PlateGain.about, id="counterpart_gain", separate_by="nothing at all")
 
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
     balance = Balance([rows], replace(SETTINGS, handicaps=EQUAL_ODDS, least_confidence=0.0))

@@ -13,7 +13,7 @@ from solver.diagnosis.direct_checks.lag import LAG_BIAS_S, lag_of
 from solver.diagnosis.direct_checks.measured import measure_trials
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
 from solver.diagnosis.direct_checks.run_checks import run_checks
-from solver.diagnosis.direct_checks.statement import REFUTING_NATS, TOLD_NATS, About, nats_of
+from solver.diagnosis.direct_checks.statement import REFUTING_NATS, STATED_NATS, About, nats_of
 from solver.diagnosis.direct_checks.weight import carried_kg, carried_mass, weighings
 
 MASS_KG = 70.0
@@ -73,7 +73,7 @@ def with_evidence(*captures, entered_kg=MASS_KG):
 
 
 def spoken(said):
-    return {about for one in said for about in one.spoken_for(TOLD_NATS)}
+    return {about for one in said for about in one.spoken_for(STATED_NATS)}
 
 
 def test_a_sound_recording_leaves_all_direct_checks_quiet():

@@ -10,7 +10,7 @@ from solver.capture.subject.subject import open_subject
 from solver.capture.trial import READING, read_trial
 from solver.diagnosis.direct_checks.measured import measure_trials
 from solver.diagnosis.direct_checks.run_checks import run_checks
-from solver.diagnosis.direct_checks.statement import TOLD_NATS, About
+from solver.diagnosis.direct_checks.statement import STATED_NATS, About
 
 pytestmark = pytest.mark.real
 SET_ON = ("walk_rajagopal2015", "overground_falisse_AdDB", "opencap_subject6")
@@ -27,14 +27,14 @@ def with_evidence(folder, recording):
 
 
 def spoken(said):
-    return {about for one in said for about in one.spoken_for(TOLD_NATS)}
+    return {about for one in said for about in one.spoken_for(STATED_NATS)}
 
 
 @pytest.mark.parametrize("source", JUDGING, ids=lambda source: source.name)
 def test_sound_stretches_leave_all_direct_checks_quiet(real_data, tmp_path, source):
     said = with_evidence(tmp_path / "as it is", source.read(real_data))
     assert len(said) > 3
-    assert {one.sentence for one in said if one.spoken_for(TOLD_NATS)} == set()
+    assert {one.sentence for one in said if one.spoken_for(STATED_NATS)} == set()
 
 
 @pytest.mark.parametrize(

@@ -134,14 +134,14 @@ def test_a_right_name_stays_sure(short_scene, drawn, balance_of_scenes, few):
     (standing,) = kept.standings
     assert standing.confidence > 0.9
     assert standing.confidence + standing.outside <= 1.0 + 1e-9
-    assert kept.told is None
+    assert kept.unknown is None
 
 
 def test_the_nearest_wrong_name_gives_way_to_the_plate_it_is_about(turned, few):
     selection = select(turned, few)
     kept = held_of(turned, selection)
-    assert kept.told is not None
-    assert (kept.told.cause.kind, kept.told.cause.target) == ("plate", "plate_2")
+    assert kept.unknown is not None
+    assert (kept.unknown.cause.kind, kept.unknown.cause.target) == ("plate", "plate_2")
     assert all(s.behind < 1.0 for s in kept.standings)
     answer = as_json(conclude(turned, selection))
     assert answer["verdict"] == "unexplained"
@@ -157,7 +157,7 @@ def test_what_is_too_small_to_look_for_is_no_evidence_that_something_is_wrong(tu
     assert held_of(turned, selection).unknown_nats > LEAST_UNKNOWN_NATS
     monkeypatch.setattr(open_world, "LEAST_UNKNOWN_SHARE", 0.9)  # of body weight
     kept = held_of(turned, selection)
-    assert kept.told is None
+    assert kept.unknown is None
     assert kept.unknown_nats == -np.inf
 
 
@@ -166,7 +166,7 @@ def test_nothing_is_told_where_nothing_is_wrong(drawn, balance_of_scenes, few):
         balance = balance_of_scenes(drawn(seed))
         selection = select(balance, few)
         kept = held_of(balance, selection)
-        assert kept.told is None
+        assert kept.unknown is None
 
 
 def test_the_evidence_of_an_unknown_is_that_over_its_sizes(drawn, balance_of_scenes):
@@ -279,6 +279,6 @@ def test_what_is_seen_elsewhere_stands_beside_an_unknown_that_does_not_explain_i
     contender = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
     result = hold_names(turned, Kept(solved, (Found(contender, 1.0, ()),), None), NAMES, Trail())
     assert bool(result.found) == kept
-    assert result.told.cause.target == "plate_2"
+    assert result.unknown.cause.target == "plate_2"
     if kept:
         assert 0.5 < result.standings[0].confidence < 1 / (1 + np.exp(-nats / TEMPER_NATS))
