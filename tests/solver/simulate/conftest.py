@@ -11,6 +11,8 @@ SCENARIOS = {
         Scenario("squat", "squat", duration=3.2, heading_deg=-70.0, centre=(1.0, 2.0)),
         Person(70.0, 1.74),
     ),
+    "sprint": (Scenario("sprint", "sprint", duration=0.6), Person(78.0, 1.80, "male")),
+    "landing": (Scenario("landing", "landing", duration=0.7), Person(78.0, 1.80, "male")),
 }
 
 
@@ -33,6 +35,16 @@ def run():
 @pytest.fixture(scope="session")
 def squat():
     return simulated("squat")
+
+
+@pytest.fixture(scope="session")
+def sprint():
+    return simulated("sprint", seed=7)
+
+
+@pytest.fixture(scope="session")
+def landing():
+    return simulated("landing", seed=7)
 
 
 @pytest.fixture(scope="session", params=["walk", "run", "squat"])
