@@ -9,25 +9,18 @@ import pytest
 
 from solver.capture.capture import Capture, Markers, Subject
 from solver.diagnosis import marker_causes
-from solver.diagnosis.causes.effect import Estimate, Range
-from solver.diagnosis.causes.marker_slip import MarkerSlip
-from solver.diagnosis.causes.scene import MarkerScene, Scene
+from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.causes.segment_displaced import SegmentDisplaced
 from solver.diagnosis.direct_checks.statement import About, Statement
 from solver.diagnosis.marker_causes import ROUNDS, SeenInMarkers, as_distances_tell, with_markers_repaired
 from solver.diagnosis.scenes import observed_markers
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import Settings
-from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import MarkerErrors
-from solver.kinematics.motion import Motion
-from solver.simulate.demo import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, recorded_markers
-from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, simulate_trial
-from solver.skeleton.forward import ForwardKinematics
+from solver.simulate.person import Person
+from solver.simulate.trial import Scenario
+from tests.solver.diagnosis.tracked_markers import RATE, record_markers, slip, track
 
-RATE = 100.0
 SLIPPED, SLIP_M, SLIP_FRAME = "LTB1", np.array([0.0, -0.02, 0.006]), 110
 SWAPPED, SWAP = ("LASI", "RASI"), slice(150, 251)
 LOOSE = "WAND"  # recorded, and no marker of the model
@@ -57,7 +50,7 @@ class Laboratory:
     def _trial(self, capture: Capture) -> TrialFit:
         known = capture.name in self.scenes and self.scenes[capture.name][0] is capture
         if not known:
-            scene = tracked(self.base, capture.markers.positions_ground[:, 1:])
+            scene = track(self.base, capture.markers.positions_ground[:, 1:])
             self.scenes[capture.name] = capture, scene
         scene = self.scenes[capture.name][1]
         distance = np.linalg.norm(scene.markers.observed_ground - scene.markers.model_ground, axis=2)
@@ -75,33 +68,11 @@ class Laboratory:
         return with_markers_repaired(self.fitted, Settings(), {})
 
 
-def tracked(base: Scene, observed_ground: np.ndarray) -> Scene:
-    """These markers with the motion that inverse kinematics finds for them."""
-    skeleton = base.skeleton
-    q = inverse_kinematics(skeleton, observed_ground, RATE, Settings().kinematics)
-    kinematics = ForwardKinematics(skeleton)
-    poses = kinematics.poses(q)
-    return replace(
-        base,
-        motion=Motion(skeleton.dofs, q, RATE),
-        R_ground_body=poses.R_ground_body,
-        p_ground_body=poses.p_ground_body,
-        markers=MarkerScene(
-            skeleton.marker_names, kinematics.marker_bodies, observed_ground, kinematics.markers(poses)
-        ),
-    )
-
-
 @pytest.fixture(scope="module")
-def walk(short_scene) -> np.ndarray:
+def walk() -> np.ndarray:
     """The short walk's markers with noise, gaps and skin, in two and a half seconds."""
-    body_rng, motion_rng, noise_rng = np.random.default_rng(4).spawn(3)
-    body = body_of(Person(68.0, 1.72), body_rng)  # that of the short walk
-    trial = simulate_trial(Scenario("walk", "walk", duration=2.5, heading_deg=20.0), body, motion_rng)
-    seen = recorded_markers(trial, MARKERS, MeasurementSettings(), noise_rng)
-    observed = np.full((seen.frames, len(body.skeleton.markers), 3), np.nan)
-    for m, name in enumerate(seen.names):
-        observed[:, short_scene.skeleton.marker_names.index(name)] = seen.positions_ground[:, m]
+    who = Person(68.0, 1.72)  # that of the short walk
+    observed, _ = record_markers(who, Scenario("walk", "walk", duration=2.5, heading_deg=20.0), 4)
     return observed
 
 
@@ -111,7 +82,7 @@ def spoilt(walk, short_scene) -> np.ndarray:
     skeleton = short_scene.skeleton
     observed = walk.copy()
     m = skeleton.marker_names.index(SLIPPED)
-    R = tracked(short_scene, walk).R_ground_body[SLIP_FRAME:, skeleton.markers[m].body]
+    R = track(short_scene, walk).R_ground_body[SLIP_FRAME:, skeleton.markers[m].body]
     observed[SLIP_FRAME:, m] += R @ SLIP_M
     pair = [skeleton.marker_names.index(name) for name in SWAPPED]
     observed[SWAP, pair] = walk[SWAP, pair[::-1]]
@@ -174,18 +145,8 @@ def thigh(short_scene):
 
 
 @pytest.fixture
-def slip(short_scene, thigh):
-    marker = short_scene.markers.names.index(thigh[0])
-    return MarkerSlip(
-        target=thigh[0],
-        parameters={"shift_m": Estimate(0.02, 0.001), "time_s": Estimate(FRAME / short_scene.rate, 0.01)},
-        frames=Range(short_scene.name, FRAME, short_scene.frames),
-        gain=50.0,
-        marker=marker,
-        body=int(short_scene.markers.body[marker]),
-        shift_body=np.array([0.02, 0.0, 0.0]),
-        R_ground_body=short_scene.R_ground_body[:, short_scene.markers.body[marker]],
-    )
+def slipped(short_scene, thigh):
+    return slip(short_scene, short_scene.markers.names.index(thigh[0]), FRAME)
 
 
 def said(scene, markers, later_s=0.0, trial=None, **nats):
@@ -200,15 +161,15 @@ def said(scene, markers, later_s=0.0, trial=None, **nats):
     )
 
 
-def test_those_that_moved_together_are_named_in_place_of_the_one_that_stayed(short_scene, thigh, slip):
+def test_those_that_moved_together_are_named_in_place_of_the_one_that_stayed(short_scene, thigh, slipped):
     statement = said(short_scene, [*thigh[1:], "WAND"], segment=6.0)
-    (told,) = as_distances_tell(SeenInMarkers((slip,)), [statement], [short_scene]).findings
+    (told,) = as_distances_tell(SeenInMarkers((slipped,)), [statement], [short_scene]).findings
     assert isinstance(told, SegmentDisplaced)
     assert told.target == "femur_r"
     assert told.parameters["shift_m"].value == 0.031
-    assert told.frames == slip.frames
+    assert told.frames == slipped.frames
     observed = short_scene.markers.observed_ground
-    np.testing.assert_array_equal(told.repair(observed), slip.repair(observed))
+    np.testing.assert_array_equal(told.repair(observed), slipped.repair(observed))
 
 
 @pytest.mark.parametrize(
@@ -223,6 +184,6 @@ def test_those_that_moved_together_are_named_in_place_of_the_one_that_stayed(sho
     ],
     ids=["too quiet", "of one marker", "later", "in another trial", "with it", "of no marker of the model"],
 )
-def test_any_other_word_leaves_the_slip(short_scene, thigh, slip, statement):
-    told = as_distances_tell(SeenInMarkers((slip,)), [statement(short_scene, thigh)], [short_scene])
-    assert told.findings == (slip,)
+def test_any_other_word_leaves_the_slip(short_scene, thigh, slipped, statement):
+    told = as_distances_tell(SeenInMarkers((slipped,)), [statement(short_scene, thigh)], [short_scene])
+    assert told.findings == (slipped,)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -17,8 +18,6 @@ from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
-from solver.kinematics.inverse_kinematics import inverse_kinematics
-from solver.kinematics.motion import Motion
 from solver.simulate.demo import MARKERS
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under, recorded_markers
@@ -27,12 +26,16 @@ from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
+from tests.solver.diagnosis.tracked_markers import record_markers, track
 
 RATE = 100.0  # [Hz]
 FEET = ("calcn_r", "calcn_l")
 NOISELESS = MeasurementSettings(
     marker_noise_m=0.0, gaps_per_marker_minute=0.0, force_noise_N=(0, 0, 0), moment_noise_Nm=(0, 0, 0)
 )
+
+
+SOMEBODY = Person(75.0, 1.80)
 
 
 @pytest.fixture(scope="session")
@@ -237,47 +240,19 @@ def recorded(scene) -> Callable[[np.ndarray], Scene]:
 def tracked(scene) -> Callable[..., Scene]:
     """A scene of these markers, with the motion that inverse kinematics finds for them."""
 
-    def track(observed_ground: np.ndarray, skeleton: Skeleton | None = None, rate: float = RATE) -> Scene:
-        skeleton = skeleton or scene.skeleton
-        q = inverse_kinematics(skeleton, observed_ground, rate, Settings().kinematics)
-        kinematics = ForwardKinematics(skeleton)
-        poses = kinematics.poses(q)
-        markers = MarkerScene(
-            skeleton.marker_names, kinematics.marker_bodies, observed_ground, kinematics.markers(poses)
-        )
-        return replace(
-            scene,
-            skeleton=skeleton,
-            motion=Motion(skeleton.dofs, q, rate),
-            R_ground_body=poses.R_ground_body,
-            p_ground_body=poses.p_ground_body,
-            markers=markers,
-        )
-
-    return track
+    return partial(track, scene)
 
 
 @pytest.fixture(scope="session")
 def long_walk() -> tuple:
     """Four seconds of somebody's markers with noise, gaps and skin, and the skeleton that orders them."""
-    return _recorded(Scenario("walk", "walk", duration=4.0, heading_deg=-35.0))
+    return record_markers(SOMEBODY, Scenario("walk", "walk", duration=4.0, heading_deg=-35.0), 8)
 
 
 @pytest.fixture(scope="session")
 def long_squat() -> tuple:
     """The same person's, who squats."""
-    return _recorded(Scenario("squat", "squat", duration=4.0))
-
-
-def _recorded(scenario: Scenario) -> tuple:
-    body_rng, motion_rng, noise_rng = np.random.default_rng(8).spawn(3)
-    body = body_of(Person(75.0, 1.80), body_rng)
-    trial = simulate_trial(scenario, body, motion_rng)
-    seen = recorded_markers(trial, MARKERS, MeasurementSettings(), noise_rng)
-    observed = np.full((seen.frames, len(body.skeleton.markers), 3), np.nan)
-    for m, name in enumerate(seen.names):
-        observed[:, body.skeleton.marker_names.index(name)] = seen.positions_ground[:, m]
-    return observed, body.skeleton
+    return record_markers(SOMEBODY, Scenario("squat", "squat", duration=4.0), 8)
 
 
 @pytest.fixture(scope="session")

@@ -5,31 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.effect import Estimate, Range
+from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.causes.leaps import Leap
 from solver.diagnosis.causes.marker_slip import MarkerSlip
 from solver.diagnosis.causes.segment_displaced import SegmentDisplaced, of_leap, slips_together
 from solver.diagnosis.causes.soft_tissue import SoftTissue
-
-SHIFT_M = np.array([0.02, -0.01, 0.005])
+from tests.solver.diagnosis.tracked_markers import SHIFT_M, slip
 
 
 def marker_of(scene, body, nth=0):
     own = np.flatnonzero(scene.markers.body == scene.skeleton.body_index(body))
     return int(own[nth])
-
-
-def slip(scene, marker, frame=100, size_m=0.02, trial=None):
-    return MarkerSlip(
-        target=scene.markers.names[marker],
-        parameters={"shift_m": Estimate(size_m, 0.001), "time_s": Estimate(frame / scene.rate, 0.01)},
-        frames=Range(trial or scene.name, frame, scene.frames),
-        gain=40.0,
-        marker=marker,
-        body=int(scene.markers.body[marker]),
-        shift_body=SHIFT_M,
-        R_ground_body=scene.R_ground_body[:, scene.markers.body[marker]],
-    )
 
 
 def together(scene, *found):
