@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.simulate.spline_motion import SplineMotion
-from solver.simulate.trial import External
 from solver.skeleton.forward import ForwardKinematics, cross
 from solver.skeleton.skeleton import Skeleton
 
@@ -87,22 +86,6 @@ class BodyTorque:
             R = body_rotation(self.skeleton, self.body, motion, times)
             torque = (R @ torque[..., None])[..., 0]
         return np.concatenate([np.zeros_like(torque), torque], axis=1)
-
-
-@dataclass(frozen=True)
-class Together:
-    """Several things acting at once."""
-
-    parts: tuple[External, ...]
-
-    def __call__(
-        self, motion: SplineMotion, times: Float[np.ndarray, " times"]
-    ) -> Float[np.ndarray, "times 6"]:
-        """The sum of their wrenches."""
-        total = np.zeros((len(times), 6))
-        for part in self.parts:
-            total += part(motion, times)
-        return total
 
 
 def body_rotation(

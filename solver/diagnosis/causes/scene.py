@@ -97,11 +97,6 @@ class PlateScene:
     def _samples_at(self, times: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
         return (times - self.plate.start_time) * self.plate.rate
 
-    @property
-    def sample_times(self) -> Float[np.ndarray, " samples"]:
-        """Time of each sample on the markers' clock [s]."""
-        return self.plate.times
-
 
 @dataclass(frozen=True, eq=False)
 class MarkerScene:

@@ -4,7 +4,7 @@ Every function takes what is true and returns what is recorded, as the catalogue
 reads exactly nothing it goes on reading nothing, unless said otherwise.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -146,11 +146,6 @@ def stances(plate: ForcePlate, shortest_s: float = 0.15) -> list[slice]:
         if ends and (ends[0] - start) / plate.rate >= shortest_s:
             runs.append(slice(start, ends[0]))
     return runs
-
-
-def plate_index(plates: Sequence[ForcePlate], target: str) -> int:
-    """Index of `plate_k`."""
-    return int(target.removeprefix("plate_")) - 1
 
 
 def delay(capture: Capture, offset_s: float) -> Capture:

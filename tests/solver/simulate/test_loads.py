@@ -5,7 +5,6 @@ from solver.simulate.loads import (
     BodyPoint,
     BodyTorque,
     PointForce,
-    Together,
     body_rotation,
     constant,
     drag,
@@ -88,9 +87,3 @@ def test_a_torque_may_turn_with_the_segment(walk):
     np.testing.assert_allclose(fixed[:, 3:], time_history(TIMES))
     R = body_rotation(skeleton, "torso", walk.motion, TIMES)
     np.testing.assert_allclose(np.einsum("tji,tj->ti", R, turning[:, 3:]), time_history(TIMES), atol=1e-12)
-
-
-def test_several_things_add_up(walk, hand):
-    one, two = PointForce(hand, constant(np.array([1.0, 0, 0]))), PointForce(hand, drag(5.0))
-    both = Together((one, two))(walk.motion, TIMES)
-    np.testing.assert_allclose(both, one(walk.motion, TIMES) + two(walk.motion, TIMES))
