@@ -53,15 +53,7 @@ class NoteJson(TypedDict):
 
 
 class Note(str):
-    """A sentence with its kind; it reads, compares and sorts as its text, and never changes.
-
-    Args:
-        kind: what it is about.
-        text: the sentence.
-        trial: whose recording it is about; its name comes first in the sentence. None: about the subject.
-        advice: the end of the sentence, after a semicolon: what to do or to check.
-        values: figures and names that the sentence is made of.
-    """
+    """A sentence with its kind; it reads, compares and sorts as its text, and never changes."""
 
     kind: Kind
     trial: str | None
@@ -77,7 +69,15 @@ class Note(str):
         advice: str = "",
         values: Mapping[str, Value] | None = None,
     ) -> "Note":
-        """The sentence, its trial's name first and its advice last."""
+        """The sentence, its trial's name first and its advice last.
+
+        Args:
+            kind: what it is about.
+            text: the sentence.
+            trial: whose recording it is about; None: about the subject.
+            advice: the end of the sentence, after a semicolon: what to do or to check.
+            values: figures and names that the sentence is made of.
+        """
         before = "" if trial is None or text.startswith(f"{trial}: ") else f"{trial}: "
         ending = f"; {advice}" if advice and not text.endswith(advice) else ""
         note = super().__new__(cls, before + text + ending)
