@@ -83,7 +83,7 @@ def whole(small_fit, tmp_path, monkeypatch) -> Path:
     rows = np.tile([0.0, 700.0, 0.0, 0.5, 0.0, 0.5, 0.0, 0.0, 0.0], (40, 1))
     write_storage(folder / "walk_grf.mot", columns, 0.25 + np.arange(40) / 1000, rows)
     (folder / "subject.toml").write_text(TOML)
-    (folder / "settings.toml").write_text("[kinematics]\niterations = 30\n[cleaning]\nfarthest_m = 900.0\n")
+    (folder / "settings.toml").write_text("[kinematics]\niterations = 30\n[cleaning]\nspike_m = 0.3\n")
     (folder / "markers.toml").write_text('[markers]\nASIS = "asis_r"\n')
     (folder / "_subject.json").write_text('{"massKg": "70", "sex": "female", "subjectTags": ["x"]}')
     (folder / "review.json").write_text('{"missing_grf_data": [false, true, false, false]}')
