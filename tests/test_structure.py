@@ -62,3 +62,27 @@ def test_only_what_is_kept_to_passes(structure):
         with long[0].open("a") as users:
             users.write(f"\nfrom synthetic_package import used_once_{k}")
     assert structure.main() == 1
+
+
+def test_what_has_a_budget_is_counted_and_may_not_go_beyond_it(structure, capsys, monkeypatch):
+    folder = structure.ROOT / "synthetic_package"
+    (folder / "page.js").unlink()
+    (folder / "long.py").write_text("x: dict[str, Any]\n")
+    (folder / "three.py").write_text("y = setting(1, 'm')\n")
+    (folder / "below").mkdir()
+    (folder / "below" / "__init__.py").write_text("")
+    (folder / "below" / "two.py").write_text("")
+    assert structure.main() == 0
+    said = capsys.readouterr().out
+    for what, found in {
+        "Lines of the product": 5,
+        "Settings": 1,
+        "Untyped dictionaries": 1,
+        "Names of two files or more": 1,
+    }.items():
+        assert f"{what}: {found} of " in said
+        monkeypatch.setitem(structure.MOST, what, found - 1)
+        assert structure.main() == 1
+        assert f"Beyond its budget: {what}, by 1." in capsys.readouterr().out
+        monkeypatch.setitem(structure.MOST, what, found)
+    assert structure.main() == 0
