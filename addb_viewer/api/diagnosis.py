@@ -6,10 +6,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from addb_viewer.text.diagnosis_vocabulary import amounts, ranges_of, sentence, title
+from addb_viewer.text.diagnosis_vocabulary import amounts, sentence, title
 from addb_viewer.text.diagnosis_words import page, screen
 from addb_viewer.text.sections import as_text
 from solver.common.notes import Note
+from solver.diagnosis.report import Cause as Found
+from solver.diagnosis.report import DiagnosisReport
 
 NOT_KNOWN = float("nan")
 
@@ -44,29 +46,34 @@ class Cause:
 class Diagnosis:
     """What is wrong with the recordings. `print(diagnosis)` is the screen of `addb-viewer diagnose`."""
 
-    figures: Mapping[str, Any]  # in the shape of `addb-viewer diagnose --json`
+    report: DiagnosisReport
     file: Path  # that keeps it
     new: bool = True  # False: nothing had changed, so the kept answer stands
 
     @property
+    def figures(self) -> Mapping[str, Any]:
+        """Everything as plain values, in the shape of `addb-viewer diagnose --json`."""
+        return self.report.as_json()
+
+    @property
     def verdict(self) -> str:
         """Either "clean", "explained" (causes are named) or "unexplained" (something is left, or all)."""
-        return str(self.figures["verdict"])
+        return self.report.verdict
 
     @property
     def trials(self) -> tuple[str, ...]:
         """Those that were looked at, together."""
-        return tuple(self.figures["trials"])
+        return self.report.trials
 
     @property
     def notes(self) -> tuple[Note, ...]:
         """What was assumed, converted or ignored."""
-        return tuple(map(Note.from_json, self.figures["notes"]))
+        return self.report.notes
 
     @cached_property
     def causes(self) -> tuple[Cause, ...]:
         """The named causes, as the answer orders them."""
-        return tuple(_cause(self.figures, effect) for effect in self.figures["effects"])
+        return tuple(map(_cause, self.report.effects))
 
     def __iter__(self) -> Iterator[Cause]:
         """The causes."""
@@ -83,26 +90,26 @@ class Diagnosis:
 
     def __str__(self) -> str:
         """The answer that fits a screen."""
-        return "\n".join(as_text(screen(self.figures)))
+        return "\n".join(as_text(screen(self.report)))
 
     def in_full(self) -> str:
         """The whole answer: direct checks, certainty, what else it could be."""
-        return "\n".join(as_text(page(self.figures)))
+        return "\n".join(as_text(page(self.report)))
 
 
-def _cause(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> Cause:
+def _cause(effect: Found) -> Cause:
     return Cause(
-        id=effect["id"],
-        target=effect["target"],
+        id=effect.id,
+        target=effect.target,
         title=": ".join([title(effect), *amounts(effect)[:1]]),
         sentence=sentence(effect),
-        remedy=effect["remedy"],
-        confidence=effect["confidence"],
+        remedy=effect.remedy,
+        confidence=effect.confidence,
         parameters={
-            name: Estimate(_number(figure["value"]), _number(figure["std"]))
-            for name, figure in effect["parameters"].items()
+            name: Estimate(_number(figure.value), _number(figure.std))
+            for name, figure in effect.parameters.items()
         },
-        frames=tuple(ranges_of(figures, effect)),
+        frames=effect.frames,
     )
 
 

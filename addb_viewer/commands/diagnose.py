@@ -48,6 +48,7 @@ from solver.contact.detection import detect as proposals_for
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import missing_force
 from solver.diagnosis.causes.catalogue import IDS, MARKER_IDS
+from solver.diagnosis.report import Decided, DiagnosisReport, Rival
 from solver.dynamics.trajectory.extension import Cause
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.results.extension_log import ACCEPT
@@ -186,7 +187,8 @@ def diagnose(
             )
 
             def still_true(folder: Path) -> dict[str, Any] | None:
-                return kept_of(job_of(folder, out and out / folder.relative_to(place)))
+                held = kept_of(job_of(folder, out and out / folder.relative_to(place)))
+                return None if held is None else held.as_json()
 
             run_on_all(root, Work("diagnose", words, out, key_findings, kept=still_true), jobs, json, csv)
             return
@@ -195,7 +197,7 @@ def diagnose(
         with terminal_progress() as progress:
             figures, file = diagnosed(job, progress, why)
         if json is not None:
-            write_json(json, figures)
+            write_json(json, figures.as_json())
         if why is None:
             print_diagnosis(figures, file, full=full)
         else:
@@ -209,29 +211,29 @@ def key_findings(figures: dict[str, Any], _: str = "") -> Row:
     return {"trials": len(figures["trials"]), "verdict": figures["verdict"], "causes": "; ".join(named)}
 
 
-def print_diagnosis(figures: Mapping[str, Any], file: Path, *, full: bool = False) -> None:
+def print_diagnosis(figures: DiagnosisReport, file: Path, *, full: bool = False) -> None:
     """A screen, or the whole page, on stdout, and where the figures are."""
     for line in as_text(page(figures) if full else screen(figures)):
         typer.echo(line)
     typer.echo(f"\nwritten: {file}{'' if full else '; --full says more'}")
 
 
-def decisions_on(figures: Figures, id: str) -> list[Section]:
+def decisions_on(figures: DiagnosisReport, id: str) -> list[Section]:
     """Of each place at which a cause was tried: what every check said, up to the one at which it fell.
 
     Args:
-        figures: in the shape of `diagnose --json`, made with this id.
+        figures: made with this id.
         id: of the cause.
     """
-    tried = [_told(one) for one in figures.get("decisions", ()) if one["id"] == id]
+    tried = [_told(one) for one in figures.decisions if one.id == id]
     return tried or [Section(f"{id}: not tried", (IN_MARKERS if id in MARKER_IDS else NEVER_PROPOSED,))]
 
 
-def _told(one: Figures) -> Section:
-    fell = next((c["name"] for c in one["checks"] if not c["passed"]), None)
-    verdict = "named" if one["named"] else f"fell at '{fell}'"
-    rows = tuple((c["name"] if c["passed"] else f"{c['name']}, no", c["reason"]) for c in one["checks"])
-    return Section(f"{capital(title(one))}: {verdict}", (), rows)
+def _told(one: Decided) -> Section:
+    fell = next((c.name for c in one.checks if not c.passed), None)
+    verdict = "named" if one.named else f"fell at '{fell}'"
+    rows = tuple((c.name if c.passed else f"{c.name}, no", c.reason) for c in one.checks)
+    return Section(f"{capital(title(Rival(one.id, one.target)))}: {verdict}", (), rows)
 
 
 ALONE = "fits use the recorded forces alone"
@@ -306,8 +308,8 @@ def _meant(said: list[str] | None, results: Path) -> list[tuple[str, str]] | Non
     """Ids and targets of the causes that somebody named; an id alone where only one cause has it."""
     if not said:
         return None
-    figures, _ = kept(results) or ({"effects": []}, {})
-    named = [(effect["id"], effect["target"]) for effect in figures["effects"]]
+    diagnosis = kept(results)
+    named = [(effect.id, effect.target) for effect in diagnosis[0].effects] if diagnosis else []
     meant = []
     for text in said:
         id_, colon, target = text.partition(":")

@@ -203,7 +203,7 @@ def _page(entry: Entry) -> dict[str, Any]:
         "file": str(entry.file),
         "error": None,
         "trials": _trials(report),
-        "verdict": None if diagnosis is None else diagnosis["verdict"],
+        "verdict": None if diagnosis is None else diagnosis.verdict,
     }
 
 

@@ -1,7 +1,7 @@
 """A subject's rows of the tables that the whole release shares, and its figures."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from addb_viewer.dataset.release_subject import ReleaseSubject, age_told
 from addb_viewer.dataset.trial_labels import TrialLabels
 from solver.common.frames_at_once import by_frames
 from solver.common.gravity import GRAVITY
+from solver.diagnosis.report import Cause
 from solver.dynamics.com_trajectory import MassEstimate, com_data
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
@@ -310,26 +311,24 @@ def coordinate_rows(fit: Fit, subject_id: str) -> list[Row]:
     return found
 
 
-def cause_rows(who: ReleaseSubject, extension: Extension | None, named: Sequence[Row]) -> list[Row]:
+def cause_rows(who: ReleaseSubject, extension: Extension | None, named: Sequence[Cause]) -> list[Row]:
     """A subject's rows of `causes`: accepted ones, and what the last diagnosis named beside them.
 
     Args:
         who: it is.
         extension: accepted causes; None: none.
-        named: effects of the kept diagnosis, as `diagnose --json` has them.
+        named: causes of the kept diagnosis.
     """
     found: dict[tuple, Row] = {}
     for effect in named:
-        values = effect["parameters"]
-        trial = effect.get("trial")
-        found[effect["id"], effect["target"]] = {
+        found[effect.id, effect.target] = {
             "subject_id": who.subject_id,
-            "trial_id": None if trial is None else who.trial_id(trial),
-            "cause": effect["id"],
-            "target": effect["target"],
-            "parameters": _json({name: value["value"] for name, value in values.items()}),
-            "std": _json({name: value["std"] for name, value in values.items()}),
-            "sureness": effect["confidence"],
+            "trial_id": None if effect.trial is None else who.trial_id(effect.trial),
+            "cause": effect.id,
+            "target": effect.target,
+            "parameters": _json({name: figure.value for name, figure in effect.parameters.items()}),
+            "std": _json({name: figure.std for name, figure in effect.parameters.items()}),
+            "sureness": effect.confidence,
             "state": "named",
         }
     for cause in extension.named if extension else ():
@@ -348,7 +347,7 @@ def cause_rows(who: ReleaseSubject, extension: Extension | None, named: Sequence
     return list(found.values())
 
 
-def _json(values: dict[str, float]) -> str:
+def _json(values: Mapping[str, float | None]) -> str:
     return json.dumps(values, sort_keys=True)
 
 

@@ -1,6 +1,6 @@
 """What there is before anything is fitted: subjects, trials, which a release takes, which deserve a look."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -32,6 +32,7 @@ from solver.common.file_names import readable
 from solver.common.notes import Note
 from solver.common.small_files import json_content
 from solver.contact.wrenches import DETECTION
+from solver.diagnosis.report import Cause
 from solver.fitting.results.store import default_folder
 from solver.fitting.settings import settings_for
 
@@ -357,18 +358,18 @@ def triaged(one: ScannedSubject) -> Iterator[TriageRow]:
         yield TriageRow(one.who.subject_id, mass_entered_kg=entered, concerns=(f"{file}: {error}",))
 
 
-def concerns_of(trial: str, notes: Iterable[Note], causes: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+def concerns_of(trial: str, notes: Iterable[Note], causes: Sequence[Cause]) -> tuple[str, ...]:
     """What somebody should look at: causes that the diagnosis named, then notes of the fit that ask for it.
 
     Args:
         trial: its name.
         notes: of the fit.
-        causes: as `diagnose --json` has them.
+        causes: of the diagnosis.
     """
     named = [
-        f"{' '.join((cause['id'], cause['target'])).strip()} ({100 * cause['confidence']:.0f} %)"
+        f"{f'{cause.id} {cause.target}'.strip()} ({100 * cause.confidence:.0f} %)"
         for cause in causes
-        if cause.get("trial") in (None, trial)
+        if cause.trial in (None, trial)
     ]
     own = by_kind([note for note in notes if note.trial == trial])
     said = [found.key_findings.removeprefix(f"{trial}: ") for found in own if found.needs_decision]

@@ -5,7 +5,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -18,28 +17,30 @@ from annotations.folding import folded
 from annotations.suggested_activity import SuggestedActivity, open_suggestions
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
+from solver.common.typed_json import plain
+from solver.diagnosis.report import Cause
 from solver.fitting.provenance import other_recordings, provenance_of
 from solver.fitting.results.store import default_folder
 
 
-def named_causes(subject: Subject) -> list[dict[str, Any]]:
-    """The effects, as `diagnose --json` has them; none where nobody has asked, or files have changed since.
+def named_causes(subject: Subject) -> tuple[Cause, ...]:
+    """The causes of its diagnosis; none where nobody has asked, or files have changed since.
 
     Raises:
         ResultsError: the kept diagnosis cannot be read.
     """
     found = kept(default_folder(subject.folder))
     if found is None:
-        return []
+        return ()
     figures, made_from = found
     if other_recordings(made_from["provenance"], provenance_of(subject, subject.trials)):
-        return []
-    return list(figures["effects"])
+        return ()
+    return figures.effects
 
 
-def fingerprint(causes: list[dict[str, Any]]) -> str:
+def fingerprint(causes: Sequence[Cause]) -> str:
     """SHA-256 of what they say."""
-    return hashlib.sha256(json.dumps(causes, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(plain(tuple(causes)), sort_keys=True).encode()).hexdigest()
 
 
 UNKNOWN = "none"  # activity of a frame of which nobody and no rule has said anything

@@ -1,9 +1,9 @@
 """Make causes that a diagnosis named part of the model, or decide against them."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from addb_viewer.jobs.accepted_extension import keep_gain
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import Job
-from addb_viewer.text.diagnosis_vocabulary import about, names_of, ranges_of
+from addb_viewer.text.diagnosis_vocabulary import about, names_of
 from solver.common.errors import ResultsError
 from solver.common.progress import Progress, part, silent
 from solver.diagnosis.accepting import extension_for
@@ -20,7 +20,8 @@ from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import MARKER_IDS, cannot_be_accepted
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.extended_fit import extended_fit
-from solver.diagnosis.report import extended_gain_json
+from solver.diagnosis.report import Cause as Named
+from solver.diagnosis.report import DiagnosisReport, extended_gain_json
 from solver.dynamics.trajectory.extension import Cause, Extension
 from solver.fitting.fit import Fit
 from solver.fitting.provenance import other_recordings, provenance_of, without_reviews
@@ -31,19 +32,17 @@ from solver.fitting.settings import as_dict
 from solver.kinematics.label_faults.fault import EXCHANGED, Exchange
 
 
-def exchanges_of(figures: Mapping[str, Any]) -> tuple[Exchange, ...]:
+def exchanges_of(figures: DiagnosisReport) -> tuple[Exchange, ...]:
     """The exchanged labels of a diagnosis, one for each stretch of frames.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
     """
     found = []
-    for effect in figures.get("effects", ()):
+    for effect in figures.effects:
         if about(effect).corrected_by is CorrectedBy.LABELS:
-            one, _, other = effect["target"].partition("+")
-            found += [
-                Exchange(name, (one, other), start, end) for name, start, end in ranges_of(figures, effect)
-            ]
+            one, _, other = effect.target.partition("+")
+            found += [Exchange(name, (one, other), start, end) for name, start, end in effect.frames]
     return tuple(found)
 
 
@@ -90,7 +89,7 @@ class Accepted:
 class Wanted:
     """What is to be accepted, and what is rejected beside it."""
 
-    figures: dict[str, Any]  # in the shape of `diagnose --json`, with these causes alone
+    figures: DiagnosisReport  # with these causes alone
     made_from: dict[str, str]
     refused: tuple[Cause, ...] = ()
 
@@ -122,8 +121,8 @@ def accepted(
     else:
         _split(_only(figures, only, job.results), job.results)  # something of what is meant can be accepted
         chosen = _only(figures, held | set(only), job.results)
-    still = refused - {(effect["id"], effect["target"]) for effect in chosen["effects"]}
-    wanted = Wanted(chosen, made_from, _causes(_only(figures, still, job.results)))
+    still = refused - {(effect.id, effect.target) for effect in chosen.effects}
+    wanted = Wanted(chosen, made_from, _causes(_only(figures, still, job.results).effects))
     return _accepted(job, wanted, by, progress)
 
 
@@ -144,12 +143,12 @@ def _accepted(job: Job, wanted: Wanted, by: str, progress: Progress) -> Accepted
         record(labels_alone)
         told: dict[str, Any] = {"causes": [], "exchanges": _exchanges(exchanges)}
         return Accepted(labels_alone, by, told, left_out)
-    ranges = {(e["id"], e["target"]): [Range(*r) for r in ranges_of(figures, e)] for e in figures["effects"]}
+    ranges = {(e.id, e.target): [Range(*r) for r in e.frames] for e in figures.effects}
     found = extension_for(
         job.subject,
         job.settings,
         {(cause.id, cause.target): ranges[cause.id, cause.target] for cause in causes},
-        trials=figures["trials"],
+        trials=figures.trials,
         reviews=job.reviews,
         progress=part(progress, 0.0, FOUND),
     )
@@ -189,15 +188,17 @@ def rejected(
     found, accepted_before = kept(job.results), extension_log.accepted(job.results)
     if found is None and (accepted_before is None or only is not None):
         raise ResultsError(f"{job.results}: nothing to reject; no diagnosis is kept here.")
-    figures: dict[str, Any] = found[0] if found else {"effects": []}
-    if only is None:
+    if only is None or found is None:
         causes = accepted_before[1].named if accepted_before else ()
         known = {(cause.id, cause.target) for cause in causes}
-        causes += tuple(c for c in _causes(figures) if (c.id, c.target) not in known)
+        causes += tuple(
+            c for c in _causes(found[0].effects if found else ()) if (c.id, c.target) not in known
+        )
         return _rejected(job, causes, by)
+    figures = found[0]
     _only(figures, only, job.results)  # it names them
     held, refused = _decided(figures, job.results)
-    causes = _causes(_only(figures, refused | set(only), job.results))
+    causes = _causes(_only(figures, refused | set(only), job.results).effects)
     stay = held - set(only)
     if not stay:
         return _rejected(job, causes, by)
@@ -213,23 +214,23 @@ def _rejected(job: Job, causes: tuple[Cause, ...], by: str) -> Decision:
     return extension_log.reject(job.results, causes, by=by, made_from=made_from)
 
 
-def _decided(figures: dict[str, Any], results: Path) -> tuple[set[tuple[str, str]], set[tuple[str, str]]]:
+def _decided(figures: DiagnosisReport, results: Path) -> tuple[set[tuple[str, str]], set[tuple[str, str]]]:
     """Of the causes that a diagnosis names: those that are accepted, and those that are rejected."""
     made = extension_log.decisions(results)
     standing = made[-1].standing if made else {}
-    named = {(effect["id"], effect["target"]) for effect in figures["effects"]}
+    named = {(effect.id, effect.target) for effect in figures.effects}
     of = {kind: {key for key in named if standing.get(key) == kind} for kind in (ACCEPT, REJECT)}
     return of[ACCEPT], of[REJECT]
 
 
-def _diagnosis(job: Job) -> tuple[dict[str, Any], dict[str, str]]:
+def _diagnosis(job: Job) -> tuple[DiagnosisReport, dict[str, str]]:
     """The last diagnosis and the provenance of its recordings, if both are still those of the folder."""
     check_place(job.results)
     found = kept(job.results)
     if found is None:
         raise ResultsError(f"{job.results}: no diagnosis is kept here. Run: addb-viewer diagnose")
     figures, made_from = found
-    of_trials = [t for t in job.subject.trials if t.name in figures["trials"]]
+    of_trials = [t for t in job.subject.trials if t.name in figures.trials]
     now = provenance_of(job.subject, of_trials)
     changed = other_recordings(made_from["provenance"], now)
     if made_from["settings"] != as_dict(job.settings):
@@ -242,22 +243,22 @@ def _diagnosis(job: Job) -> tuple[dict[str, Any], dict[str, str]]:
     return figures, now
 
 
-def _only(figures: dict[str, Any], wanted: Collection[tuple[str, str]], results: Path) -> dict[str, Any]:
+def _only(figures: DiagnosisReport, wanted: Collection[tuple[str, str]], results: Path) -> DiagnosisReport:
     """The diagnosis with these causes alone."""
-    named = [(effect["id"], effect["target"]) for effect in figures["effects"]]
+    named = [(effect.id, effect.target) for effect in figures.effects]
     for cause in wanted:
         if cause not in named:
             listed = ", ".join(f"{id} ({target})" for id, target in named) or "none"
             raise ResultsError(
                 f"{results}: the last diagnosis does not name {cause[0]} ({cause[1]}). It names: {listed}."
             )
-    effects = [effect for effect in figures["effects"] if (effect["id"], effect["target"]) in wanted]
-    return {**figures, "effects": effects}
+    effects = [effect for effect in figures.effects if (effect.id, effect.target) in wanted]
+    return replace(figures, effects=tuple(effects))
 
 
-def _without_tentative(figures: dict[str, Any]) -> dict[str, Any]:
+def _without_tentative(figures: DiagnosisReport) -> DiagnosisReport:
     """The diagnosis without what is likelier wrong than right, where anything else is named."""
-    return {**figures, "effects": names_of(figures) or figures["effects"]}
+    return replace(figures, effects=tuple(names_of(figures)) or figures.effects)
 
 
 def _exchanges(exchanges: Sequence[Exchange]) -> list[dict[str, object]]:
@@ -265,10 +266,10 @@ def _exchanges(exchanges: Sequence[Exchange]) -> list[dict[str, object]]:
 
 
 def _split(
-    figures: dict[str, Any], results: Path
+    figures: DiagnosisReport, results: Path
 ) -> tuple[tuple[Cause, ...], tuple[Exchange, ...], tuple[str, ...]]:
     """Causes that act as a wrench; labels that are exchanged; and what cannot be accepted, in words."""
-    causes, exchanges = _causes(figures), exchanges_of(figures)
+    causes, exchanges = _causes(figures.effects), exchanges_of(figures)
     wrenches = tuple(cause for cause in causes if cause.id not in MARKER_IDS)
     left_out = tuple(f"{cause.id} ({cause.target})" for cause in causes if cannot_be_accepted(cause.id))
     if not wrenches and not exchanges:
@@ -277,10 +278,13 @@ def _split(
     return wrenches, exchanges, left_out
 
 
-def _causes(figures: dict[str, Any]) -> tuple[Cause, ...]:
+def _causes(effects: Sequence[Named]) -> tuple[Cause, ...]:
+    def number(value: float | None) -> float:
+        return nan if value is None else value
+
     return tuple(
-        Cause(e["id"], e["target"], {n: (p["value"], p["std"]) for n, p in e["parameters"].items()})
-        for e in figures.get("effects", ())
+        Cause(e.id, e.target, {n: (number(p.value), number(p.std)) for n, p in e.parameters.items()})
+        for e in effects
     )
 
 

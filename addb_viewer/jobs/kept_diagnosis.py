@@ -7,32 +7,33 @@ from typing import Any
 from solver.capture.atomic import made_folder
 from solver.common.errors import ResultsError
 from solver.common.small_files import json_content
+from solver.diagnosis.report import DiagnosisReport, read_report
 from solver.fitting.results.store import write_json
 
 FILE = "diagnosis.json"
 MADE_FROM = "made_from"  # provenance and settings; the rest is what `diagnose --json` writes
 
 
-def keep(figures: Mapping[str, Any], made_from: Mapping[str, Any], results: Path) -> Path:
+def keep(figures: DiagnosisReport, made_from: Mapping[str, Any], results: Path) -> Path:
     """Write a diagnosis in place of the last one; all of it or nothing.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
         made_from: `provenance` and `settings`, as a fit keeps them.
         results: the results folder, made where it's missing.
 
     Returns:
         The file.
     """
-    write_json(made_folder(results) / FILE, {**figures, MADE_FROM: dict(made_from)})
+    write_json(made_folder(results) / FILE, {**figures.as_json(), MADE_FROM: dict(made_from)})
     return results / FILE
 
 
-def kept(results: Path) -> tuple[dict[str, Any], dict[str, Any]] | None:
+def kept(results: Path) -> tuple[DiagnosisReport, dict[str, Any]] | None:
     """The last diagnosis and what it was made of; None where nobody has asked for one.
 
     Raises:
-        ResultsError: the file cannot be read.
+        ResultsError: the file cannot be read, or another version wrote it.
     """
     path = results / FILE
     if not path.is_file():
@@ -40,8 +41,8 @@ def kept(results: Path) -> tuple[dict[str, Any], dict[str, Any]] | None:
     try:
         content = json_content(path)
         made_from = content.pop(MADE_FROM)
+        return read_report(content), made_from
     except (ValueError, KeyError, AttributeError, TypeError, OSError) as error:
         raise ResultsError(
             f"{path}: not a diagnosis ({error}). Make it anew: addb-viewer diagnose"
         ) from error
-    return content, made_from

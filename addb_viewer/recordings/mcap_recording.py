@@ -61,7 +61,7 @@ def write_mcap(recording: Recording, file: Path) -> Path:
         for record in recording.trials:
             _attach_review(mcap, record, origin_ns)
         if recording.diagnosis is not None:
-            text = json.dumps(recording.diagnosis, indent=2, ensure_ascii=False)
+            text = json.dumps(recording.diagnosis.as_json(), indent=2, ensure_ascii=False)
             mcap.attach("diagnosis.json", "application/json", text, origin_ns)
         mcap.finish()
     return file

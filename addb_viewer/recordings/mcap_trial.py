@@ -34,12 +34,13 @@ from addb_viewer.recordings.mcap_schemas import (
     PLATES,
     RESIDUAL,
 )
-from addb_viewer.text.diagnosis_vocabulary import ranges_of
 from addb_viewer.trial_view.drawing import marker_errors_of, nanoseconds, used_norm
 from addb_viewer.trial_view.joint_quantities import Kind, quantities_of
 from addb_viewer.trial_view.recording import TrialRecord, file_of
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.trial_events import Line
+from solver.common.typed_json import plain
+from solver.diagnosis.report import DiagnosisReport
 
 DECIMALS = 6  # of JSON numbers in SI units: micrometres, micronewtons
 
@@ -131,18 +132,18 @@ def write_fit(
     file.record(topics.topic("metrics"), times[0], METRICS, figures)
 
 
-def write_causes(topics: TrialTopics, trial: str, diagnosis: Mapping[str, Any]) -> None:
+def write_causes(topics: TrialTopics, trial: str, diagnosis: DiagnosisReport) -> None:
     """Write the causes that a diagnosis names in a trial, each where it begins to act.
 
     Args:
         topics: of the trial.
         trial: its name.
-        diagnosis: in the shape of `diagnose --json`.
+        diagnosis: of the recording.
     """
-    for effect in diagnosis["effects"]:
-        for name, start, end in ranges_of(diagnosis, effect):
+    for effect in diagnosis.effects:
+        for name, start, end in effect.frames:
             if name == trial:
-                cause = {"trial": trial, "range": [start, end], "effect": effect}
+                cause = {"trial": trial, "range": [start, end], "effect": plain(effect)}
                 topics.file.record(topics.topic("causes"), topics.times_ns[start], CAUSE, cause)
 
 

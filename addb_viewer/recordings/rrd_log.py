@@ -18,6 +18,7 @@ from addb_viewer.text.diagnosis_vocabulary import title
 from addb_viewer.trial_view.recording import Recording, TrialRecord
 from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
 from addb_viewer.trial_view.trial_events import Lane, lanes_of, lines_of, states_of
+from solver.diagnosis.report import DiagnosisReport
 
 LANES, LOG, SUMMARY, SOLVER = "lanes", "log", "summary", "solver"
 REPORT, FRACTION, SECONDS = "report", "fraction", "seconds"  # below solver
@@ -113,11 +114,11 @@ def summary_page(record: TrialRecord, recording: Recording) -> str:
     )
 
 
-def _diagnosis(diagnosis: Mapping[str, Any] | None) -> str:
+def _diagnosis(diagnosis: DiagnosisReport | None) -> str:
     if diagnosis is None:
         return ""
-    named = "".join(f"- {title(effect)}\n" for effect in diagnosis["effects"])
-    return f"\n**Diagnosis:** {diagnosis['verdict']}\n\n{named}"
+    named = "".join(f"- {title(effect)}\n" for effect in diagnosis.effects)
+    return f"\n**Diagnosis:** {diagnosis.verdict}\n\n{named}"
 
 
 def _cm(length_m: float | None) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 from addb_viewer.report.frames_kept import Kept, kept_frames
 from addb_viewer.trial_view.recording import Recording
+from solver.diagnosis.report import DiagnosisReport
 from solver.fitting.results.extension_log import Standing
 
 
@@ -15,7 +16,7 @@ from solver.fitting.results.extension_log import Standing
 class DiagnosisShown:
     """A diagnosis that belongs to the fit, or why none is shown."""
 
-    figures: Mapping[str, Any] | None = None  # in the shape of `diagnose --json`
+    figures: DiagnosisReport | None = None
     absent: str = "Nobody has asked for a diagnosis: `addb-viewer report SUBJECT --diagnose` makes one."
     decision: str = ""  # who accepted or rejected it
     standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause

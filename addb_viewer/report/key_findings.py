@@ -1,8 +1,6 @@
 """What a reader must know before anything else: how much is usable, how good it is, what is wrong."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +13,7 @@ from addb_viewer.text.diagnosis_vocabulary import listed
 from addb_viewer.text.verdict_words import verdict
 from addb_viewer.trial_view.recording import TrialRecord
 from solver.contact.wrenches import DETECTION
+from solver.diagnosis.report import DiagnosisReport
 
 FEW = 0.5  # share of frames below which figures say little about the whole trial
 MOST_REASONS, MOST_RANGES, MOST_STRIPS = 3, 4, 6
@@ -192,7 +191,7 @@ def _diagnosis(report: SubjectReport) -> Safe:
     return _card(kind, head, [report.diagnosis.absent] if figures is None else list(verdict(figures).lines))
 
 
-def verdict_kind(figures: Mapping[str, Any] | None) -> tuple[tuple[str, str], str]:
+def verdict_kind(figures: DiagnosisReport | None) -> tuple[tuple[str, str], str]:
     """How good the verdict is, and what it says in a few words.
 
     Args:
@@ -200,9 +199,9 @@ def verdict_kind(figures: Mapping[str, Any] | None) -> tuple[tuple[str, str], st
     """
     if figures is None:
         return PLAIN, "No diagnosis"
-    if figures["verdict"] == "clean":
+    if figures.verdict == "clean":
         return GOOD, "No fault found in the recordings"
-    if figures["verdict"] == "explained":
+    if figures.verdict == "explained":
         return DOUBT, "A fault in the recordings, with a named cause"
     return BAD, "A fault in the recordings that is not explained"
 

@@ -1,8 +1,6 @@
 """Which three frames of a trial are shown as still pictures, and what each of them tells."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +9,7 @@ from addb_viewer.text.diagnosis_vocabulary import newtons
 from addb_viewer.text.residual_words import moment_Nm
 from addb_viewer.trial_view.cause_pictures import pictures
 from addb_viewer.trial_view.replay import Replay
+from solver.diagnosis.report import DiagnosisReport
 
 MOST = 3
 TELLING = 0.6  # share of the greatest unmeasured force from which on a frame shows it
@@ -26,13 +25,13 @@ class Moment:
     why: str
 
 
-def moments_of(replay: Replay, kept: Kept, diagnosis: Mapping[str, Any] | None) -> tuple[Moment, ...]:
+def moments_of(replay: Replay, kept: Kept, diagnosis: DiagnosisReport | None) -> tuple[Moment, ...]:
     """At most three: what was left out, the largest residual, a named force; else ordinary frames.
 
     Args:
         replay: the trial.
         kept: its frames.
-        diagnosis: in the shape of `diagnose --json`; None where nobody asked.
+        diagnosis: of the recording; None where nobody asked.
     """
     found = [
         _left_out(replay, kept),
@@ -85,7 +84,7 @@ def _largest_residual(replay: Replay) -> Moment | None:
     return Moment(frame, "Largest residual", why)
 
 
-def _cause(replay: Replay, diagnosis: Mapping[str, Any] | None) -> Moment | None:
+def _cause(replay: Replay, diagnosis: DiagnosisReport | None) -> Moment | None:
     for picture in pictures(diagnosis, replay) if diagnosis else ():
         if picture.force is not None and picture.place is not None:
             size = np.linalg.norm(picture.force, axis=1)

@@ -157,13 +157,13 @@ def _total(report: SubjectReport, trials: int) -> Safe:
 
 def _causes(report: SubjectReport) -> Safe:
     figures = report.diagnosis.figures
-    if figures is None or not figures["effects"]:
+    if figures is None or not figures.effects:
         none = "No diagnosis is kept." if figures is None else "None."
         return element("p", none)
     leads, rows = tentative_of(figures), []
-    for effect in figures["effects"][:MOST_CAUSES]:
+    for effect in figures.effects[:MOST_CAUSES]:
         lead = ", tentative" if any(effect is one for one in leads) else ""
-        standing = report.diagnosis.standings.get((effect["id"], effect["target"]))
+        standing = report.diagnosis.standings.get((effect.id, effect.target))
         decided = (
             "nobody yet"
             if standing is None
@@ -171,13 +171,13 @@ def _causes(report: SubjectReport) -> Safe:
         )
         cells = (
             "; ".join(amounts(effect)[:MOST_AMOUNTS]),
-            f"{sureness(effect['confidence'])}{lead}",
+            f"{sureness(effect.confidence)}{lead}",
             decided,
         )
         rows.append(
             element("tr", element("th", short_title(effect), scope="row"), *(element("td", c) for c in cells))
         )
-    more = len(figures["effects"]) - MOST_CAUSES
+    more = len(figures.effects) - MOST_CAUSES
     if more > 0:
         rows.append(
             element(

@@ -122,7 +122,7 @@ def _row(entry: Entry, address: str, record: TrialRecord, kept: Kept) -> Safe:
         _sorted(usable, share),
         element("td", short, title=decided_by(source, kept)),
         *(_judged(judged) for judged in judged_figures(record.figures)),
-        element("td", "not asked" if diagnosis is None else str(diagnosis["verdict"])),
+        element("td", "not asked" if diagnosis is None else diagnosis.verdict),
     )
 
 

@@ -108,7 +108,7 @@ def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
     if found is None:
         return DiagnosisShown()
     figures, made_from = found
-    changed = _changed(fit, made_from, figures["trials"])
+    changed = _changed(fit, made_from, figures.trials)
     if changed:
         return DiagnosisShown(
             absent=f"A diagnosis is kept, but since then these have changed: {', '.join(changed)}. {AGAIN}"
@@ -117,7 +117,7 @@ def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
     return DiagnosisShown(figures, "", decision_in_words(state), state.standings, state.gain)
 
 
-def _changed(fit: Fit, made_from: Mapping[str, Mapping], trials: list[str]) -> list[str]:
+def _changed(fit: Fit, made_from: Mapping[str, Mapping], trials: Sequence[str]) -> list[str]:
     """What the diagnosis was made of and the fit was not."""
     then, now = made_from["provenance"], fit.provenance
     changed = other_recordings(then, now)
@@ -128,7 +128,7 @@ def _changed(fit: Fit, made_from: Mapping[str, Mapping], trials: list[str]) -> l
     return changed
 
 
-def _reviews(provenance: Mapping[str, str], trials: list[str]) -> dict[str, str]:
+def _reviews(provenance: Mapping[str, str], trials: Sequence[str]) -> dict[str, str]:
     """What people had flagged in these trials, by its hash."""
     others = without_reviews(provenance)
     return {k: v for k, v in provenance.items() if k not in others and k.endswith(tuple(trials))}

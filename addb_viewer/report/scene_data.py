@@ -30,6 +30,7 @@ from addb_viewer.trial_view.palette import (
 )
 from addb_viewer.trial_view.recording import Recording, TrialRecord
 from addb_viewer.trial_view.replay import BodyReplay, PlateReplay, Replay
+from solver.diagnosis.report import DiagnosisReport
 from solver.skeleton.skeleton import Skeleton
 
 
@@ -45,12 +46,12 @@ class Arrow:
     metres_per_newton: float = METRES_PER_NEWTON
 
 
-def arrows_of(replay: Replay, diagnosis: Mapping[str, Any] | None) -> tuple[Arrow, ...]:
+def arrows_of(replay: Replay, diagnosis: DiagnosisReport | None) -> tuple[Arrow, ...]:
     """Measured forces by foot, forces that the motion demands of a foot without one, causes, the residual.
 
     Args:
         replay: the trial.
-        diagnosis: in the shape of `diagnose --json`; None where nobody asked.
+        diagnosis: of the recording; None where nobody asked.
     """
     found = []
     for plate in replay.plates:

@@ -29,7 +29,6 @@ from addb_viewer.text.held_out_words import rest_words
 from addb_viewer.trial_view.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
 from addb_viewer.trial_view.recording import TrialRecord
 from solver.capture.atomic import write_whole
-from solver.common.notes import Note
 from solver.export.gait_tables import gaits_of
 
 PARTS = (
@@ -231,8 +230,8 @@ def _markers(report: SubjectReport) -> Safe:
 
 
 def _notes(report: SubjectReport) -> Safe:
-    diagnosis = report.recording.diagnosis or {}
-    notes = dict.fromkeys((*report.recording.notes, *map(Note.from_json, diagnosis.get("notes", ()))))
+    diagnosis = report.recording.diagnosis
+    notes = dict.fromkeys((*report.recording.notes, *(diagnosis.notes if diagnosis else ())))
     if not notes:
         return element("p", "Nothing was assumed or ignored.")
     lead = element("p", "What was assumed, converted or ignored on the way from the files to these figures:")

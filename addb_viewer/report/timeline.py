@@ -1,8 +1,7 @@
 """Residuals, marker errors and forces of a trial over time, above the lanes that say which frames count."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from addb_viewer.trial_view.residual_charts import residual_charts
 from addb_viewer.trial_view.span import Span
 from addb_viewer.trial_view.trial_events import Lane as Happenings
 from addb_viewer.trial_view.trial_events import Stretch, lanes_of
+from solver.diagnosis.report import DiagnosisReport
 from solver.dynamics.thresholds import Thresholds
 
 HEIGHT = 96  # [pixel] of a chart
@@ -34,13 +34,13 @@ MARKER_ERROR = "Marker error"
 ON_UNUSED = ("Residual force", "Residual moment")  # where no bound applies
 
 
-def timeline(record: TrialRecord, index: int, diagnosis: Mapping[str, Any] | None) -> Safe:
+def timeline(record: TrialRecord, index: int, diagnosis: DiagnosisReport | None) -> Safe:
     """Charts and lanes of a trial on one time axis; a click leads the player there.
 
     Args:
         record: the trial.
         index: of it in the report.
-        diagnosis: in the shape of `diagnose --json`; None where nobody asked.
+        diagnosis: of the recording; None where nobody asked.
     """
     found = {chart.title: chart for chart in charts_of(record.replay, record.before)}
     charts = [_told(found[title], record) for title in ORDER if title in found]
@@ -48,7 +48,7 @@ def timeline(record: TrialRecord, index: int, diagnosis: Mapping[str, Any] | Non
     return _area(record, index, charts, lanes)
 
 
-def diagnosed_timeline(record: TrialRecord, index: int, diagnosis: Mapping[str, Any]) -> Safe | None:
+def diagnosed_timeline(record: TrialRecord, index: int, diagnosis: DiagnosisReport) -> Safe | None:
     """The residual without and with the named causes; None where the trial was not diagnosed."""
     charts = residual_charts(diagnosis, record.replay)
     return _area(record, index, charts, ()) if charts else None

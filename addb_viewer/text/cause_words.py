@@ -1,14 +1,12 @@
 """One cause of a diagnosis in words: what it is, how large, when, how sure, what to do, what looks alike."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 from addb_viewer.text.diagnosis_vocabulary import (
     about,
     amounts,
     certainty,
     listed,
-    ranges_of,
     rivals_of,
     seconds_of,
     sentence,
@@ -19,11 +17,10 @@ from addb_viewer.text.diagnosis_vocabulary import (
 )
 from addb_viewer.text.sections import Section
 from solver.diagnosis.causes.about import CorrectedBy
+from solver.diagnosis.report import Cause, DiagnosisReport, Rival
 
 LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
 TO_FLAG = " To flag: "  # before each command that somebody may copy
-
-Figures = Mapping[str, Any]
 ToFlag = Callable[[str, int, int, str], str]  # trial, first frame, end, foot → how to flag them
 
 
@@ -32,35 +29,35 @@ def by_command(trial: str, start: int, end: int, foot: str) -> str:
     return f"addb-viewer flag SUBJECT {trial} {start}:{end} --foot {foot} --reason notOverForcePlate"
 
 
-def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
+def cause(figures: DiagnosisReport, k: int, to_flag: ToFlag = by_command) -> Section:
     """The k-th cause: meaning, size, time, certainty, remedy, and what looks alike.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
         k: from 0.
         to_flag: how frames are flagged where this is read.
     """
-    effect = figures["effects"][k]
+    effect = figures.effects[k]
     rivals = rivals_of(figures, effect)
     rows = [
         ("what it is", sentence(effect)),
         ("how large", "; ".join(amounts(effect))),
         ("when", when(figures, effect)),
-        ("how sure", certainty(effect["confidence"], len(rivals))),
-        ("what to do", " ".join([effect.get("remedy", ""), *_flag_hint(figures, effect, to_flag)]).strip()),
+        ("how sure", certainty(effect.confidence, len(rivals))),
+        ("what to do", " ".join([effect.remedy, *_flag_hint(figures, effect, to_flag)]).strip()),
     ]
     if rivals:
         rows.append(("could also be", _could_also_be(effect, rivals)))
-        told_apart = dict.fromkeys(r["separate_by"] for r in rivals if r["separate_by"])
+        told_apart = dict.fromkeys(r.separate_by for r in rivals if r.separate_by)
         rows.append(("to tell, record", "; or ".join(told_apart)))
     kind = "Tentative cause" if effect in tentative_of(figures) else "Cause"
-    heading = f"{kind} {k + 1} of {len(figures['effects'])}: {title(effect)}"
+    heading = f"{kind} {k + 1} of {len(figures.effects)}: {title(effect)}"
     return Section(heading, rows=tuple(row for row in rows if row[1]))
 
 
-def when(figures: Figures, effect: Figures) -> str:
+def when(figures: DiagnosisReport, effect: Cause) -> str:
     """The frames on which a cause acts, as people count them: the last one included."""
-    ranges = sorted(ranges_of(figures, effect))
+    ranges = sorted(effect.frames)
     trials = list(dict.fromkeys(trial for trial, _, _ in ranges))
     if not about(effect).at_certain_frames:
         return f"all the time, in {listed(trials)}" if trials else ""
@@ -71,27 +68,27 @@ def when(figures: Figures, effect: Figures) -> str:
     return "; ".join(said)
 
 
-def _could_also_be(effect: Figures, rivals: Sequence[Figures]) -> str:
+def _could_also_be(effect: Cause, rivals: Sequence[Rival]) -> str:
     """The rivals, and what is left for causes that are not listed, where that is known and worth telling."""
-    shares = [rival.get("confidence") for rival in rivals]
+    shares = [rival.confidence for rival in rivals]
     said = [f"{instead_of(effect, r)}{share(of_r)}" for r, of_r in zip(rivals, shares, strict=True)]
-    left = 1.0 - effect["confidence"] - sum(filter(None, shares))
+    left = 1.0 - effect.confidence - sum(filter(None, shares))
     if all(shares) and left >= LEAST_ELSE:
         said.append(f"anything else{share(left)}")
     return "; ".join(said)
 
 
-def instead_of(effect: Figures, rival: Figures) -> str:
+def instead_of(effect: Cause, rival: Rival) -> str:
     """A rival's title; of the same cause elsewhere only where."""
-    return target_in_words(rival["target"]) if rival["id"] == effect["id"] else title(rival)
+    return target_in_words(rival.target) if rival.id == effect.id else title(rival)
 
 
-def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:
+def _flag_hint(figures: DiagnosisReport, effect: Cause, to_flag: ToFlag) -> list[str]:
     if about(effect).corrected_by is not CorrectedBy.FLAGGED:
         return []
-    several = effect["target"].startswith("plate_") or "+" in effect["target"]
-    foot = "both" if several else effect["target"]
+    several = effect.target.startswith("plate_") or "+" in effect.target
+    foot = "both" if several else effect.target
     return [
         f"{TO_FLAG.lstrip()}{to_flag(trial, start, end, foot)}."
-        for trial, start, end in sorted(ranges_of(figures, effect))
+        for trial, start, end in sorted(effect.frames)
     ]

@@ -1,26 +1,21 @@
-"""What "nothing wrong" is worth: from which size on the usual causes would have been found.
-
-Takes the plain values of `diagnose --json`.
-"""
+"""What "nothing wrong" is worth: from which size on the usual causes would have been found."""
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 from addb_viewer.text.diagnosis_vocabulary import behind, target_in_words
 from addb_viewer.text.sections import Section
 from solver.diagnosis.causes.about import Reading
 from solver.diagnosis.causes.catalogue import ABOUT
+from solver.diagnosis.report import DiagnosisReport
 
 HEADING = "What would have been found"
 DIGITS = 2  # of a size, rounded up
 BLIND = "this recording cannot tell"
 MOST_TARGETS = 2  # that are told one by one
 
-Figures = Mapping[str, Any]
 
-
-def what_would_be_found(figures: Figures) -> Section:
+def what_would_be_found(figures: DiagnosisReport) -> Section:
     """Sizes of each cause at each target, the largest over directions; empty where none is known."""
     rows = tuple(
         (_title(id), BLIND if _is_blind(id, sizes) else _told(sizes)) for id, sizes in _sizes(figures).items()
@@ -34,19 +29,19 @@ def what_would_be_found(figures: Figures) -> Section:
     return Section(HEADING, (line,), rows)
 
 
-def cannot_tell(figures: Figures) -> list[str]:
+def cannot_tell(figures: DiagnosisReport) -> list[str]:
     """Causes that would not have been found at any size that makes sense."""
     return [_title(id) for id, sizes in _sizes(figures).items() if _is_blind(id, sizes)]
 
 
-def _sizes(figures: Figures) -> dict[str, dict[str, tuple[float, str]]]:
+def _sizes(figures: DiagnosisReport) -> dict[str, dict[str, tuple[float, str]]]:
     """Of each cause at each target the largest over directions, and its unit."""
     largest: dict[str, dict[str, tuple[float, str]]] = {}
-    for one in figures.get("detectable", ()):
-        unit, factor = _unit_of(one["id"], one["parameter"])
-        sizes = largest.setdefault(one["id"], {})
-        before, _ = sizes.get(one["target"], (0.0, unit))
-        sizes[one["target"]] = max(before, factor * one["size"]), unit
+    for one in figures.detectable:
+        unit, factor = _unit_of(one.id, one.parameter)
+        sizes = largest.setdefault(one.id, {})
+        before, _ = sizes.get(one.target, (0.0, unit))
+        sizes[one.target] = max(before, factor * one.size), unit
     return largest
 
 

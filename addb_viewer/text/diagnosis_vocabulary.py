@@ -3,11 +3,11 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from addb_viewer.text.evidence_words import plain
 from solver.diagnosis.causes.about import About, Named, Place, Reading, of_each_trial
 from solver.diagnosis.causes.catalogue import ABOUT
+from solver.diagnosis.report import Cause, DiagnosisReport, Figure, Rival
 
 CONFIDENT = 0.9  # share of a cause, from which on others in its place are no reason to wait
 LEAST_TOLD = 0.005  # of a share
@@ -31,54 +31,48 @@ BODIES = {
 }
 
 
-def about(effect: Mapping[str, Any]) -> About:
+def about(effect: Cause | Rival) -> About:
     """Everything that is known of a cause; of an id that nobody knows any more, only that.
 
     Args:
         effect: with `id`, of `effects` or `alternatives`.
     """
-    id = str(effect["id"])
+    id = str(effect.id)
     return ABOUT.get(id, About(id))
 
 
-def tentative_of(figures: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Causes that are likelier wrong than right: no names, but where to look; a kept old answer has none."""
-    return [effect for effect in figures["effects"] if effect.get("told_as") == "tentative"]
+def tentative_of(figures: DiagnosisReport) -> list[Cause]:
+    """Causes that are likelier wrong than right: no names, but where to look."""
+    return [effect for effect in figures.effects if effect.is_tentative]
 
 
-def names_of(figures: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+def names_of(figures: DiagnosisReport) -> list[Cause]:
     """All others."""
-    return [effect for effect in figures["effects"] if effect.get("told_as") != "tentative"]
+    return [effect for effect in figures.effects if not effect.is_tentative]
 
 
-def ranges_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[tuple[str, int, int]]:
-    """Trial, first frame and the one after the last of each stretch on which a cause acts."""
-    alone = effect.get("trial") or next(iter(figures.get("trials", ())), "")
-    return [tuple(r) if len(r) == 3 else (alone, r[0], r[1]) for r in effect["frames"]]
-
-
-def trials_of_causes(figures: Mapping[str, Any]) -> list[str]:
+def trials_of_causes(figures: DiagnosisReport) -> list[str]:
     """Trials on which some cause acts, in the recordings' order."""
-    concerned = {trial for effect in figures["effects"] for trial, _, _ in ranges_of(figures, effect)}
-    return [trial for trial in figures.get("trials", ()) if trial in concerned]
+    concerned = {trial for effect in figures.effects for trial, _, _ in effect.frames}
+    return [trial for trial in figures.trials if trial in concerned]
 
 
-def rivals_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+def rivals_of(figures: DiagnosisReport, effect: Cause) -> list[Rival]:
     """Alternatives that this recording cannot tell from a cause."""
-    name, several = f"{effect['id']} {effect['target']}", len(figures["effects"]) > 1
-    return [a for a in figures["alternatives"] if a.get("instead_of", None if several else name) == name]
+    name, several = f"{effect.id} {effect.target}", len(figures.effects) > 1
+    return [a for a in figures.alternatives if (a.instead_of or (None if several else name)) == name]
 
 
-def seconds_of(figures: Mapping[str, Any], trial: str, start: int, end: int) -> str:
+def seconds_of(figures: DiagnosisReport, trial: str, start: int, end: int) -> str:
     """A stretch on the recording's clock, both ends included; empty where nobody knows its rate."""
-    rate = figures.get("rates_Hz", {}).get(trial)
+    rate = figures.rates_Hz.get(trial)
     if not rate:
         return ""
-    begin = figures.get("starts_s", {}).get(trial, 0.0)
+    begin = figures.starts_s.get(trial, 0.0)
     return f"{begin + start / rate:.2f} to {begin + (end - 1) / rate:.2f} s"
 
 
-def title(effect: Mapping[str, Any]) -> str:
+def title(effect: Cause | Rival) -> str:
     """A cause in a few words, with its target; a cause that has no words yet by its id.
 
     Args:
@@ -86,11 +80,11 @@ def title(effect: Mapping[str, Any]) -> str:
     """
     words = about(effect).title
     if not words:
-        return f"{effect['id'].replace('_', ' ')} ({effect['target']})"
-    return words.format(target=target_in_words(effect["target"]))
+        return f"{effect.id.replace('_', ' ')} ({effect.target})"
+    return words.format(target=target_in_words(effect.target))
 
 
-def short_title(effect: Mapping[str, Any]) -> str:
+def short_title(effect: Cause | Rival) -> str:
     """Its title without the model's name of what is told in words."""
     return re.sub(r" \([^()]*\)$", "", title(effect))
 
@@ -106,9 +100,9 @@ def target_in_words(target: str) -> str:
     return f"{listed(words)} ({', '.join(parts)})"
 
 
-def sentence(effect: Mapping[str, Any]) -> str:
+def sentence(effect: Cause) -> str:
     """What a cause means: the effect's own sentence, with its target in words."""
-    told, target = str(effect.get("sentence", "")), str(effect["target"])
+    told, target = str(effect.sentence), str(effect.target)
     if target in told and target not in _OF_THEIR_OWN and target != "all":
         on_body = about(effect).names is Named.BODIES
         words = _with_articles(target) if on_body else target_in_words(target)
@@ -123,18 +117,19 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def amounts(effect: Mapping[str, Any]) -> list[str]:
+def amounts(effect: Cause) -> list[str]:
     """How large a cause is, each parameter with the spread within which it lies in 19 of 20 cases."""
     said: list[str] = []
     hardly: list[str] = []  # told only where nothing else is
-    for reading in of_each_trial(about(effect).readings, effect["parameters"]):
+    for reading in of_each_trial(about(effect).readings, effect.parameters):
         if isinstance(reading, Place):
-            said += _placed(reading, effect["parameters"])
+            said += _placed(reading, effect.parameters)
             continue
-        estimate = effect["parameters"].get(reading.parameter)
-        if estimate is not None and estimate["value"] is not None:
-            away = abs(estimate["value"] - reading.zero)
-            (hardly if away < (estimate.get("std") or 0.0) else said).append(_said(reading, estimate))
+        estimate = effect.parameters.get(reading.parameter)
+        if estimate is not None and estimate.value is not None:
+            away = estimate.value - reading.zero
+            hardly_told = abs(away) < (estimate.std or 0.0)
+            (hardly if hardly_told else said).append(_said(reading, away, estimate.std))
     return said or hardly
 
 
@@ -200,9 +195,8 @@ def upward(force_N: Sequence[float]) -> str:
     return f"{'up' if y > 0 else 'down'} and {level}"
 
 
-def _said(reading: Reading, estimate: Mapping[str, Any]) -> str:
-    value = reading.factor * (estimate["value"] - reading.zero)
-    spread = _spread(estimate, reading.factor)
+def _said(reading: Reading, away: float, std: float | None) -> str:
+    value, spread = reading.factor * away, _spread(std, reading.factor)
     signed = f"{'+' if value >= 0 else '−'}{amount(abs(value), None, reading.unit)}"
     if reading.which is None:
         return reading.text.format(amount=amount(value, spread, reading.unit), signed=signed)
@@ -210,26 +204,26 @@ def _said(reading: Reading, estimate: Mapping[str, Any]) -> str:
     return reading.text.format(amount=amount(abs(value), spread, reading.unit), which=which, signed=signed)
 
 
-def _placed(place: Place, parameters: Mapping[str, Any]) -> list[str]:
+def _placed(place: Place, parameters: Mapping[str, Figure]) -> list[str]:
     """A point in one sentence; nothing where a coordinate is not known."""
-    of = {axis: parameters.get(place.parameters.format(axis)) for axis in "xyz"}
-    known = {axis: e for axis, e in of.items() if e is not None and e["value"] is not None}
-    if len(known) < len(of):
-        return []
+    known: dict[str, tuple[float, float | None]] = {}
+    for axis in "xyz":
+        figure = parameters.get(place.parameters.format(axis))
+        if figure is None or figure.value is None:
+            return []
+        known[axis] = place.factor * figure.value, _spread(figure.std, place.factor)
     point = ", ".join(
-        f"{axis} {amount(place.factor * e['value'], _spread(e, place.factor), place.unit)}"
-        for axis, e in known.items()
+        f"{axis} {amount(value, spread, place.unit)}" for axis, (value, spread) in known.items()
     )
-    distance = place.factor * math.hypot(*(e["value"] for e in known.values()))
-    spread = max((_spread(e, place.factor) or 0.0 for e in known.values()), default=0.0)
+    distance = math.hypot(*(value for value, _ in known.values()))
+    spread = max(spread or 0.0 for _, spread in known.values())
     if spread > distance:
         return [place.unknown]
     told = amount(distance, spread, place.unit)
     return [place.text.format(point=point.replace(" -", " −"), distance=told)]
 
 
-def _spread(estimate: Mapping[str, Any], factor: float) -> float | None:
-    std = estimate.get("std")
+def _spread(std: float | None, factor: float) -> float | None:
     return None if std is None else STDS_OF_A_SPREAD * factor * std
 
 

@@ -1,12 +1,7 @@
-"""A diagnosis as a page for people: sections of plain sentences, for the terminal, the app and the report.
-
-Takes the plain values of `diagnose --json`, so that a kept diagnosis reads like a new one.
-"""
+"""A diagnosis as a page for people: sections of plain sentences, for the terminal, the app and the report."""
 
 import textwrap
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from addb_viewer.text.cause_words import TO_FLAG, cause
 from addb_viewer.text.detectable_words import what_would_be_found
@@ -17,7 +12,8 @@ from addb_viewer.text.remainder_words import what_next, what_remains
 from addb_viewer.text.residual_words import looked_for, what_is_wrong
 from addb_viewer.text.sections import Section
 from addb_viewer.text.verdict_words import verdict
-from solver.common.notes import Kind, Note
+from solver.common.notes import Kind
+from solver.diagnosis.report import DiagnosisReport
 
 ON_A_SCREEN = ("how large", "when", "what to do")  # of a cause
 MOST_CAUSES = 4  # on a screen of 40 lines
@@ -26,16 +22,14 @@ NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"
 SPREAD = "±: in 19 of 20 cases the true value lies within."
 
-Figures = Mapping[str, Any]
 
-
-def page(figures: Figures) -> list[Section]:
+def page(figures: DiagnosisReport) -> list[Section]:
     """The whole answer, the verdict first.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
     """
-    causes = [cause(figures, k) for k in range(len(figures["effects"]))]
+    causes = [cause(figures, k) for k in range(len(figures.effects))]
     sections = [
         verdict(figures),
         what_is_wrong(figures),
@@ -50,19 +44,19 @@ def page(figures: Figures) -> list[Section]:
     return [s for s in (*sections, notes(figures)) if s.lines or s.rows]
 
 
-def screen(figures: Figures) -> list[Section]:
+def screen(figures: DiagnosisReport) -> list[Section]:
     """The answer that fits a screen: the verdict, each cause with its size and what to do, what remains.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
     """
-    each = [cause(figures, k) for k in range(len(figures["effects"]))]
+    each = [cause(figures, k) for k in range(len(figures.effects))]
     causes = [
         replace(one, rows=tuple((label, _short(text)) for label, text in one.rows if label in ON_A_SCREEN))
         for one in each[:MOST_CAUSES]
     ]
     if len(each) > MOST_CAUSES:
-        others = "; ".join(title(effect) for effect in figures["effects"][MOST_CAUSES:])
+        others = "; ".join(title(effect) for effect in figures.effects[MOST_CAUSES:])
         causes.append(Section(f"{len(each) - MOST_CAUSES} more causes", (_short(others),)))
     remains = what_remains(figures)
     unseen = [] if each else [what_would_be_found(figures)]
@@ -79,20 +73,20 @@ def _short(text: str) -> str:
     return f"{textwrap.shorten(said, SHORT, placeholder=' …')}{TO_FLAG}{commands[0]}{more}"
 
 
-def notes(figures: Figures) -> Section:
+def notes(figures: DiagnosisReport) -> Section:
     """What reading and fitting noted; empty where they noted nothing."""
-    noted = tuple(map(Note.from_json, figures.get("notes", ())))
-    if not (noted and figures["effects"]):
+    noted = figures.notes
+    if not (noted and figures.effects):
         return Section(NOTES, noted)
     said = (note.without_advice if note.kind is Kind.ENTERED_MASS else note for note in noted)
     return Section(NOTES, (BEFORE_THE_CAUSES, *said))
 
 
-def how_to_read(figures: Figures) -> Section:
+def how_to_read(figures: DiagnosisReport) -> Section:
     """What ± and "sure" mean on this page."""
-    effects = figures["effects"]
+    effects = figures.effects
     lines = []
-    if any(effect["parameters"] for effect in effects):
+    if any(effect.parameters for effect in effects):
         lines.append(f"{SPREAD} It holds if the cause is the right one.")
     if effects:
         lines.append(
@@ -102,6 +96,6 @@ def how_to_read(figures: Figures) -> Section:
         )
     if any(about(effect).at_certain_frames for effect in effects):
         lines.append("Frames are counted from 0; `flag` takes the first one and the one after the last.")
-    if figures["verdict"] != "clean":
+    if figures.verdict != "clean":
         lines.append(f"Tried, each alone and together with the others: {looked_for()}.")
     return Section("How to read this", tuple(lines))

@@ -7,6 +7,9 @@ from addb_viewer.text.coordinate_words import torque_in_words
 from addb_viewer.text.diagnosis_vocabulary import amounts, listed, title
 from addb_viewer.text.holding_up_words import before_and_after
 from addb_viewer.text.sections import Section
+from solver.common.typed_json import from_plain
+from solver.diagnosis.diagnosis import Gain
+from solver.diagnosis.report import Cause
 
 LEAST_KG = 0.05  # of a mass that changes
 CHANCE = "There are too few held-out blocks to tell whether that is chance."
@@ -21,7 +24,7 @@ def what_accepting_changes(told: Figures) -> Section:
         told: in the shape of `accept --json`.
     """
     rows = [
-        (label, before_and_after(told[name], unit, factor, digits))
+        (label, before_and_after(from_plain(told[name], Gain), unit, factor, digits))
         for label, name, unit, factor, digits in (
             ("force", "held_out_linear_residual_N", "N", 1.0, 0),
             ("moment", "held_out_angular_residual_Nm", "N·m", 1.0, 1),
@@ -68,7 +71,8 @@ def _differs(mass: Figures) -> bool:
 
 def _causes(causes: Sequence[Figures]) -> str:
     """As this fit found them."""
-    return "; ".join(f"{title(cause)}: {', '.join(amounts(cause))}" for cause in causes if amounts(cause))
+    found = [from_plain({**cause, "confidence": 1.0, "frames": []}, Cause) for cause in causes]
+    return "; ".join(f"{title(cause)}: {', '.join(amounts(cause))}" for cause in found if amounts(cause))
 
 
 def _torques(change: Figures) -> str:

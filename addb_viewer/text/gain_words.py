@@ -1,16 +1,13 @@
-"""Whether causes hold up on stretches that were hidden: force and moment predicted without and with them.
-
-Takes the plain values of `diagnose --json`.
-"""
+"""Whether causes hold up on stretches that were hidden: force and moment predicted without and with them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from addb_viewer.text.diagnosis_vocabulary import about, names_of
 from addb_viewer.text.residual_words import corrected_causes, in_markers
 from solver.diagnosis.causes.about import TimeHistory
-from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.diagnosis.diagnosis import Gain
+from solver.diagnosis.report import DiagnosisReport
 
 AS_BEFORE = 0.05  # relative: less than that is no difference
 PREDICTED = (  # what, its key, unit
@@ -19,8 +16,6 @@ PREDICTED = (  # what, its key, unit
 )
 STEP = 0.1  # of a figure: what its last digit may be at most
 MOST_DIGITS = 2
-
-Figures = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -32,7 +27,7 @@ class Change:
     rises: bool
 
 
-def changes(gain: Figures) -> list[Change]:
+def changes(gain: Mapping[str, Gain]) -> list[Change]:
     """Of force and moment, those that are told."""
     return [_change(what, gain[key], unit) for what, key, unit in PREDICTED if key in gain]
 
@@ -42,19 +37,19 @@ def digits_of(figure: float) -> int:
     return next((d for d in range(MOST_DIGITS) if 10.0**-d <= STEP * figure), MOST_DIGITS)
 
 
-def changes_in_words(gain: Figures) -> str:
+def changes_in_words(gain: Mapping[str, Gain]) -> str:
     """The changes as one clause."""
     return "; ".join(change.words for change in changes(gain))
 
 
-def is_tentative(figures: Figures) -> bool:
+def is_tentative(figures: DiagnosisReport) -> bool:
     """Whether the causes are no more than tentative, since hidden stretches do not speak for them.
 
     They do where force or moment surely falls and neither rises. Of what lies in the markers, has a force of
     its own each time, or is a steady weight, they cannot tell; nor where masses that are adjusted to the rest
     take a cause's place there, which the whole recording's evidence may speak for all the same.
     """
-    told = changes(figures["gain"])
+    told = changes(figures.gain)
     if (
         not told
         or not names_of(figures)
@@ -67,35 +62,35 @@ def is_tentative(figures: Figures) -> bool:
     return any(c.rises for c in told) or not (is_certain(figures) or any(c.surely_falls for c in told))
 
 
-def is_certain(figures: Figures) -> bool:
+def is_certain(figures: DiagnosisReport) -> bool:
     """Whether something is wrong beyond doubt, by the threshold of the diagnosis' own settings."""
-    least = figures.get("certain_nats", DiagnosisSettings.certain_gain)
-    return bool((figures.get("evidence_nats") or 0.0) >= least)
+    least = figures.certain_nats
+    return bool((figures.evidence_nats or 0.0) >= least)
 
 
-def now_and_then(figures: Figures) -> bool:
+def now_and_then(figures: DiagnosisReport) -> bool:
     """Whether a cause has a force of its own each time."""
-    return any(about(effect).time_history is TimeHistory.NOW_AND_THEN for effect in figures["effects"])
+    return any(about(effect).time_history is TimeHistory.NOW_AND_THEN for effect in figures.effects)
 
 
-def speeds_up(figures: Figures) -> bool:
+def speeds_up(figures: DiagnosisReport) -> bool:
     """Whether a cause is a belt or platform that accelerates."""
-    return any(about(effect).time_history is TimeHistory.ALL_ALONG for effect in figures["effects"])
+    return any(about(effect).time_history is TimeHistory.ALL_ALONG for effect in figures.effects)
 
 
-def only_weights(figures: Figures) -> bool:
+def only_weights(figures: DiagnosisReport) -> bool:
     """Whether every cause is a weight that acts all along, of the person or not."""
-    effects = figures["effects"]
+    effects = figures.effects
     return bool(effects) and all(about(effect).weight is not None for effect in effects)
 
 
-def was_ordinary(figures: Figures) -> bool:
+def was_ordinary(figures: DiagnosisReport) -> bool:
     """Whether force on hidden stretches was no more than in sound recordings without the causes."""
-    force = figures["gain"].get("held_out_linear_residual_N")
-    return force is not None and bool(force["before"] <= figures["remaining"]["noise_floor_N"])
+    force = figures.gain.get("held_out_linear_residual_N")
+    return force is not None and bool(force.before <= figures.remaining.noise_floor_N)
 
 
-def unforeseeable(figures: Figures) -> str:
+def unforeseeable(figures: DiagnosisReport) -> str:
     """Why force cannot fall on hidden stretches; empty where it can."""
     if now_and_then(figures):
         return (
@@ -117,8 +112,8 @@ def unforeseeable(figures: Figures) -> str:
     return ""
 
 
-def _change(what: str, gain: Figures, unit: str) -> Change:
-    before, after, interval = gain["before"], gain["after"], gain.get("interval")
+def _change(what: str, gain: Gain, unit: str) -> Change:
+    before, after, interval = gain.before, gain.after, gain.interval
     digits = digits_of(after)
     both = f"{before:.{digits}f} → {after:.{digits}f} {unit}"
     surely_falls = interval is not None and interval[1] < before

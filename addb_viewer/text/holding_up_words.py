@@ -1,10 +1,4 @@
-"""Whether causes hold up, as a section: the same figures without and with them, on hidden stretches.
-
-Takes the plain values of `diagnose --json`.
-"""
-
-from collections.abc import Mapping
-from typing import Any
+"""Whether causes hold up, as a section: the same figures without and with them, on hidden stretches."""
 
 from addb_viewer.text.diagnosis_vocabulary import capital
 from addb_viewer.text.gain_words import (
@@ -18,6 +12,8 @@ from addb_viewer.text.gain_words import (
 )
 from addb_viewer.text.residual_words import corrected_causes, in_markers
 from addb_viewer.text.sections import Section
+from solver.diagnosis.diagnosis import Gain
+from solver.diagnosis.report import DiagnosisReport
 
 CERTAIN_PER_CENT = 95
 HOLDS_UP = "Does it hold up?"
@@ -31,20 +27,18 @@ TAKEN_IN = (
     "there. The evidence for the cause is the recording as a whole."
 )
 
-Figures = Mapping[str, Any]
 
-
-def what_it_gains(figures: Figures) -> Section:
+def what_it_gains(figures: DiagnosisReport) -> Section:
     """The same figures without and with the causes, on stretches that were hidden."""
-    gain = figures["gain"]
+    gain = figures.gain
     if not gain:
         return Section(HOLDS_UP)
     judged = not in_markers(figures)
     told = [(*predicted, 1.0) for predicted in PREDICTED] if judged else []
-    if MARKER_ERROR in gain and gain[MARKER_ERROR]["after"] != gain[MARKER_ERROR]["before"]:
+    if MARKER_ERROR in gain and gain[MARKER_ERROR].after != gain[MARKER_ERROR].before:
         told.append(("markers", MARKER_ERROR, "mm", 1e3))
     rows = [
-        (label, before_and_after(gain[key], unit, factor, digits_of(factor * gain[key]["after"])))
+        (label, before_and_after(gain[key], unit, factor, digits_of(factor * gain[key].after)))
         for label, key, unit, factor in told
         if key in gain
     ]
@@ -64,19 +58,19 @@ def what_it_gains(figures: Figures) -> Section:
     return Section(HOLDS_UP, tuple(lines), tuple(rows))
 
 
-def before_and_after(gain: Figures, unit: str, factor: float, digits: int) -> str:
+def before_and_after(gain: Gain, unit: str, factor: float, digits: int) -> str:
     """A figure without and with the causes, and between which bounds the latter lies."""
-    text = f"{factor * gain['before']:.{digits}f} → {factor * gain['after']:.{digits}f} {unit}"
-    if gain.get("interval"):
-        low, high = (factor * bound for bound in gain["interval"])
+    text = f"{factor * gain.before:.{digits}f} → {factor * gain.after:.{digits}f} {unit}"
+    if gain.interval:
+        low, high = (factor * bound for bound in gain.interval)
         between = f"between {low:.{digits}f} and {high:.{digits}f} with {CERTAIN_PER_CENT} % certainty"
         text += f"   (the latter {between})"
     return text
 
 
-def _worth(figures: Figures) -> str:
+def _worth(figures: DiagnosisReport) -> str:
     """What the figures on hidden stretches say of the causes."""
-    gain = figures["gain"]
+    gain = figures.gain
     told, each = changes_in_words(gain), changes(gain)
     said = [f"{capital(told)}."]
     holds = each[0].surely_falls and not any(change.rises for change in each)
@@ -89,7 +83,7 @@ def _worth(figures: Figures) -> str:
     elif was_ordinary(figures):
         said.append("The force error is ordinary there without them as well, so it does not decide.")
     if is_tentative(figures):
-        one = len(figures["effects"]) == 1
+        one = len(figures.effects) == 1
         said.append(
             f"Take the {'cause' if one else 'causes'} as tentative, not as "
             f"{'a finding' if one else 'findings'}."

@@ -1,10 +1,6 @@
-"""What is wrong in plain words: how far motion and forces are apart, where, when and in which direction.
+"""What is wrong in plain words: how far motion and forces are apart, where, when and in which direction."""
 
-Takes the plain values of `diagnose --json`.
-"""
-
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from addb_viewer.text.diagnosis_vocabulary import (
     about,
@@ -16,9 +12,18 @@ from addb_viewer.text.diagnosis_vocabulary import (
     upward,
 )
 from addb_viewer.text.sections import Section
-from solver.common.notes import Kind, Note
+from solver.common.notes import Kind
 from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import ABOUT
+from solver.diagnosis.report import (
+    AxisResidual,
+    Cause,
+    DiagnosisReport,
+    PhaseResidual,
+    Residual,
+    TrialResidual,
+)
+from solver.diagnosis.residual_description import ResidualSize
 
 WITHIN = 1.5  # times the noise floor: what is still ordinary
 WORST_WITHIN = 2.0  # likewise of the worst half second, which is the worst of many
@@ -34,12 +39,10 @@ PHASES = {
 TAKEN_OFF = "taken off as its zero level"  # says the cause that reading the files puts right
 TIMES = "×: times what is ordinary there."
 
-Figures = Mapping[str, Any]
 
-
-def what_is_wrong(figures: Figures) -> Section:
+def what_is_wrong(figures: DiagnosisReport) -> Section:
     """How far motion and forces are apart, against what is ordinary; and where to look."""
-    clean, residual = figures["verdict"] == "clean", figures.get("residual")
+    clean, residual = figures.verdict == "clean", figures.residual
     lines, rows = [], []
     if residual is not None:
         lines = _overall(figures, residual)
@@ -57,49 +60,48 @@ def looked_for() -> str:
     return ", ".join(title.replace("{target}", "a plate") for title in titles)
 
 
-def _overall(figures: Figures, residual: Figures) -> list[str]:
+def _overall(figures: DiagnosisReport, residual: Residual) -> list[str]:
     lines = [
         f"The motion of the body requires forces that differ from the measured ones by "
-        f"{newtons(residual['force_N'])}, and moments about the centre of mass that differ by "
-        f"{moment_Nm(residual['moment_Nm'])} (root mean square).",
-        f"A recording of this movement without faults shows about {newtons(residual['force_floor_N'])} and "
-        f"{moment_Nm(residual['moment_floor_Nm'])}, called ordinary here: markers on skin, segment masses "
+        f"{newtons(residual.force_N)}, and moments about the centre of mass that differ by "
+        f"{moment_Nm(residual.moment_Nm)} (root mean square).",
+        f"A recording of this movement without faults shows about {newtons(residual.force_floor_N)} and "
+        f"{moment_Nm(residual.moment_floor_Nm)}, called ordinary here: markers on skin, segment masses "
         f"from tables and filters are not perfect. {_against(figures, residual)}",
     ]
     if in_markers(figures):
         lines.append(_of_the_markers(figures))
     if corrected_causes(figures):
         lines.append("That is with the fault left in, as in the files: the unloaded plate itself shows it.")
-    notes = map(Note.from_json, figures.get("notes", ()))
-    weighed = [note for note in notes if note.kind is Kind.ENTERED_MASS]
-    if figures["verdict"] == "explained":
+    weighed = [note for note in figures.notes if note.kind is Kind.ENTERED_MASS]
+    if figures.verdict == "explained":
         before = "; that is before any cause is corrected."
         lines += [f"{capital(note.without_advice)}{before}" for note in weighed]
-    elif figures["verdict"] != "clean":
+    elif figures.verdict != "clean":
         lines += [f"{capital(note)}." for note in weighed]
     return lines
 
 
-def is_whole(figures: Figures) -> bool:
+def is_whole(figures: DiagnosisReport) -> bool:
     """Whether causes leave no more than is ordinary."""
-    remaining = figures["remaining"]
-    return bool(remaining["linear_residual_N"] <= WITHIN * remaining["noise_floor_N"])
+    remaining = figures.remaining
+    return bool(remaining.linear_residual_N <= WITHIN * remaining.noise_floor_N)
 
 
-def in_markers(figures: Figures) -> bool:
+def in_markers(figures: DiagnosisReport) -> bool:
     """Whether every cause that is not corrected on reading lies in the markers."""
-    left = [effect for effect in figures["effects"] if not corrected_on_reading(effect)]
+    left = [effect for effect in figures.effects if not corrected_on_reading(effect)]
     return bool(left) and all(about(effect).in_markers for effect in left)
 
 
-def nothing_corrects(effect: Figures) -> bool:
+def nothing_corrects(effect: Cause) -> bool:
     """Whether a cause stays in the recording whatever is done afterwards."""
     return about(effect).corrected_by is CorrectedBy.NOTHING
 
 
-def _of_the_markers(figures: Figures) -> str:
+def _of_the_markers(figures: DiagnosisReport) -> str:
     """With or without the markers' faults, of which only some can be corrected."""
-    corrected = any(about(e).in_markers and not nothing_corrects(e) for e in figures["effects"])
+    corrected = any(about(e).in_markers and not nothing_corrects(e) for e in figures.effects)
     return (
         "Forces are compared with slipped or swapped markers corrected; these show in the markers alone."
         if corrected
@@ -107,18 +109,18 @@ def _of_the_markers(figures: Figures) -> str:
     )
 
 
-def corrected_on_reading(effect: Figures) -> bool:
+def corrected_on_reading(effect: Cause) -> bool:
     """Whether every fit is without a cause already."""
-    return TAKEN_OFF in effect.get("sentence", "")
+    return TAKEN_OFF in effect.sentence
 
 
-def corrected_causes(figures: Figures) -> bool:
+def corrected_causes(figures: DiagnosisReport) -> bool:
     """Whether every cause is one that reading the files puts right."""
-    effects = figures["effects"]
+    effects = figures.effects
     return bool(effects) and all(map(corrected_on_reading, effects))
 
 
-def _against(figures: Figures, residual: Figures) -> str:
+def _against(figures: DiagnosisReport, residual: Residual) -> str:
     force, moment = ratios(residual)
     more = [
         f"{times(ratio)} times as much {what}"
@@ -127,7 +129,7 @@ def _against(figures: Figures, residual: Figures) -> str:
     ]
     if more:
         return f"That is {listed(more)}.{_most_of_all(residual, max(force, moment))}"
-    if figures["verdict"] == "clean" or in_markers(figures) or corrected_causes(figures):
+    if figures.verdict == "clean" or in_markers(figures) or corrected_causes(figures):
         return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
     return (
         "The size alone is ordinary. What shows the fault is its pattern: it varies with the motion, in all "
@@ -135,80 +137,80 @@ def _against(figures: Figures, residual: Figures) -> str:
     )
 
 
-def _most_of_all(residual: Figures, overall: float) -> str:
+def _most_of_all(residual: Residual, overall: float) -> str:
     """A sentence on the component of force or moment that is further beyond the ordinary than the whole."""
     components = [
         (ratio, what, axis)
-        for axis in residual["axes"]
+        for axis in residual.axes
         for ratio, what in zip(ratios(axis), ("force along", "moment about"), strict=True)
     ]
     ratio, what, axis = max(components, key=lambda c: c[0])
     if ratio <= AHEAD * overall:
         return ""
-    direction = f" ({axis['direction']})" if axis["direction"] else ""
-    return f" The largest excess is in the {what} {axis['axis']}{direction}: {times(ratio)} times."
+    direction = f" ({axis.direction})" if axis.direction else ""
+    return f" The largest excess is in the {what} {axis.axis}{direction}: {times(ratio)} times."
 
 
-def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:
+def _parts(figures: DiagnosisReport, residual: Residual) -> list[tuple[str, str]]:
     rows = [
-        _over_time(figures, residual["trials"]),
-        ("in which phase", _phases(residual["phases"])),
-        ("in which direction", _directions(residual["axes"])),
+        _over_time(figures, residual.trials),
+        ("in which phase", _phases(residual.phases)),
+        ("in which direction", _directions(residual.axes)),
     ]
-    turning = [a for a in residual["axes"] if ratios(a)[1] > WITHIN]
+    turning = [a for a in residual.axes if ratios(a)[1] > WITHIN]
     if turning:
         ordered = sorted(turning, key=lambda a: -ratios(a)[1])
-        rows.append(("turning", ", ".join(f"about {a['axis']} {_moment(a, WITHIN)}" for a in ordered)))
+        rows.append(("turning", ", ".join(f"about {a.axis} {_moment(a, WITHIN)}" for a in ordered)))
     return [row for row in rows if row[1]]
 
 
-def _over_time(figures: Figures, trials: Sequence[Figures]) -> tuple[str, str]:
+def _over_time(figures: DiagnosisReport, trials: Sequence[TrialResidual]) -> tuple[str, str]:
     """The worst half second of each trial, the worst trial first; or that there is none."""
-    ordered = sorted(trials, key=lambda t: -max(ratios(t["worst"])))
+    ordered = sorted(trials, key=lambda t: -max(ratios(t.worst)))
     said = []
     for trial in ordered[:MOST_TRIALS]:
-        worst = trial["worst"]
+        worst = trial.worst
         if max(ratios(worst)) <= WORST_WITHIN:
-            said.append(f"{trial['trial']}: no half second beyond twice the ordinary")
+            said.append(f"{trial.trial}: no half second beyond twice the ordinary")
             continue
         if not _stands_out(trial):
-            said.append(f"{trial['trial']}: much the same all the time")
+            said.append(f"{trial.trial}: much the same all the time")
             continue
-        start, end = worst["frames"]
-        seconds = seconds_of(figures, trial["trial"], start, end)
-        said.append(f"{trial['trial']}, {seconds}: {_both(worst, WORST_WITHIN)}")
+        start, end = worst.frames
+        seconds = seconds_of(figures, trial.trial, start, end)
+        said.append(f"{trial.trial}, {seconds}: {_both(worst, WORST_WITHIN)}")
     if len(ordered) > MOST_TRIALS:
         said.append(f"less in {len(ordered) - MOST_TRIALS} more")
     label = "worst half second" if any(map(_stands_out, trials)) else "over time"
     return label, "; ".join(said)
 
 
-def _stands_out(trial: Figures) -> bool:
+def _stands_out(trial: TrialResidual) -> bool:
     """Whether its worst half second is beyond the ordinary, and beyond the rest of the trial."""
-    worst = trial["worst"]
-    return max(ratios(worst)) > WORST_WITHIN and any(
-        worst[name] > STANDS_OUT * trial[name] for name in ("force_N", "moment_Nm")
+    worst = trial.worst
+    return max(ratios(worst)) > WORST_WITHIN and (
+        worst.force_N > STANDS_OUT * trial.force_N or worst.moment_Nm > STANDS_OUT * trial.moment_Nm
     )
 
 
-def _phases(phases: Sequence[Figures]) -> str:
-    long = [p for p in phases if p["seconds"] >= LEAST_S]
+def _phases(phases: Sequence[PhaseResidual]) -> str:
+    long = [p for p in phases if p.seconds >= LEAST_S]
     ordered = sorted(long, key=lambda p: -max(ratios(p)))
     return "; ".join(f"{_phase(p)}: {_both(p, WITHIN)}" for p in ordered)
 
 
-def _phase(phase: Figures) -> str:
-    if phase["foot"] is not None:
-        return f"only the {part_in_words(phase['foot'])} on a plate"
-    return PHASES[phase["phase"]]
+def _phase(phase: PhaseResidual) -> str:
+    if phase.foot is not None:
+        return f"only the {part_in_words(phase.foot)} on a plate"
+    return PHASES[phase.phase]
 
 
-def _directions(axes: Sequence[Figures]) -> str:
-    ordered = sorted(axes, key=lambda a: -a["force_N"])
+def _directions(axes: Sequence[AxisResidual]) -> str:
+    ordered = sorted(axes, key=lambda a: -a.force_N)
     text = ", ".join(f"{_axis(a)} {_force(a, WITHIN)}" for a in ordered)
-    mean = [a["mean_force_N"] for a in axes]
+    mean = [a.mean_force_N for a in axes]
     size = sum(f * f for f in mean) ** 0.5
-    if size <= sum(a["force_floor_N"] ** 2 for a in axes) ** 0.5:
+    if size <= sum(a.force_floor_N**2 for a in axes) ** 0.5:
         return text
     return f"{text}; on average {_mean_in_words(mean, size)}"
 
@@ -224,29 +226,29 @@ def _mean_in_words(required_N: Sequence[float], size: float) -> str:
     return f"the plates measured {newtons(size)} more {measured} than the modelled body's motion requires"
 
 
-def _axis(axis: Figures) -> str:
-    return f"{axis['direction']} ({axis['axis']})" if axis["direction"] else str(axis["axis"])
+def _axis(axis: AxisResidual) -> str:
+    return f"{axis.direction} ({axis.axis})" if axis.direction else str(axis.axis)
 
 
-def _both(size: Figures, within: float) -> str:
+def _both(size: ResidualSize, within: float) -> str:
     return f"{_force(size, within)}, {_moment(size, within)}"
 
 
-def _force(size: Figures, within: float) -> str:
-    return newtons(size["force_N"]) + _marked(ratios(size)[0], within)
+def _force(size: ResidualSize, within: float) -> str:
+    return newtons(size.force_N) + _marked(ratios(size)[0], within)
 
 
-def _moment(size: Figures, within: float) -> str:
-    return moment_Nm(size["moment_Nm"]) + _marked(ratios(size)[1], within)
+def _moment(size: ResidualSize, within: float) -> str:
+    return moment_Nm(size.moment_Nm) + _marked(ratios(size)[1], within)
 
 
 def _marked(ratio: float, within: float) -> str:
     return f" ({times(ratio)} ×)" if ratio > within else ""
 
 
-def ratios(size: Figures) -> tuple[float, float]:
+def ratios(size: ResidualSize) -> tuple[float, float]:
     """Force and moment over their noise floors."""
-    return size["force_N"] / size["force_floor_N"], size["moment_Nm"] / size["moment_floor_Nm"]
+    return size.force_N / size.force_floor_N, size.moment_Nm / size.moment_floor_Nm
 
 
 def times(ratio: float) -> str:

@@ -1,10 +1,6 @@
-"""What a recording with this diagnosis is good for, in one line.
+"""What a recording with this diagnosis is good for, in one line."""
 
-Takes the plain values of `diagnose --json`.
-"""
-
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from addb_viewer.text.detectable_words import cannot_tell
 from addb_viewer.text.diagnosis_vocabulary import (
@@ -19,33 +15,32 @@ from addb_viewer.text.diagnosis_vocabulary import (
 from addb_viewer.text.gain_words import is_tentative, now_and_then
 from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.residual_words import corrected_causes, corrected_on_reading, is_whole, nothing_corrects
-from solver.common.notes import Kind, Note
+from solver.common.notes import Kind
 from solver.diagnosis.causes.about import CorrectedBy
+from solver.diagnosis.report import Cause, DiagnosisReport
 
-Figures = Mapping[str, Any]
 
-
-def use(figures: Figures) -> str:
+def use(figures: DiagnosisReport) -> str:
     """Whether to use the recording as it is, and for what; of several trials, which."""
     concerned = trials_in_question(figures)
-    others = [trial for trial in figures.get("trials", ()) if trial not in concerned]
+    others = [trial for trial in figures.trials if trial not in concerned]
     whole = f"{listed(others)} as it is. {listed(concerned)}: " if others else ""
     return f"Use: {whole}{_use(figures)}{_doubted_angles(figures)}"
 
 
-def trials_in_question(figures: Figures) -> list[str]:
+def trials_in_question(figures: DiagnosisReport) -> list[str]:
     """Trials that the causes act on, where that is all there is; else all."""
     concerned = trials_of_causes(figures)
-    told = figures["verdict"] == "explained" and is_whole(figures) and not is_tentative(figures)
-    soft_tissue = any(map(nothing_corrects, figures["effects"]))  # slides in every trial
-    return concerned if concerned and told and not soft_tissue else list(figures.get("trials", ()))
+    told = figures.verdict == "explained" and is_whole(figures) and not is_tentative(figures)
+    soft_tissue = any(map(nothing_corrects, figures.effects))  # slides in every trial
+    return concerned if concerned and told and not soft_tissue else list(figures.trials)
 
 
-def _doubted_angles(figures: Figures) -> str:
+def _doubted_angles(figures: DiagnosisReport) -> str:
     """Markers that the fit hardly followed, or lacked, which no verdict on the forces tells."""
     near = "Joint angles near them may be wrong; the notes say in which frames."
     said = ""
-    for of_kind in by_kind(map(Note.from_json, figures.get("notes", ()))):
+    for of_kind in by_kind(figures.notes):
         if of_kind.kind is Kind.FAR_MARKERS:
             said += f" But there are {of_kind.key_findings} {near}"
         elif of_kind.kind is Kind.PELVIS:
@@ -53,14 +48,14 @@ def _doubted_angles(figures: Figures) -> str:
     return said
 
 
-def _use(figures: Figures) -> str:
-    if figures["verdict"] == "clean":
+def _use(figures: DiagnosisReport) -> str:
+    if figures.verdict == "clean":
         below = "faults that are too small to be found may be there, see below."
         blind = cannot_tell(figures)
         but = f", but it cannot show {listed(blind)}" if blind else ""
         return f"for joint angles and torques as it is{but}; {below}"
-    if figures["verdict"] != "explained":
-        rest = "what remains" if figures["effects"] else "the cause"
+    if figures.verdict != "explained":
+        rest = "what remains" if figures.effects else "the cause"
         return (
             f"not for joint torques, before {rest} is understood; for joint angles with care, since the "
             "motion may be at fault as well."
@@ -84,16 +79,16 @@ def _use(figures: Figures) -> str:
     return f"{of_markers}; else {rest}" if of_markers else rest
 
 
-def _near_markers(effects: Sequence[Figures]) -> str:
+def _near_markers(effects: Sequence[Cause]) -> str:
     """What faults of markers leave of the joints beside them; empty where there are none."""
-    soft_tissue = [target_in_words(effect["target"]) for effect in effects if nothing_corrects(effect)]
+    soft_tissue = [target_in_words(effect.target) for effect in effects if nothing_corrects(effect)]
     said = []
     if soft_tissue:
         said.append(
             f"not for angles and torques of the joints at the {listed(soft_tissue)}: this cannot be "
             "corrected later"
         )
-    labels = [label for e in effects if not nothing_corrects(e) for label in e["target"].split("+")]
+    labels = [label for e in effects if not nothing_corrects(e) for label in e.target.split("+")]
     if labels:
         near = f"for angles and torques of the joints near {listed(labels)}"
         corrected = "this marker is corrected" if len(labels) == 1 else "these markers are corrected"
@@ -101,7 +96,7 @@ def _near_markers(effects: Sequence[Figures]) -> str:
     return "; ".join(said)
 
 
-def _of_forces(figures: Figures, effects: Sequence[Figures]) -> str:
+def _of_forces(figures: DiagnosisReport, effects: Sequence[Cause]) -> str:
     if all(about(effect).corrected_by is CorrectedBy.FLAGGED for effect in effects):
         return "outside the frames named below; flag these first."
     doubted = any(about(effect).doubts_angles for effect in effects)
@@ -117,7 +112,7 @@ def _of_forces(figures: Figures, effects: Sequence[Figures]) -> str:
     return f"{angles}for joint torques only with {causes} corrected (see what next){rest}."
 
 
-def _other_causes(figures: Figures, effect: Figures) -> bool:
+def _other_causes(figures: DiagnosisReport, effect: Cause) -> bool:
     """Whether something of another kind may be in a cause's place; another place of the same is no matter."""
-    unsure = effect["confidence"] < CONFIDENT
-    return unsure and any(rival["id"] != effect["id"] for rival in rivals_of(figures, effect))
+    unsure = effect.confidence < CONFIDENT
+    return unsure and any(rival.id != effect.id for rival in rivals_of(figures, effect))

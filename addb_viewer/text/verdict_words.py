@@ -1,7 +1,6 @@
 """The verdict of a diagnosis in words: sound, or wrong and why, or wrong and nobody knows why."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from addb_viewer.text.cause_words import instead_of
 from addb_viewer.text.diagnosis_vocabulary import (
@@ -22,6 +21,7 @@ from addb_viewer.text.residual_words import is_whole
 from addb_viewer.text.sections import Section
 from addb_viewer.text.use_words import trials_in_question, use
 from solver.diagnosis.causes.about import AtFault
+from solver.diagnosis.report import Cause, DiagnosisReport
 
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
 ENDED_EARLY = (
@@ -35,10 +35,8 @@ AT_FAULT = {
     AtFault.MOVEMENT: "a force that no plate measures, as of a step beside the plates; the files are right",
 }
 
-Figures = Mapping[str, Any]
 
-
-def verdict(figures: Figures) -> Section:
+def verdict(figures: DiagnosisReport) -> Section:
     """Sound, wrong and why, or wrong and nobody knows why; and whether the names are more than tentative."""
     effects, tentative = names_of(figures), tentative_of(figures)
     text = _judged(figures, _numbered(figures, effects))
@@ -48,34 +46,34 @@ def verdict(figures: Figures) -> Section:
         text += f" {also}, likelier wrong than right: {_numbered(figures, tentative)}."
     text += _how_likely(figures)
     whose = [_at_fault(figures)] if effects else []
-    early = [ENDED_EARLY] if figures.get("ended_early") else []
+    early = [ENDED_EARLY] if figures.ended_early else []
     doubt = [_only_tentative(figures)] if is_tentative(figures) else []
     return Section("Verdict", (text, *whose, *early, *doubt, use(figures)))
 
 
-def headline(figures: Figures) -> str:
+def headline(figures: DiagnosisReport) -> str:
     """The verdict in a sentence, for where the causes stand below it.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
     """
     doubt = " Take that as tentative, not as a finding." if is_tentative(figures) else ""
     return _judged(figures, "") + _how_likely(figures) + doubt
 
 
-def _judged(figures: Figures, named: str) -> str:
+def _judged(figures: DiagnosisReport, named: str) -> str:
     """Sound, wrong and why, or wrong and nobody knows why; with the causes in words, if there are any."""
     effects = names_of(figures)
     one, of, namely = len(effects) == 1, _recordings(figures), f": {named}" if named else ""
     wrong = f"Something is {_how_surely(figures)}wrong with {of}"
-    if figures["verdict"] == "clean":
+    if figures.verdict == "clean":
         return f"Nothing wrong was found in {of}."
-    if figures["verdict"] == "explained" and not effects:
+    if figures.verdict == "explained" and not effects:
         return f"{wrong}, and no cause is likelier than all others together."
-    if figures["verdict"] == "explained" and is_tentative(figures):
+    if figures.verdict == "explained" and is_tentative(figures):
         best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
         return f"{wrong}. Of all that were tried, {best}{namely}."
-    if figures["verdict"] == "explained":
+    if figures.verdict == "explained":
         account = "one cause accounts for" if one else f"{len(effects)} causes together account for"
         account += " it" if is_whole(figures) else " most of it" if explains_most(figures) else " much of it"
         return f"{wrong}, and {account}{namely}."
@@ -91,39 +89,39 @@ def _judged(figures: Figures, named: str) -> str:
     return f"{wrong}, and no cause that this program knows accounts for it."
 
 
-def _by_size_alone(figures: Figures) -> bool:
+def _by_size_alone(figures: DiagnosisReport) -> bool:
     """Whether it is unexplained only since much is left: no pattern in it speaks for anything."""
-    chances = figures.get("chances")
-    unexplained = figures["verdict"] == "unexplained" and not figures["effects"]
-    return bool(unexplained and chances and chances["nothing"] > chances["something_else"])
+    chances = figures.chances
+    unexplained = figures.verdict == "unexplained" and not figures.effects
+    return bool(unexplained and chances and chances.nothing > chances.something_else)
 
 
-def _numbered(figures: Figures, effects: Sequence[Figures]) -> str:
+def _numbered(figures: DiagnosisReport, effects: Sequence[Cause]) -> str:
     """Causes in short, with the numbers that they have on the page where there are several."""
     short = [_key_findings(figures, effect) for effect in effects]
     if len(short) == 1:
         return short[0]
-    places = [k for k, one in enumerate(figures["effects"], start=1) if any(one is e for e in effects)]
+    places = [k for k, one in enumerate(figures.effects, start=1) if any(one is e for e in effects)]
     return "; ".join(f"({k}) {text}" for k, text in zip(places, short, strict=True))
 
 
-def _how_likely(figures: Figures) -> str:
+def _how_likely(figures: DiagnosisReport) -> str:
     """Where nothing is named, the chance of what the verdict says; a kept old answer has none."""
-    chances = figures.get("chances")
+    chances = figures.chances
     if not chances or _by_size_alone(figures):
         return ""
-    if figures["verdict"] == "clean":
-        return f" The chance that nothing is wrong: {percent(chances['nothing'])}."
-    return f" The chance that it is none of the known causes: {percent(chances['something_else'])}."
+    if figures.verdict == "clean":
+        return f" The chance that nothing is wrong: {percent(chances.nothing)}."
+    return f" The chance that it is none of the known causes: {percent(chances.something_else)}."
 
 
-def _at_fault(figures: Figures) -> str:
+def _at_fault(figures: DiagnosisReport) -> str:
     """Recording, model or movement; of a cause whose place another may take, either."""
     groups: dict[str, list[int]] = {}
-    for k, effect in enumerate(figures["effects"], start=1):
+    for k, effect in enumerate(figures.effects, start=1):
         if effect in tentative_of(figures):
             continue
-        others = rivals_of(figures, effect) if effect["confidence"] < CONFIDENT else ()
+        others = rivals_of(figures, effect) if effect.confidence < CONFIDENT else ()
         faults = dict.fromkeys(about(one).at_fault for one in (effect, *others))
         groups.setdefault(", or else ".join(AT_FAULT[fault] for fault in faults), []).append(k)
     if len(groups) == 1:
@@ -132,38 +130,38 @@ def _at_fault(figures: Figures) -> str:
     return f"At fault: {'; '.join(said)}."
 
 
-def _how_surely(figures: Figures) -> str:
+def _how_surely(figures: DiagnosisReport) -> str:
     """By all that was found together, against nothing being wrong; nothing where nobody knows."""
-    nats = figures.get("evidence_nats")
+    nats = figures.evidence_nats
     if not nats:
         return ""
     return "certainly " if is_certain(figures) else "very likely " if nats >= LIKELY_NATS else "probably "
 
 
-def _only_tentative(figures: Figures) -> str:
+def _only_tentative(figures: DiagnosisReport) -> str:
     one = len(names_of(figures)) == 1
     taken = (
         f"{'It is tentative, not a finding' if one else 'They are tentative, not findings'}: on held-out "
         "stretches "
     )
-    taken += f"{changes_in_words(figures['gain'])}."
-    if any(effect["confidence"] >= CONFIDENT for effect in figures["effects"]):
+    taken += f"{changes_in_words(figures.gain)}."
+    if any(effect.confidence >= CONFIDENT for effect in figures.effects):
         taken += " A sure name is more likely than the other names tried, not certain to be true."
     return taken
 
 
-def _key_findings(figures: Figures, effect: Figures) -> str:
+def _key_findings(figures: DiagnosisReport, effect: Cause) -> str:
     """A cause with how sure its name is, or with what may be in its place."""
     rivals = rivals_of(figures, effect)
-    if rivals and effect["confidence"] < CONFIDENT:
-        named = [f"{title(effect)}{share(effect['confidence'])}"]
-        named += [f"{instead_of(effect, rival)}{share(rival.get('confidence'))}" for rival in rivals]
+    if rivals and effect.confidence < CONFIDENT:
+        named = [f"{title(effect)}{share(effect.confidence)}"]
+        named += [f"{instead_of(effect, rival)}{share(rival.confidence)}" for rival in rivals]
         return " — or else ".join(named)
-    return f"{title(effect)} [{certainty(effect['confidence'], len(rivals)).split(' (')[0].split(':')[0]}]"
+    return f"{title(effect)} [{certainty(effect.confidence, len(rivals)).split(' (')[0].split(':')[0]}]"
 
 
-def _recordings(figures: Figures) -> str:
-    trials = figures.get("trials", ())
+def _recordings(figures: DiagnosisReport) -> str:
+    trials = figures.trials
     concerned = trials_in_question(figures)
     if len(concerned) < len(trials):
         name = f"the recording '{concerned[0]}'" if len(concerned) == 1 else f"recordings {listed(concerned)}"

@@ -3,18 +3,26 @@
 A cause that has no place is a label above the person.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.text.diagnosis_vocabulary import about, amount, ranges_of, target_in_words, title
+from addb_viewer.text.diagnosis_vocabulary import about, amount, target_in_words, title
 from addb_viewer.text.plain_words import in_plain_words
 from addb_viewer.trial_view.replay import PlateReplay, Replay
-from solver.diagnosis.causes.about import AgainstMotion, Arrow, Ball, Band, Markers, Plates, Segments, Steady
+from solver.diagnosis.causes.about import (
+    AgainstMotion,
+    Arrow,
+    Ball,
+    Band,
+    Markers,
+    Plates,
+    Segments,
+    Steady,
+)
+from solver.diagnosis.report import Cause, DiagnosisReport
 
 CAUSE_METRES_PER_NEWTON = 4e-3  # a hand's push of 40 N is still to be seen beside ground forces
 LARGE_METRES_PER_NEWTON = 1e-3  # like ground forces: steps, and whatever else would leave the picture
@@ -22,8 +30,6 @@ LARGE_N = 250.0  # from which on it would
 LOAD_DENSITY = 1500.0  # [kg/m³] between water and iron: how large a ball a carried mass is drawn as
 LOADED_N = 20.0  # a plate without known corners lies where it was loaded by more than that
 SLOWEST_M_PER_S = 1e-6  # keeps powers of the speed finite
-
-Figures = Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,42 +48,42 @@ class Picture:
     bodies: tuple[int, ...] = ()
 
 
-def pictures(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
+def pictures(figures: DiagnosisReport, replay: Replay) -> tuple[Picture, ...]:
     """Every cause that acts in this trial, and what remains unexplained.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
         replay: the trial.
     """
     found = []
-    for effect in figures["effects"]:
+    for effect in figures.effects:
         acts = np.zeros(replay.frames, dtype=bool)
-        for trial, start, end in ranges_of(figures, effect):
+        for trial, start, end in effect.frames:
             acts[start:end] |= trial == replay.name
         if acts.any():
             found.append(_painted(effect, replay, Picture(_short(effect), acts)))
     return (*found, *_unexplained(figures, replay))
 
 
-def _unexplained(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
-    location = figures["remaining"]["location"]
-    if figures["verdict"] != "unexplained" or location is None or replay.name not in figures["trials"]:
+def _unexplained(figures: DiagnosisReport, replay: Replay) -> tuple[Picture, ...]:
+    location = figures.remaining.location
+    if figures.verdict != "unexplained" or location is None or replay.name not in figures.trials:
         return ()
-    body = in_plain_words(target_in_words(location["body"]))
-    words = f"unexplained: {body}, {location['rms_force_N']:.0f} N RMS"
+    body = in_plain_words(target_in_words(location.body))
+    words = f"unexplained: {body}, {location.rms_force_N:.0f} N RMS"
     bare = Picture(words, np.ones(replay.frames, dtype=bool))
-    mean = np.tile(np.array(location["mean_force_N"]), (replay.frames, 1))
-    pushed = _pushed(bare, replay, location["body"], mean)
+    mean = np.tile(np.array(location.mean_force_N), (replay.frames, 1))
+    pushed = _pushed(bare, replay, location.body, mean)
     return (replace(pushed, label=words),)
 
 
-def _short(effect: Figures) -> str:
+def _short(effect: Cause) -> str:
     """Without the segment, which is seen."""
     words = in_plain_words(title(effect))
     return words if about(effect).picture is None else words.split(": ")[0]
 
 
-def _painted(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+def _painted(effect: Cause, replay: Replay, bare: Picture) -> Picture:
     """What the cause says of its picture, drawn in this trial."""
     match about(effect).picture:
         case Arrow() as arrow:
@@ -93,12 +99,12 @@ def _painted(effect: Figures, replay: Replay, bare: Picture) -> Picture:
     return bare
 
 
-def _arrow(arrow: Arrow, effect: Figures, replay: Replay, bare: Picture) -> Picture:
+def _arrow(arrow: Arrow, effect: Cause, replay: Replay, bare: Picture) -> Picture:
     """A force where it acts; the target's segments alone where its size or its place is not known."""
-    if effect["target"].startswith("plate_"):
+    if effect.target.startswith("plate_"):
         return _plates(Plates(), effect, replay, bare)
-    place = _on_body(replay, effect["target"], _vector(effect, arrow.point))
-    marked = replace(bare, bodies=_bodies(replay, effect["target"]), place=place)
+    place = _on_body(replay, effect.target, _vector(effect, arrow.point))
+    marked = replace(bare, bodies=_bodies(replay, effect.target), place=place)
     time_history = _time_history(effect, replay)
     if isinstance(arrow.force, Band):
         marked = replace(marked, anchor=_vector(effect, arrow.force.anchor))
@@ -112,7 +118,7 @@ def _arrow(arrow: Arrow, effect: Figures, replay: Replay, bare: Picture) -> Pict
     return drawn if mean is None else replace(drawn, label=_labelled(bare, mean))
 
 
-def _mean_N(force: Steady | Band | AgainstMotion, effect: Figures) -> float | None:
+def _mean_N(force: Steady | Band | AgainstMotion, effect: Cause) -> float | None:
     """By the parameters."""
     if not isinstance(force, Steady):
         return None
@@ -122,7 +128,7 @@ def _mean_N(force: Steady | Band | AgainstMotion, effect: Figures) -> float | No
 
 def _force(
     force: Steady | Band | AgainstMotion,
-    effect: Figures,
+    effect: Cause,
     replay: Replay,
     place: Float[np.ndarray, "frames 3"] | None,
 ) -> Float[np.ndarray, "frames 3"] | None:
@@ -141,7 +147,7 @@ def _force(
 
 
 def _by_band(
-    band: Band, effect: Figures, place: Float[np.ndarray, "frames 3"]
+    band: Band, effect: Cause, place: Float[np.ndarray, "frames 3"]
 ) -> Float[np.ndarray, "frames 3"] | None:
     anchor = _vector(effect, band.anchor)
     if anchor is None:
@@ -156,7 +162,7 @@ def _by_band(
 
 
 def _against(
-    drag: AgainstMotion, effect: Figures, replay: Replay, place: Float[np.ndarray, "frames 3"]
+    drag: AgainstMotion, effect: Cause, replay: Replay, place: Float[np.ndarray, "frames 3"]
 ) -> Float[np.ndarray, "frames 3"] | None:
     b, exponent = _value(effect, drag.b), _value(effect, drag.exponent)
     if b is None:
@@ -166,23 +172,23 @@ def _against(
     return -b * speed ** ((1.0 if exponent is None else exponent) - 1) * velocity
 
 
-def _load(ball: Ball, effect: Figures, replay: Replay, bare: Picture) -> Picture:
+def _load(ball: Ball, effect: Cause, replay: Replay, bare: Picture) -> Picture:
     mass = _value(effect, ball.mass)
-    place = _on_body(replay, effect["target"], _vector(effect, ball.point))
+    place = _on_body(replay, effect.target, _vector(effect, ball.point))
     if mass is None or place is None:
         return bare
     radius = float(np.cbrt(3 * max(mass, 0.1) / (4 * np.pi * LOAD_DENSITY)))
     return replace(bare, label=f"{bare.label}, {amount(mass, None, 'kg')}", place=place, radius=radius)
 
 
-def _segments(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    bodies = _bodies(replay, effect["target"])
-    place = _on_body(replay, effect["target"].split("+")[0])
+def _segments(effect: Cause, replay: Replay, bare: Picture) -> Picture:
+    bodies = _bodies(replay, effect.target)
+    place = _on_body(replay, effect.target.split("+")[0])
     return replace(bare, bodies=bodies, place=place)
 
 
-def _markers(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    names = [name for name in effect["target"].split("+") if name in replay.markers.names]
+def _markers(effect: Cause, replay: Replay, bare: Picture) -> Picture:
+    names = [name for name in effect.target.split("+") if name in replay.markers.names]
     found = tuple(replay.markers.names.index(name) for name in names)
     if not found:
         return bare
@@ -190,9 +196,9 @@ def _markers(effect: Figures, replay: Replay, bare: Picture) -> Picture:
     return replace(bare, markers=found, place=seen)
 
 
-def _plates(plates: Plates, effect: Figures, replay: Replay, bare: Picture) -> Picture:
+def _plates(plates: Plates, effect: Cause, replay: Replay, bare: Picture) -> Picture:
     """The plates' outlines; where the cause is their place, the outline of the place they really have."""
-    corners = [_corners(replay, name) for name in effect["target"].split("+")]
+    corners = [_corners(replay, name) for name in effect.target.split("+")]
     known = [_moved_back(plates, effect, c) for c in corners if c is not None]
     if not known:
         return bare
@@ -202,9 +208,7 @@ def _plates(plates: Plates, effect: Figures, replay: Replay, bare: Picture) -> P
     return replace(bare, label=label, outline=outline, place=np.tile(side, (replay.frames, 1)))
 
 
-def _moved_back(
-    plates: Plates, effect: Figures, corners: Float[np.ndarray, "4 3"]
-) -> Float[np.ndarray, "4 3"]:
+def _moved_back(plates: Plates, effect: Cause, corners: Float[np.ndarray, "4 3"]) -> Float[np.ndarray, "4 3"]:
     shift = np.array([_value(effect, plates.shift.format(axis)) or 0.0 for axis in "xyz"])
     back = Rotation.from_euler("y", -(_value(effect, plates.yaw) or 0.0), degrees=True)
     centre = corners.mean(axis=0)
@@ -254,16 +258,16 @@ def _labelled(bare: Picture, mean_N: float) -> str:
     return f"{bare.label}, {mean_N:.0f} N"
 
 
-def _time_history(effect: Figures, replay: Replay) -> Float[np.ndarray, "frames 3"] | None:
+def _time_history(effect: Cause, replay: Replay) -> Float[np.ndarray, "frames 3"] | None:
     """The force over time as it was fitted [N], NaN where it does not act; None: only its mean is known."""
-    own = [c for c in effect.get("time_histories", ()) if c["trial"] == replay.name and c["force_N"]]
+    own = [c for c in effect.time_histories if c.trial == replay.name and c.force_N]
     if not own:
         return None
     force = np.full((replay.frames, 3), np.nan)
     for time_history in own:
-        samples = np.array(time_history["force_N"])
-        at = time_history["start"] + time_history["step"] * np.arange(len(samples))
-        frames = np.arange(at[0], min(at[-1] + time_history["step"], replay.frames))
+        samples = np.array(time_history.force_N)
+        at = time_history.start + time_history.step * np.arange(len(samples))
+        frames = np.arange(at[0], min(at[-1] + time_history.step, replay.frames))
         force[frames] = np.stack([np.interp(frames, at, samples[:, i]) for i in range(3)], axis=1)
     return force
 
@@ -286,12 +290,12 @@ def _bodies(replay: Replay, target: str) -> tuple[int, ...]:
     return tuple(replay.bodies.names.index(name) for name in names if name in replay.bodies.names)
 
 
-def _value(effect: Figures, parameter: str) -> float | None:
-    estimate = effect["parameters"].get(parameter)
-    return None if estimate is None else estimate["value"]
+def _value(effect: Cause, parameter: str) -> float | None:
+    estimate = effect.parameters.get(parameter)
+    return None if estimate is None else estimate.value
 
 
-def _vector(effect: Figures, parameter: str) -> Float[np.ndarray, "3"] | None:
+def _vector(effect: Cause, parameter: str) -> Float[np.ndarray, "3"] | None:
     """Three parameters that differ in their axis; None where one is not known."""
     values = [_value(effect, parameter.format(axis)) for axis in "xyz"]
     return None if None in values else np.array(values, dtype=float)

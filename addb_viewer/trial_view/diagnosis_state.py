@@ -11,6 +11,7 @@ from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.text.diagnosis_vocabulary import title
 from solver.capture.capture import Subject
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
+from solver.diagnosis.report import DiagnosisReport, Rival
 from solver.fitting.fit import Fit
 from solver.fitting.provenance import extension_in, other_recordings, provenance_of
 from solver.fitting.results import extension_log
@@ -30,7 +31,7 @@ class InFit(Enum):
 class DiagnosisState:
     """A kept diagnosis; `figures` is None where nobody has asked for one."""
 
-    figures: Mapping[str, Any] | None = None
+    figures: DiagnosisReport | None = None
     changed: tuple[str, ...] = ()  # recordings that are others than those it was made of
     decision: Decision | None = None  # the last one
     in_fit: InFit = InFit.NO_FIT
@@ -42,13 +43,13 @@ class DiagnosisState:
         """Whether a cause is named that can be part of the model, and the recordings are still the same."""
         if self.figures is None or self.changed:
             return False
-        return not all(cannot_be_accepted(effect["id"]) for effect in self.figures["effects"])
+        return not all(cannot_be_accepted(effect.id) for effect in self.figures.effects)
 
     @property
     def rejectable(self) -> bool:
         """Whether there is anything to reject."""
         held = self.decision is not None and self.decision.kind == ACCEPT
-        return held or (self.figures is not None and bool(self.figures["effects"]))
+        return held or (self.figures is not None and bool(self.figures.effects))
 
 
 def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisState:
@@ -74,7 +75,7 @@ def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisSta
     if found is None:
         return state
     figures, made_from = found
-    now = provenance_of(subject, [t for t in subject.trials if t.name in figures["trials"]])
+    now = provenance_of(subject, [t for t in subject.trials if t.name in figures.trials])
     changed = other_recordings(made_from["provenance"], now)
     return replace(state, figures=figures, changed=tuple(changed))
 
@@ -132,7 +133,7 @@ _AFTER_REJECT = {
 
 
 def _group_in_words(standing: Standing, keys: list[tuple[str, str]]) -> str:
-    causes = ", ".join(title({"id": id, "target": target}) for id, target in keys) or "the diagnosis"
+    causes = ", ".join(title(Rival(id, target)) for id, target in keys) or "the diagnosis"
     when, did = standing.when.astimezone(), "Accepted" if standing.kind == ACCEPT else "Rejected"
     return f"{did} by {standing.by} on {when:%Y-%m-%d} at {when:%H:%M}: {causes}."
 
@@ -141,5 +142,5 @@ def _same_causes(state: DiagnosisState) -> bool:
     """Whether the last decision is about causes that the kept diagnosis names."""
     if state.figures is None or state.decision is None:
         return True
-    named = {(effect["id"], effect["target"]) for effect in state.figures["effects"]}
+    named = {(effect.id, effect.target) for effect in state.figures.effects}
     return state.decision.standing.keys() <= named

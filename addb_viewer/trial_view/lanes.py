@@ -1,12 +1,11 @@
 """The lanes of the timeline: who stands where, which forces do not count, what is proposed and decided."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from addb_viewer.text.diagnosis_vocabulary import ranges_of, short_title
+from addb_viewer.text.diagnosis_vocabulary import short_title
 from addb_viewer.trial_view.forces_in_use import mask_now
 from addb_viewer.trial_view.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
 from addb_viewer.trial_view.proposals import Pending, State
@@ -19,6 +18,7 @@ from annotations.trial_review import TrialReview
 from annotations.wording import sure_words
 from solver.common.runs import runs
 from solver.contact.wrenches import DETECTION, RECORDING
+from solver.diagnosis.report import DiagnosisReport
 from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
 
 CONTACT = 0.34  # share of a foot's lane, at its lower border
@@ -60,7 +60,7 @@ def lanes_of(
     reviewed: Sequence[tuple[int, int]],
     proposals: Sequence[Pending],
     current: Pending | None,
-    figures: Mapping[str, Any] | None,
+    figures: DiagnosisReport | None,
     suggested: Sequence[SuggestedActivity] = (),
     chosen: tuple[int, int] | None = None,
 ) -> tuple[Lane, ...]:
@@ -231,12 +231,12 @@ def _usable(replay: Replay) -> list[Lane]:
     return [Lane("usable", tuple(sorted((*counted, *others), key=lambda block: block.start)))]
 
 
-def _causes(figures: Mapping[str, Any], trial: str) -> list[Lane]:
+def _causes(figures: DiagnosisReport, trial: str) -> list[Lane]:
     """One for each cause that names a part of the trial; ranges of a cause that overlap are one block."""
     lanes = []
-    for effect in figures["effects"]:
+    for effect in figures.effects:
         name, blocks = short_title(effect), list[Block]()
-        for start, end in sorted((a, b) for of, a, b in ranges_of(figures, effect) if of == trial):
+        for start, end in sorted((a, b) for of, a, b in effect.frames if of == trial):
             if blocks and start <= blocks[-1].end:
                 blocks[-1] = replace(blocks[-1], end=max(end, blocks[-1].end))
             else:

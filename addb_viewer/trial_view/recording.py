@@ -12,6 +12,7 @@ from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay
 from annotations.events import Edit
 from solver.common.notes import Note
+from solver.diagnosis.report import DiagnosisReport
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.fitting.fit import Fit, TrialFit
 from solver.fitting.settings import from_dict
@@ -47,7 +48,7 @@ class Recording:
     fit: Fit
     trials: tuple[TrialRecord, ...]
     meshes: Mapping[str, trimesh.Trimesh]  # by body
-    diagnosis: Mapping[str, Any] | None = None  # in the shape of `diagnose --json`
+    diagnosis: DiagnosisReport | None = None
     edits: tuple[Edit, ...] = ()  # of the subject's review
     notes: tuple[Note, ...] = field(default=())
 
@@ -62,7 +63,7 @@ def recording_of(
     *,
     trials: Sequence[str] | None = None,
     previous: Fit | None = None,
-    diagnosis: Mapping[str, Any] | None = None,
+    diagnosis: DiagnosisReport | None = None,
     edits: Sequence[Edit] = (),
 ) -> Recording:
     """Collect what a recording of a fit needs.

@@ -1,56 +1,53 @@
 """The residual over the time of one trial, as the diagnosis found it: without and with the named causes."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from jaxtyping import Bool, Float
 
-from addb_viewer.trial_view.cause_pictures import Figures
 from addb_viewer.trial_view.charts import Chart, Line
 from addb_viewer.trial_view.palette import BLUE, GREY, VERMILION
 from addb_viewer.trial_view.replay import Replay
+from solver.diagnosis.report import DiagnosisReport, TrialResidual
 
 BROKEN = 1.5  # times the usual step from window to window: frames between that did not count
 
 
-def residual_charts(figures: Figures, replay: Replay) -> tuple[Chart, ...]:
+def residual_charts(figures: DiagnosisReport, replay: Replay) -> tuple[Chart, ...]:
     """Force and moment; none where the trial was not diagnosed.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
         replay: the trial.
     """
     trial = _of_trial(figures, replay.name)
-    if trial is None or not trial["time_history"]["time_s"]:
+    if trial is None or not trial.time_history.time_s:
         return ()
-    time_history = trial["time_history"]
-    times = replay.times[0] + np.array(time_history["time_s"])
+    time_history = trial.time_history
+    times = replay.times[0] + np.array(time_history.time_s)
     told = _told(times, replay.times)
 
     def at_frames(name: str) -> Float[np.ndarray, " frames"]:
-        return np.where(told, np.interp(replay.times, times, np.array(time_history[name])), np.nan)
+        return np.where(told, np.interp(replay.times, times, np.array(getattr(time_history, name))), np.nan)
 
     charts = []
     for what, unit, suffix in (("force", "N", "N"), ("moment", "N·m", "Nm")):
         lines = [Line("recorded", at_frames(f"{what}_{suffix}"), VERMILION)]
-        if figures["effects"]:
+        if figures.effects:
             lines.append(Line("with causes", at_frames(f"{what}_after_{suffix}"), BLUE))
         lines.append(Line("ordinary", at_frames(f"{what}_floor_{suffix}"), GREY, dashed=True))
         charts.append(Chart(f"Residual {what}", unit, tuple(lines), shaded=~told))
     return tuple(charts)
 
 
-def worst_frame(figures: Figures, trial: str) -> int:
+def worst_frame(figures: DiagnosisReport, trial: str) -> int:
     """Where the worst half second of a trial begins that has charts."""
     found = _of_trial(figures, trial)
     assert found is not None
-    return int(found["worst"]["frames"][0])
+    return int(found.worst.frames[0])
 
 
-def _of_trial(figures: Figures, name: str) -> Mapping[str, Any] | None:
-    trials = (figures.get("residual") or {}).get("trials", ())
-    return next((t for t in trials if t["trial"] == name), None)
+def _of_trial(figures: DiagnosisReport, name: str) -> TrialResidual | None:
+    trials = figures.residual.trials if figures.residual else ()
+    return next((t for t in trials if t.trial == name), None)
 
 
 def _told(

@@ -1,13 +1,12 @@
 """What happens in a trial, as lanes of stretches and as lines of a log: the same for every kind of file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool
 
-from addb_viewer.text.diagnosis_vocabulary import amounts, ranges_of, sentence, title
+from addb_viewer.text.diagnosis_vocabulary import amounts, sentence, title
 from addb_viewer.trial_view.palette import CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
 from addb_viewer.trial_view.recording import Recording, TrialRecord
 from annotations.events import Edit, FrameRange
@@ -15,6 +14,7 @@ from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import said
 from solver.common.runs import runs
+from solver.diagnosis.report import Cause, DiagnosisReport
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Line:
     is_warning: bool = False
 
 
-def lanes_of(record: TrialRecord, diagnosis: Mapping[str, Any] | None) -> tuple[Lane, ...]:
+def lanes_of(record: TrialRecord, diagnosis: DiagnosisReport | None) -> tuple[Lane, ...]:
     """Contacts, missing forces and who decided, frames used, proposals, named causes.
 
     Args:
@@ -103,7 +103,7 @@ def lines_of(record: TrialRecord, recording: Recording) -> tuple[Line, ...]:
         lines.append(Line(start, "flag", text, is_warning=True))
     for effect, frames in _causes(record, recording.diagnosis):
         told = [title(effect), *amounts(effect)]
-        text = f"{'; '.join(told)}. {sentence(effect)} {100 * effect['confidence']:.0f} % sure."
+        text = f"{'; '.join(told)}. {sentence(effect)} {100 * effect.confidence:.0f} % sure."
         lines += [Line(start, "cause", f"frames {start} to {end - 1}: {text}", True) for start, end in frames]
     lines += [Line(min(_frame_of(e), last), "review", said(e)) for e in recording.edits if e.trial == name]
     return tuple(sorted(lines, key=lambda line: line.frame))
@@ -129,13 +129,12 @@ def _stretches(frames: Bool[np.ndarray, " frames"], state: str, color: Rgb) -> t
 
 
 def _causes(
-    record: TrialRecord, diagnosis: Mapping[str, Any] | None
-) -> list[tuple[Mapping[str, Any], Sequence[tuple[int, int]]]]:
+    record: TrialRecord, diagnosis: DiagnosisReport | None
+) -> list[tuple[Cause, Sequence[tuple[int, int]]]]:
     """The causes that act in a trial, and when."""
-    found: list[tuple[Mapping[str, Any], Sequence[tuple[int, int]]]] = []
-    for effect in diagnosis["effects"] if diagnosis else ():
-        ranges = ranges_of(diagnosis or {}, effect)
-        frames = [(start, end) for trial, start, end in ranges if trial == record.replay.name]
+    found: list[tuple[Cause, Sequence[tuple[int, int]]]] = []
+    for effect in diagnosis.effects if diagnosis else ():
+        frames = [(start, end) for trial, start, end in effect.frames if trial == record.replay.name]
         if frames:
             found.append((effect, frames))
     return found

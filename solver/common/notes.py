@@ -79,18 +79,25 @@ class Note(str):
             values: figures and names that the sentence is made of.
         """
         before = "" if trial is None or text.startswith(f"{trial}: ") else f"{trial}: "
-        ending = f"; {advice}" if advice and not text.endswith(advice) else ""
-        note = super().__new__(cls, before + text + ending)
-        note.__dict__.update(kind=kind, trial=trial, advice=advice, values=dict(values or {}))
+        ending = f"; {advice}" if advice else ""
+        return cls._whole(kind, before + text + ending, trial, advice, values or {})
+
+    @classmethod
+    def _whole(
+        cls, kind: Kind, text: str, trial: str | None, advice: str, values: Mapping[str, Value]
+    ) -> "Note":
+        """The note whose whole sentence is known."""
+        note = super().__new__(cls, text)
+        note.__dict__.update(kind=kind, trial=trial, advice=advice, values=dict(values))
         return note
 
     def __setattr__(self, name: str, value: object) -> None:
         """Refused: a note is what it was when it was made."""
         raise AttributeError(f"a note does not change: {name}")
 
-    def __getnewargs_ex__(self) -> tuple[tuple[Kind, str], dict[str, object]]:
+    def __reduce__(self) -> tuple[Callable[..., "Note"], tuple[object, ...]]:
         """What it is made of, for processes that send it to each other."""
-        return (self.kind, str(self)), {"trial": self.trial, "advice": self.advice, "values": self.values}
+        return Note._whole, (self.kind, str(self), self.trial, self.advice, self.values)
 
     @property
     def without_advice(self) -> str:
@@ -98,8 +105,8 @@ class Note(str):
         return self.removesuffix(f"; {self.advice}") if self.advice else str(self)
 
     def reworded(self, change: Callable[[str], str]) -> "Note":
-        """The same with another text."""
-        return Note(self.kind, change(str(self)), trial=self.trial, advice=self.advice, values=self.values)
+        """The same with another sentence."""
+        return Note._whole(self.kind, change(str(self)), self.trial, self.advice, self.values)
 
     def of(self, what: str) -> "Note":
         """The same with what it is about before it, unless that stands there."""
@@ -107,7 +114,7 @@ class Note(str):
 
     def in_trial(self, trial: str) -> "Note":
         """The same, told of a trial; its name comes first."""
-        return Note(self.kind, str(self), trial=trial, advice=self.advice, values=self.values)
+        return Note._whole(self.kind, str(self.of(trial)), trial, self.advice, self.values)
 
     def as_json(self) -> NoteJson:
         """Plain values."""
@@ -128,13 +135,7 @@ class Note(str):
             KeyError: it is none.
         """
         kind = Kind[stored["kind"].upper()]
-        return cls(
-            kind,
-            stored["text"],
-            trial=stored["trial"],
-            advice=stored["advice"],
-            values=stored["values"],
-        )
+        return cls._whole(kind, stored["text"], stored["trial"], stored["advice"], stored["values"])
 
 
 def noted(kind: Kind, *texts: str) -> tuple[Note, ...]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool
@@ -24,7 +25,7 @@ from solver.diagnosis.direct_checks.run_checks import run_checks, suspect_plates
 from solver.diagnosis.direct_checks.weight import weighings
 from solver.diagnosis.marker_causes import SeenInMarkers, as_distances_tell, with_markers_repaired
 from solver.diagnosis.noise.rows import END_S, TrialRows, trial_rows
-from solver.diagnosis.report import as_json
+from solver.diagnosis.report import report
 from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import Found
@@ -231,10 +232,10 @@ def _no_forces(subject: Subject) -> str:
     return f"{subject.folder}: no trial has forces and {least}; nothing can be diagnosed."
 
 
-def diagnose_subject(folder: Path) -> dict[str, object]:
+def diagnose_subject(folder: Path) -> dict[str, Any]:
     """The diagnosis of a folder with its own settings, in the shape of `diagnose --json`."""
     settings = settings_for(folder)
-    return as_json(diagnose(open_subject(folder), settings))
+    return report(diagnose(open_subject(folder), settings)).as_json()
 
 
 def without_unrecorded(balance: Balance, found: Sequence[Found]) -> Balance | None:

@@ -22,6 +22,7 @@ from solver.contact.proposals import Proposal
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from tests.addb_viewer.chromium import FLAGS, installed
 from tests.addb_viewer.synthetic_residual import residual, size, trial
+from tests.addb_viewer.told_diagnosis import told
 
 MARKERS_ALONE = "[trajectory]\nenabled = false\n"
 CLEAN = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",), rates_Hz={"walk": 100.0})
@@ -182,20 +183,22 @@ def _effect(id_, target, frames=((0, 200),), **parameters):
 
 def _figures(*effects, verdict="explained", location=None, alternatives=()):
     linear = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
-    return {
-        "verdict": verdict,
-        "effects": list(effects),
-        "alternatives": list(alternatives),
-        "gain": {"held_out_linear_residual_N": linear} if effects else {},
-        "remaining": {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": location},
-        "trials": ["walk"],
-        "rates_Hz": {"walk": 100.0},
-        "notes": [],
-        "residual": residual(
-            trial("walk", (120, 170), _time_history(), force=90.0),
-            phases=[("single_support", "calcn_r", size()), ("no_load", None, size(90.0))],
-        ),
-    }
+    return told(
+        {
+            "verdict": verdict,
+            "effects": list(effects),
+            "alternatives": list(alternatives),
+            "gain": {"held_out_linear_residual_N": linear} if effects else {},
+            "remaining": {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": location},
+            "trials": ["walk"],
+            "rates_Hz": {"walk": 100.0},
+            "notes": [],
+            "residual": residual(
+                trial("walk", (120, 170), _time_history(), force=90.0),
+                phases=[("single_support", "calcn_r", size()), ("no_load", None, size(90.0))],
+            ),
+        }
+    )
 
 
 def _time_history():

@@ -13,7 +13,6 @@ from addb_viewer.text.diagnosis_vocabulary import (
     amounts,
     certainty,
     percent,
-    ranges_of,
     rivals_of,
     short_title,
     sureness,
@@ -22,7 +21,6 @@ from addb_viewer.text.diagnosis_vocabulary import (
 from addb_viewer.text.plain_words import in_plain_words
 from addb_viewer.text.use_words import use
 from addb_viewer.text.verdict_words import headline
-from addb_viewer.trial_view.cause_pictures import Figures
 from addb_viewer.trial_view.diagnosis_state import FIT_AGAIN, DiagnosisState, fit_in_words
 from addb_viewer.trial_view.palette import GREY
 from addb_viewer.trial_view.replay import Replay
@@ -33,6 +31,7 @@ from annotations.reasons import reason_words
 from annotations.trial_review import TrialReview
 from solver.diagnosis.causes.about import CorrectedBy, TimeHistory
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
+from solver.diagnosis.report import Cause, DiagnosisReport, Rival
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 MOST_POINTS = 400  # of a curve: more than pixels
@@ -40,29 +39,29 @@ FILES_ONLY = "It lies in the markers alone: no fit can take it in. Correct the m
 Reviews = Mapping[str, TrialReview]
 
 
-def key_of_cause(effect: Figures) -> str:
+def key_of_cause(effect: Cause) -> str:
     """Names a cause between page and server."""
-    return f"{effect['id']} {effect['target']}"
+    return f"{effect.id} {effect.target}"
 
 
-def flags_of(figures: Figures, effect: Figures, trials: Sequence[str]) -> list[tuple[str, FlagRange]]:
+def flags_of(figures: DiagnosisReport, effect: Cause, trials: Sequence[str]) -> list[tuple[str, FlagRange]]:
     """By trial, the flags that take a cause's frames out of all fits; none where it acts all the time.
 
     Args:
-        figures: in the shape of `diagnose --json`.
+        figures: of the diagnosis.
         effect: of `figures`.
         trials: of the subject.
     """
     known = about(effect)
     if known.corrected_by is CorrectedBy.FLAGGED:
         reason = "notOverForcePlate"
-        several = effect["target"].startswith("plate_") or "+" in effect["target"]
-        foot = None if several else effect["target"]
+        several = effect.target.startswith("plate_") or "+" in effect.target
+        foot = None if several else effect.target
     elif known.time_history is TimeHistory.NOW_AND_THEN:
         reason, foot = "unmeasuredExternalForceDetected", None
     else:
         return []
-    found = sorted(ranges_of(figures, effect))
+    found = sorted(effect.frames)
     return [(trial, FlagRange(start, end, reason, foot)) for trial, start, end in found if trial in trials]
 
 
@@ -82,8 +81,8 @@ def screen_json(state: DiagnosisState, trials: Sequence[str], reviews: Reviews) 
     figures = state.figures
     if figures is None:
         return None
-    sign, word, color = VERDICTS.get(figures["verdict"], ("?", figures["verdict"], GREY))
-    cards = [_card(state, figures, effect, trials, reviews) for effect in figures["effects"]]
+    sign, word, color = VERDICTS.get(figures.verdict, ("?", figures.verdict, GREY))
+    cards = [_card(state, figures, effect, trials, reviews) for effect in figures.effects]
     in_fit = fit_in_words(state)
     return {
         "verdict": {"sign": sign, "word": word, "color": color.css, "ink": color.ink.css},
@@ -96,7 +95,7 @@ def screen_json(state: DiagnosisState, trials: Sequence[str], reviews: Reviews) 
     }
 
 
-def picture_json(figures: Figures | None, replay: Replay | None) -> dict[str, Any] | None:
+def picture_json(figures: DiagnosisReport | None, replay: Replay | None) -> dict[str, Any] | None:
     """Residual force and moment of a trial over time, before and after; None where it was not diagnosed."""
     charts = () if figures is None or replay is None else residual_charts(figures, replay)
     if figures is None or replay is None or not charts:
@@ -127,12 +126,12 @@ def picture_json(figures: Figures | None, replay: Replay | None) -> dict[str, An
 
 
 def _card(
-    state: DiagnosisState, figures: Figures, effect: Figures, trials: Sequence[str], reviews: Reviews
+    state: DiagnosisState, figures: DiagnosisReport, effect: Cause, trials: Sequence[str], reviews: Reviews
 ) -> dict[str, Any]:
     rivals = rivals_of(figures, effect)
     flags = flags_of(figures, effect, trials)
-    standing = state.standings.get((effect["id"], effect["target"]))
-    can_be = not cannot_be_accepted(effect["id"])
+    standing = state.standings.get((effect.id, effect.target))
+    can_be = not cannot_be_accepted(effect.id)
     timed = about(effect).at_certain_frames
     sizes, places = amounts(effect), _places(figures, effect) if timed else []
     return {
@@ -141,9 +140,9 @@ def _card(
         "size": in_plain_words(" · ".join([*sizes[:1], *places])),
         "sizes": in_plain_words("; ".join([*sizes, when(figures, effect)])),
         "sure": _sure(figures, effect),
-        "certainty": certainty(effect["confidence"], len(rivals)),
+        "certainty": certainty(effect.confidence, len(rivals)),
         "else": " · ".join(f"{instead_of(effect, r)}{_share(r)}" for r in rivals),
-        "todo": in_plain_words(effect.get("remedy", "")),
+        "todo": in_plain_words(effect.remedy),
         "decided": "" if standing is None else f"{standing.kind}ed by {standing.by}",
         "when": "" if standing is None else f"{standing.when.astimezone():%Y-%m-%d %H:%M}",
         "standing": "" if standing is None else standing.kind,
@@ -156,22 +155,22 @@ def _card(
     }
 
 
-def _places(figures: Figures, effect: Figures) -> list[str]:
+def _places(figures: DiagnosisReport, effect: Cause) -> list[str]:
     """The first stretch of frames, and how many more there are."""
-    ranges = sorted(ranges_of(figures, effect))
+    ranges = sorted(effect.frames)
     more = f" and {len(ranges) - 1} more" if len(ranges) > 1 else ""
     return [f"{trial} {start}–{end - 1}{more}" for trial, start, end in ranges[:1]]
 
 
-def _sure(figures: Figures, effect: Figures) -> str:
-    confidence = effect["confidence"]
+def _sure(figures: DiagnosisReport, effect: Cause) -> str:
+    confidence = effect.confidence
     if any(effect is lead for lead in tentative_of(figures)):
         return f"only tentative, {percent(confidence)}"
     return f"{sureness(confidence)} sure"
 
 
-def _share(rival: Figures) -> str:
-    share = rival.get("confidence")
+def _share(rival: Rival) -> str:
+    share = rival.confidence
     return "" if share is None else f" {percent(share)}"
 
 

@@ -13,12 +13,12 @@ from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.solve.controller import stop
 from addb_viewer.app.subjects.shared_subject import DIAGNOSING, HOLDING_OUT, RECORDING, SOLVING
-from addb_viewer.text.diagnosis_vocabulary import ranges_of, short_title
+from addb_viewer.text.diagnosis_vocabulary import short_title
 from addb_viewer.text.verdict_words import verdict
-from addb_viewer.trial_view.cause_pictures import Figures
 from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words, read_state
 from addb_viewer.trial_view.replay import Replay
 from solver.common.errors import SolverError
+from solver.diagnosis.report import Cause
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 OTHERS = (SOLVING, RECORDING, HOLDING_OUT)  # told by other tabs
@@ -77,13 +77,13 @@ class DiagnosisController:
         """Leave the named causes out of later fits."""
         self.screen.shared.decide("Rejecting", ["reject"], "rejecting", self.screen.reviewer.author())
 
-    def decide_one(self, kind: str, effect: Figures) -> None:
+    def decide_one(self, kind: str, effect: Cause) -> None:
         """Accept or reject one cause; what was decided about others stays."""
         doing, stage = {ACCEPT: ("Accepting", ACCEPTING), REJECT: ("Rejecting", "rejecting")}[kind]
-        command = [kind, f"--cause={effect['id']}:{effect['target']}"]
+        command = [kind, f"--cause={effect.id}:{effect.target}"]
         self.screen.shared.decide(doing, command, stage, self.screen.reviewer.author())
 
-    def flag(self, effect: Figures) -> None:
+    def flag(self, effect: Cause) -> None:
         """Flag the frames of a cause, so that no fit uses them."""
         assert self.state.figures is not None
         shared, author = self.screen.shared, self.screen.reviewer.author()
@@ -93,11 +93,11 @@ class DiagnosisController:
         trials = ", ".join(dict.fromkeys(trial for trial, _ in flags))
         self.notices.tell("Flagged", f"{short_title(effect)}, in {trials}. U there takes it back; G solves.")
 
-    def go(self, effect: Figures) -> None:
+    def go(self, effect: Cause) -> None:
         """Go to the frame where a cause begins, in the trial on the screen if it acts there."""
         assert self.state.figures is not None
         known = self.screen.shared.fits.shown.trials
-        places = [p for p in sorted(ranges_of(self.state.figures, effect)) if p[0] in known]
+        places = [p for p in sorted(effect.frames) if p[0] in known]
         here = [p for p in places if self.replay is not None and p[0] == self.replay.name]
         for trial, start, _ in (here or places)[:1]:
             self.screen.go_to(trial, start)
@@ -142,7 +142,7 @@ class DiagnosisController:
         figures, known = self.state.figures, self.screen.shared.fits.shown.trials
         if figures is None:
             return set()
-        return {trial for effect in figures["effects"] for trial, _ in flags_of(figures, effect, known)}
+        return {trial for effect in figures.effects for trial, _ in flags_of(figures, effect, known)}
 
     def _draw_picture(self) -> None:
         self.screen.channel.show("diagnosis-picture", picture_json(self.state.figures, self.replay))
@@ -154,8 +154,8 @@ class DiagnosisController:
                 doing, action = CARD_ACTIONS[does]
                 self.notices.obey(doing, lambda: self._act(action, key))
 
-    def _act(self, action: Callable[["DiagnosisController", Figures], None], key: str) -> None:
-        effects = self.state.figures["effects"] if self.state.figures is not None else ()
+    def _act(self, action: Callable[["DiagnosisController", Cause], None], key: str) -> None:
+        effects = self.state.figures.effects if self.state.figures is not None else ()
         for effect in effects:
             if key_of_cause(effect) == key:
                 action(self, effect)
@@ -166,7 +166,7 @@ class DiagnosisController:
         return decision_in_words(self.state)
 
 
-CARD_ACTIONS: Mapping[str, tuple[str, Callable[[DiagnosisController, Figures], None]]] = {
+CARD_ACTIONS: Mapping[str, tuple[str, Callable[[DiagnosisController, Cause], None]]] = {
     "accept": ("Accepting", lambda tab, effect: tab.decide_one(ACCEPT, effect)),
     "reject": ("Rejecting", lambda tab, effect: tab.decide_one(REJECT, effect)),
     "flag": ("Flagging", DiagnosisController.flag),

@@ -8,9 +8,9 @@ from addb_viewer.text.plain_words import in_plain_words
 from addb_viewer.text.residual_words import what_is_wrong
 from addb_viewer.text.sections import Section, unbroken
 from addb_viewer.text.verdict_words import verdict
-from addb_viewer.trial_view.cause_pictures import Figures
 from addb_viewer.trial_view.html_pieces import LISTS, boxed
 from addb_viewer.trial_view.palette import BLUE, GREEN, GREY, VERMILION, Rgb
+from solver.diagnosis.report import DiagnosisReport
 
 # A word, a sign and a colour each: nobody has to tell colours apart.
 VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
@@ -20,7 +20,7 @@ VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
 }
 
 
-def verdict_html(figures: Figures | None, changed: Sequence[str] = ()) -> str:
+def verdict_html(figures: DiagnosisReport | None, changed: Sequence[str] = ()) -> str:
     """The verdict as a banner, and what speaks for it.
 
     Args:
@@ -32,7 +32,7 @@ def verdict_html(figures: Figures | None, changed: Sequence[str] = ()) -> str:
             "<p style='margin:.2em 0'>No diagnosis yet. <b>Diagnose</b> looks at all trials together and "
             "says what is wrong with the recordings, why, how sure that is, and what to do about it.</p>"
         )
-    sign, word, color = VERDICTS.get(figures["verdict"], ("?", figures["verdict"], GREY))
+    sign, word, color = VERDICTS.get(figures.verdict, ("?", figures.verdict, GREY))
     head = (
         f"<div style='display:flex;align-items:center;gap:.5em;font-weight:bold;font-size:1.05rem'>"
         f"<span style='background:{color.css};color:{color.ink.css};border-radius:50%;width:1.4em;"

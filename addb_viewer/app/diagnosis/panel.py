@@ -17,16 +17,16 @@ from addb_viewer.app.jobs.progress_html import show_progress
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.text.cause_words import cause
 from addb_viewer.text.detectable_words import what_would_be_found
-from addb_viewer.text.diagnosis_vocabulary import about, ranges_of, short_title
+from addb_viewer.text.diagnosis_vocabulary import about, short_title
 from addb_viewer.text.diagnosis_words import notes
 from addb_viewer.text.direct_check_words import what_the_files_say
 from addb_viewer.text.extension_words import what_accepting_changes
 from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.remainder_words import what_next, what_remains
-from addb_viewer.trial_view.cause_pictures import Figures
 from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words
 from annotations.foot_names import foot_words
 from annotations.reasons import key_of
+from solver.diagnosis.report import Cause, DiagnosisReport
 
 PLACE = "<div data-addb-diagnosis></div>"  # where the page's script puts verdict, cards and picture
 JUMPS_A_ROW = 3
@@ -137,12 +137,12 @@ class DiagnosisPanel:
         self.status.visible = bool(text)
         self.status.content = text_html(text)
 
-    def _add_causes(self, figures: Figures, trials: Sequence[str]) -> None:
-        for k, effect in enumerate(figures["effects"]):
+    def _add_causes(self, figures: DiagnosisReport, trials: Sequence[str]) -> None:
+        for k, effect in enumerate(figures.effects):
             section = cause(figures, k, by_key)
             self.parts.append(folder := self._folder(_heading(k + 1, effect)))
             with folder:
-                self.gui.add_html(section_html(section, spread=bool(effect["parameters"])))
+                self.gui.add_html(section_html(section, spread=bool(effect.parameters)))
                 self._add_jumps(figures, effect, trials)
         for section, shown in (
             (what_the_files_say(figures), section_html),
@@ -161,11 +161,11 @@ class DiagnosisPanel:
         """What is folded until somebody wants to know it."""
         return self.gui.add_folder(heading, expand_by_default=False)
 
-    def _add_jumps(self, figures: Figures, effect: Figures, trials: Sequence[str]) -> None:
+    def _add_jumps(self, figures: DiagnosisReport, effect: Cause, trials: Sequence[str]) -> None:
         """Buttons that lead to the frames of a cause that acts only there."""
         if not about(effect).at_certain_frames:
             return
-        places = [(trial, start, end) for trial, start, end in ranges_of(figures, effect) if trial in trials]
+        places = [(trial, start, end) for trial, start, end in effect.frames if trial in trials]
         several = len({trial for trial, _, _ in places}) > 1
         named = {
             f"{trial + ' ' if several else ''}{start}–{end - 1}": (trial, start)
@@ -187,7 +187,7 @@ def by_key(trial: str, start: int, end: int, foot: str) -> str:
     return f"in {trial} select {start}–{end - 1} (Go to), choose the foot {foot_words(foot)} (F), press {key}"
 
 
-def _heading(number: int, effect: Figures) -> str:
+def _heading(number: int, effect: Cause) -> str:
     """Number and name of a cause on one line, without the model's name of what is told in words."""
     words = short_title(effect)
     if len(words) > LONGEST_HEADING:

@@ -10,7 +10,7 @@ from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import finished_by_file, whole_logs
 from addb_viewer.jobs.stored_solves import stored_solves, waiting_solves
-from addb_viewer.text.diagnosis_vocabulary import ranges_of, title
+from addb_viewer.text.diagnosis_vocabulary import title
 from addb_viewer.trial_view.lanes import reviewed_ranges
 from addb_viewer.trial_view.proposals import Pending, State, pending
 from annotations.events import IMPORTED, Edit, SetStatus, Status
@@ -289,8 +289,8 @@ def _causes(folder: Path) -> dict[str, tuple[str, ...]]:
     except ResultsError:
         return {}
     named: dict[str, list[str]] = {}
-    for effect in found[0]["effects"] if found else ():
-        for trial, _, _ in ranges_of(found[0], effect) if found else ():
+    for effect in found[0].effects if found else ():
+        for trial, _, _ in effect.frames:
             named.setdefault(trial, []).append(title(effect))
     return {trial: tuple(dict.fromkeys(titles)) for trial, titles in named.items()}
 

@@ -1,8 +1,7 @@
 """Reviewing in one browser: what keys and buttons mean for the range, the proposal and the trial at hand."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
@@ -52,6 +51,7 @@ from annotations.reasons import FORCE_COUNTS, reason_named
 from annotations.suggested_activity import SuggestedActivity, open_suggestions
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
+from solver.diagnosis.report import DiagnosisReport
 
 
 class ActivityLabels:
@@ -405,11 +405,11 @@ class ReviewController:
             self.notices.tell(title, body, important=True)
         self.show()
 
-    def lanes(self, figures: Mapping[str, Any] | None) -> tuple[Lane, ...]:
+    def lanes(self, figures: DiagnosisReport | None) -> tuple[Lane, ...]:
         """The lanes of the trial on the screen; none before the first one opened.
 
         Args:
-            figures: of a diagnosis in the shape of `diagnose --json`; None where nobody asked.
+            figures: of a diagnosis; None where nobody asked.
         """
         replay, review = self.screen.replay, self.review
         if replay is None:

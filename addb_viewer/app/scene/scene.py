@@ -14,9 +14,10 @@ from addb_viewer.app.scene.labels import settle
 from addb_viewer.app.scene.legend import BY_NOTHING, legend_html, tints
 from addb_viewer.app.scene.measuring import Measuring
 from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
-from addb_viewer.trial_view.cause_pictures import Figures, pictures
+from addb_viewer.trial_view.cause_pictures import pictures
 from addb_viewer.trial_view.palette import OTHER_SOLVE
 from addb_viewer.trial_view.replay import BodyReplay, Replay
+from solver.diagnosis.report import DiagnosisReport
 
 LAB, TRIAL = "/lab", "/lab/trial"
 HULL = 0.003  # [m] by which the other solve's bones lie around those of this one: equal surfaces flicker
@@ -59,7 +60,7 @@ class TrialScene:
             fade_distance=12.0, cell_color=(195, 195, 195), section_color=(150, 150, 150), shadow_opacity=0.0,
         )  # fmt: skip
         self.replay: Replay | None = None
-        self.figures: Figures | None = None
+        self.figures: DiagnosisReport | None = None
         self.other: BodyNodes | None = None
         self._painted: tuple[str, UInt8[np.ndarray, "frames bodies 3"] | None] | None = (
             None  # kind and colours
@@ -103,11 +104,11 @@ class TrialScene:
                     self.server.scene, parent, bodies, meshes, color=OTHER_SOLVE, hull=HULL
                 )
 
-    def explain(self, figures: Figures | None) -> None:
+    def explain(self, figures: DiagnosisReport | None) -> None:
         """Draw the causes of a diagnosis from now on, in place of those of another; None for no diagnosis.
 
         Args:
-            figures: in the shape of `diagnose --json`.
+            figures: of the diagnosis.
         """
         self.figures = figures
         if self.replay is not None:

@@ -1,6 +1,6 @@
 """A .b3d file by itself, of the published dataset or of a release, and fitted anew."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -32,7 +32,7 @@ from solver.common.errors import CaptureError
 from solver.common.progress import Progress, part, silent
 from solver.common.runs import runs
 from solver.diagnosis.diagnose import diagnose
-from solver.diagnosis.report import as_json
+from solver.diagnosis.report import Cause, report
 from solver.fitting.fit import TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for
@@ -244,7 +244,7 @@ class Refitted:
     kappa: float  # between the file's word on which frames count and detection's; NaN: all are the same one
 
 
-def refitted(path: Path, progress: Progress = silent) -> tuple[list[Refitted], list[dict[str, Any]]]:
+def refitted(path: Path, progress: Progress = silent) -> tuple[list[Refitted], tuple[Cause, ...]]:
     """Fit a file as if nobody had reviewed it, and diagnose it; nothing is written.
 
     Args:
@@ -252,7 +252,7 @@ def refitted(path: Path, progress: Progress = silent) -> tuple[list[Refitted], l
         progress: told the stage and the fraction done.
 
     Returns:
-        A row a trial, and the causes that the diagnosis names, as `diagnose --json` has them.
+        A row a trial, and the causes that the diagnosis names.
 
     Raises:
         SolverError: it cannot be read or fitted.
@@ -263,8 +263,7 @@ def refitted(path: Path, progress: Progress = silent) -> tuple[list[Refitted], l
     told: Any = summary(fit)["trials"]
     rows = [_row(trial, figures) for trial, figures in zip(fit.trials, told, strict=True)]
     found = diagnose(subject, settings, reviews={}, progress=part(progress, FITTED, 1.0))
-    named: Any = as_json(found)["effects"]
-    return rows, list(named)
+    return rows, report(found).effects
 
 
 def _row(trial: TrialFit, figures: dict[str, Any]) -> Refitted:
@@ -288,7 +287,7 @@ def _times(value: float | None, factor: float) -> float | None:
     return None if value is None else factor * value
 
 
-def in_words(rows: list[Refitted], causes: list[dict[str, Any]]) -> Iterator[str]:
+def in_words(rows: list[Refitted], causes: Sequence[Cause]) -> Iterator[str]:
     """The table, stored → ours, and a line a cause."""
     yield "trial: marker RMS [cm], residual force [N], residual moment [N·m], frames counting; stored → ours"
     for row in rows:
@@ -299,7 +298,7 @@ def in_words(rows: list[Refitted], causes: list[dict[str, Any]]) -> Iterator[str
         counts = f"{row.counting[0]} → {row.counting[1]} of {row.frames}"
         yield f"{row.trial} ({row.stored_pass} pass): {figures}, {counts}{kappa}"
     for cause in causes:
-        yield f"cause: {cause['id']} {cause['target']}, {100 * cause['confidence']:.0f} % sure"
+        yield f"cause: {cause.id} {cause.target}, {100 * cause.confidence:.0f} % sure"
     if not causes:
         yield "no cause is named"
 

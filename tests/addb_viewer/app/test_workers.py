@@ -41,8 +41,8 @@ def test_it_keeps_the_answer_and_tells_progress(subject, monkeypatch, capsys):
     (line,) = capsys.readouterr().out.splitlines()
     assert json.loads(line) == {"stage": "screening", "fraction": 0.5}
     figures, made_from = kept(subject / "elsewhere")
-    assert figures["verdict"] == "clean"
-    assert "a note" in [note["text"] for note in figures["notes"]]
+    assert figures.verdict == "clean"
+    assert "a note" in figures.notes
     assert any(name.startswith("sha256") for name in made_from["provenance"])
 
 

@@ -15,6 +15,7 @@ from solver.fitting.provenance import provenance_of
 from solver.fitting.results.extension_log import decisions, standings
 from solver.fitting.settings import as_dict, settings_for
 from solver.kinematics.label_faults.fault import Exchange
+from tests.addb_viewer.told_diagnosis import told
 
 CLOCK = {
     "id": "clock_offset",
@@ -103,7 +104,7 @@ def diagnosed(command_line):
             "settings": as_dict(settings_for(subject.folder)),
         }
         figures = {"verdict": "explained", "effects": list(effects), "trials": ["walk"]}
-        keep(figures, made_from, subject.folder / "results")
+        keep(told(figures), made_from, subject.folder / "results")
 
     return write
 

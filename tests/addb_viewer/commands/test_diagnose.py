@@ -4,6 +4,7 @@ import json
 import os
 from dataclasses import dataclass, field, replace
 
+import jsonschema
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -15,6 +16,7 @@ from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import job_for
 from solver.common.errors import FitError, ResultsError
 from solver.common.notes import Kind, Note, noted
+from solver.common.typed_json import schema_of
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.checks import Decision
 from solver.diagnosis.decisions import CauseDecisions
@@ -26,6 +28,7 @@ from solver.diagnosis.diagnosis import (
     NamedEffect,
     Remaining,
 )
+from solver.diagnosis.report import DiagnosisReport
 from solver.fitting.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.flagged import flagged
@@ -100,7 +103,7 @@ def test_every_verdict_is_status_0_and_is_kept(command_line, finder, found):
     answer = kept(folder / "results")
     assert answer is not None
     figures, made_from = answer
-    assert figures["verdict"] == found.verdict
+    assert figures.verdict == found.verdict
     assert set(made_from) == {"provenance", "settings"}
     assert any(name.startswith("sha256") for name in made_from["provenance"])
 
@@ -121,12 +124,13 @@ def test_the_json_is_the_contract(command_line, finder, tmp_path):
     figures = json.loads(target.read_text(encoding="utf-8"))
     assert {"verdict", "effects", "alternatives", "gain", "remaining"} <= set(figures)
     assert "made_from" not in figures
+    jsonschema.validate(figures, schema_of(DiagnosisReport))
     (effect,) = figures["effects"]
     assert effect["id"] == "clock_offset"
     assert effect["parameters"] == {"offset_s": {"value": 0.0123, "std": 0.0004}}
     assert effect["confidence"] == 0.98
     assert effect["trial"] == "walk"
-    assert effect["frames"] == [[0, 4]]
+    assert effect["frames"] == [["walk", 0, 4]]
     (rival,) = figures["alternatives"]
     assert {name: type(rival[name]) for name in ("id", "target", "why", "separate_by")} == dict.fromkeys(
         ("id", "target", "why", "separate_by"), str
@@ -341,7 +345,7 @@ def test_of_many_a_kept_diagnosis_holds_until_something_changes(command_line, fi
     job = job_for(folder, trials=["walk"], without_extension=True)
     figures = kept_of(job)
     assert figures is not None
-    assert key_findings(figures)["verdict"] == "explained"
+    assert key_findings(figures.as_json())["verdict"] == "explained"
     assert kept_of(replace(job, settings=settings_with_other_iterations())) is None
     command_line.subject.trials[0].markers.write_text("recorded anew")
     assert kept_of(job_for(folder, trials=["walk"], without_extension=True)) is None

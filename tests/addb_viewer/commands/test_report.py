@@ -8,6 +8,7 @@ import pytest
 
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, noted
+from tests.addb_viewer.told_diagnosis import told
 
 
 @pytest.fixture
@@ -63,15 +64,14 @@ def test_what_was_written_as_json(opening, tmp_path):
 
 def test_a_diagnosis_is_made_where_it_is_asked_for_and_none_is_kept(opening, monkeypatch):
     asked = []
-    figures = {"verdict": "clean", "effects": [], "alternatives": [], "gain": {}, "trials": ["walk"]}
-    figures |= {"remaining": {"linear_residual_N": 9.0, "noise_floor_N": 9.0, "location": None}}
+    figures = {"verdict": "clean"}
 
     def diagnosis(subject, settings, *, trials, reviews, progress):
         asked.append(trials)
         return SimpleNamespace(notes=noted(Kind.OTHER, "looked at all"), trials=trials or ("walk",))
 
     monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", diagnosis)
-    monkeypatch.setattr("addb_viewer.jobs.diagnosing.as_json", lambda found, why=None: dict(figures))
+    monkeypatch.setattr("addb_viewer.jobs.diagnosing.report", lambda found, why=None: told(figures))
     folder, page = opening.subject.folder, opening.subject.folder / "results" / "report.html"
     assert opening("report", folder).exit_code == 0
     assert asked == []

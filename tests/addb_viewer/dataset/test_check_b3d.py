@@ -10,6 +10,7 @@ from addb_viewer.dataset.check.b3d_check import b3d_findings
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
 from solver.capture.formats.b3d.schema import B3dFile
 from solver.capture.formats.b3d.stored import StoredPass
+from tests.addb_viewer.told_diagnosis import told
 
 
 @pytest.fixture(scope="module")
@@ -118,9 +119,9 @@ def test_refit_sets_what_the_file_says_beside_what_the_fit_finds(fit_100, sound,
     fit = replace(fit_100, trials=(replace(trial, capture=capture),))
     monkeypatch.setattr(b3d_check, "solve", lambda *_, **__: fit)
     monkeypatch.setattr(b3d_check, "diagnose", lambda *_, **__: None)
-    monkeypatch.setattr(b3d_check, "as_json", lambda _: {"effects": []})
+    monkeypatch.setattr(b3d_check, "report", lambda _: told({}))
     (row,), causes = b3d_check.refitted(sound)
-    assert (row.stored_pass, causes) == ("dynamics", [])
+    assert (row.stored_pass, causes) == ("dynamics", ())
     assert row.marker_cm[0] == pytest.approx(2.0)
     assert (row.force_N[0], row.moment_Nm[0]) == (pytest.approx(30.0), pytest.approx(7.0))
     assert row.counting == (int((~missing).sum()), int(trial.forces_known.sum()))

@@ -20,6 +20,7 @@ from annotations.suggested_activity import SuggestedActivity
 from solver.capture.capture import Markers
 from solver.capture.formats.trc import write_trc
 from solver.common.notes import Kind, Note
+from tests.addb_viewer.told_diagnosis import told_cause
 
 FEET = ("calcn_r", "calcn_l")
 WALK = SuggestedActivity(0, 60, "walk", "overground", 0.9, "rule")
@@ -85,8 +86,8 @@ NOTES = [
     Note(Kind.PERSON, "mass not given"),
 ]
 CAUSES = [
-    {"id": "clock_offset", "target": "", "confidence": 0.97, "trial": "walk"},
-    {"id": "carried_mass", "target": "pelvis", "confidence": 0.6},
+    told_cause({"id": "clock_offset", "target": "", "confidence": 0.97, "trial": "walk"}),
+    told_cause({"id": "carried_mass", "target": "pelvis", "confidence": 0.6}),
 ]
 
 

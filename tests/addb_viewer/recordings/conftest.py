@@ -20,6 +20,7 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.functions import Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
+from tests.addb_viewer.told_diagnosis import told
 
 FRAMES, RATE, START = 40, 50.0, 0.35
 FORCE_RATE = 5 * RATE
@@ -163,7 +164,7 @@ def diagnosis():
         "sentence": "The forces were recorded late.",
         "remedy": "Check the trigger.",
     }
-    return {"verdict": "explained", "effects": [effect], "alternatives": [], "gain": {}, "trials": ["walk"]}
+    return told({"verdict": "explained", "effects": [effect]})
 
 
 @pytest.fixture

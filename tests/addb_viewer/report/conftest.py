@@ -7,6 +7,7 @@ from solver.common.notes import Kind, Note
 from tests.addb_viewer.recordings.conftest import diagnosis as one_cause
 from tests.addb_viewer.recordings.conftest import edits, make_fit, q, recording, skeleton
 from tests.addb_viewer.synthetic_residual import residual, trial
+from tests.addb_viewer.told_diagnosis import told
 
 __all__ = ["edits", "make_fit", "one_cause", "q", "recording", "skeleton"]
 
@@ -30,17 +31,19 @@ def diagnosis():
         "remedy": "Check the trigger.",
         "time_histories": [],
     }
-    return {
-        "verdict": "explained",
-        "effects": [effect],
-        "alternatives": [],
-        "gain": {"held_out_linear_residual_N": {"before": 41.0, "after": 12.0, "interval": [11.0, 13.0]}},
-        "remaining": {"linear_residual_N": 12.0, "noise_floor_N": 10.0, "location": None},
-        "trials": ["walk"],
-        "rates_Hz": {"walk": 50.0},
-        "notes": [Note(Kind.OTHER, "a note of the diagnosis").as_json()],
-        "residual": residual(trial("walk", (2, 27), time_history)),
-    }
+    return told(
+        {
+            "verdict": "explained",
+            "effects": [effect],
+            "alternatives": [],
+            "gain": {"held_out_linear_residual_N": {"before": 41.0, "after": 12.0, "interval": [11.0, 13.0]}},
+            "remaining": {"linear_residual_N": 12.0, "noise_floor_N": 10.0, "location": None},
+            "trials": ["walk"],
+            "rates_Hz": {"walk": 50.0},
+            "notes": [Note(Kind.OTHER, "a note of the diagnosis").as_json()],
+            "residual": residual(trial("walk", (2, 27), time_history)),
+        }
+    )
 
 
 @pytest.fixture

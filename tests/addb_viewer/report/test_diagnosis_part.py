@@ -18,7 +18,7 @@ def test_the_cause_in_words_and_figures_with_the_residual_before_and_after(repor
 
 
 def test_bars_of_a_common_scale(diagnosis):
-    page = gain_bars(diagnosis["gain"])
+    page = gain_bars(diagnosis.gain)
     assert "width:100.0%" in page
     assert f"width:{100 * 12 / 41:.1f}%" in page
     assert "41\u00a0N" in page
@@ -26,7 +26,7 @@ def test_bars_of_a_common_scale(diagnosis):
 
 
 def test_a_clean_recording(report, diagnosis):
-    clean = {**diagnosis, "verdict": "clean", "effects": [], "gain": {}}
+    clean = replace(diagnosis, verdict="clean", effects=(), gain={})
     page = diagnosis_part(replace(report, diagnosis=DiagnosisShown(clean, "")))
     assert "against what is ordinary" in page
     assert "Nothing wrong was found" in page

@@ -8,6 +8,7 @@ import pytest
 from addb_viewer.report.frames_kept import kept_frames
 from addb_viewer.report.moments import moments_of
 from addb_viewer.trial_view.replay import RequiredForce
+from tests.addb_viewer.told_diagnosis import told_cause
 
 
 @pytest.fixture
@@ -62,7 +63,9 @@ def test_a_named_force_takes_the_place_of_an_ordinary_frame(replay, diagnosis):
         "trial": "walk",
         "time_histories": [],
     }
-    assert [m.heading for m in shown(replay, {**diagnosis, "effects": [contact]})][-1] == "The named cause"
+    assert [m.heading for m in shown(replay, replace(diagnosis, effects=(told_cause(contact),)))][
+        -1
+    ] == "The named cause"
 
 
 def test_without_forces_the_worst_marker_is_shown(replay):

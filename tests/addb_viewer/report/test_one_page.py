@@ -23,7 +23,7 @@ def words(page):
 
 
 def shown(figures, *effects):
-    return DiagnosisShown(figures | {"effects": list(effects or figures["effects"])})
+    return DiagnosisShown(replace(figures, effects=effects or figures.effects))
 
 
 @pytest.fixture
@@ -35,8 +35,8 @@ def many(make_fit, diagnosis):
     worst = dict(trials[17].figures)
     worst["marker_max_m"], worst["hicks"] = 40.0, {**worst["hicks"], "marker_max": False}
     trials[17] = replace(trials[17], figures=worst)
-    cause = diagnosis["effects"][0]
-    effects = [cause, *({**cause, "id": "carried_mass", "target": f"body_{k}_l"} for k in range(5))]
+    cause = diagnosis.effects[0]
+    effects = [cause, *(replace(cause, id="carried_mass", target=f"body_{k}_l") for k in range(5))]
     return SubjectReport(replace(recording, trials=tuple(trials)), shown(diagnosis, *effects))
 
 

@@ -13,6 +13,7 @@ from addb_viewer.report.frames_kept import kept_frames
 from addb_viewer.report.scene_data import Packed, arrows_of, grid, plates_of, scene_of, unpacked, walked_floor
 from addb_viewer.trial_view.palette import CAUSE, GREEN, RESIDUAL
 from addb_viewer.trial_view.replay import RequiredForce
+from tests.addb_viewer.told_diagnosis import told_cause
 
 
 @pytest.fixture
@@ -166,6 +167,8 @@ def test_a_named_force_is_there_while_it_acts(replay, diagnosis):
         "trial": "walk",
         "time_histories": [],
     }
-    (arrow,) = [a for a in arrows_of(replay, {**diagnosis, "effects": [contact]}) if a.color == CAUSE]
+    (arrow,) = [
+        a for a in arrows_of(replay, replace(diagnosis, effects=(told_cause(contact),))) if a.color == CAUSE
+    ]
     assert np.flatnonzero(np.isfinite(arrow.force[:, 1])).tolist() == [5, 6, 7, 8]
     np.testing.assert_allclose(arrow.force[5], [0, 50, 0])

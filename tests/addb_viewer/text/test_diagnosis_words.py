@@ -4,16 +4,9 @@ import re
 
 import pytest
 
-from addb_viewer.text.diagnosis_vocabulary import (
-    amount,
-    amounts,
-    certainty,
-    sentence,
-    target_in_words,
-    title,
-    upward,
-)
-from addb_viewer.text.diagnosis_words import notes, page
+from addb_viewer.text import diagnosis_vocabulary as vocabulary
+from addb_viewer.text import diagnosis_words as words_of
+from addb_viewer.text.diagnosis_vocabulary import amount, certainty, target_in_words, upward
 from addb_viewer.text.sections import as_text
 from solver.common.notes import Kind, Note
 from solver.diagnosis.causes.about import OF_EACH_TRIAL, Reading
@@ -21,6 +14,28 @@ from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.diagnosis.causes.plate_readings import PlateBiasTakenOff
 from tests.addb_viewer.synthetic_residual import residual
+from tests.addb_viewer.told_diagnosis import told, told_cause
+
+
+def page(answer):
+    return words_of.page(told(answer))
+
+
+def notes(answer):
+    return words_of.notes(told(answer))
+
+
+def title(cause):
+    return vocabulary.title(told_cause(cause))
+
+
+def amounts(cause):
+    return vocabulary.amounts(told_cause(cause))
+
+
+def sentence(cause):
+    return vocabulary.sentence(told_cause(cause))
+
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
 

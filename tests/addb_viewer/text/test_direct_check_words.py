@@ -2,6 +2,7 @@
 
 from addb_viewer.text.direct_check_words import ABOUT, what_the_files_say
 from solver.diagnosis.direct_checks.statement import About
+from tests.addb_viewer.told_diagnosis import told
 
 
 def direct_check(nats, speaks_for, trial="walk1", sentence="The forces come 40 ms after the markers."):
@@ -18,7 +19,7 @@ def direct_check(nats, speaks_for, trial="walk1", sentence="The forces come 40 m
 
 
 def figures(*direct_checks, trials=("walk1",)):
-    return {"direct_checks": list(direct_checks), "trials": list(trials)}
+    return told({"direct_checks": list(direct_checks), "trials": list(trials)})
 
 
 def test_every_class_that_a_direct_check_can_speak_for_has_words():
@@ -50,5 +51,5 @@ def test_those_that_speak_are_told_the_clearest_first_with_their_trial_where_the
     ]
 
 
-def test_a_diagnosis_kept_by_an_older_version_has_no_such_section():
-    assert what_the_files_say({"trials": ["walk1"]}).lines == ()
+def test_without_direct_checks_there_is_no_such_section():
+    assert what_the_files_say(figures()).lines == ()

@@ -2,22 +2,22 @@
 
 from addb_viewer.text.residual_words import what_is_wrong
 from tests.addb_viewer.synthetic_residual import residual, size, trial
+from tests.addb_viewer.told_diagnosis import told
 
-EFFECT = {"id": "clock_offset"}
-
-
-def section(told, verdict="explained", effects=(EFFECT,), rates=None):
-    return what_is_wrong(
-        {"verdict": verdict, "effects": list(effects), "rates_Hz": rates or {}, "residual": told}
-    )
+EFFECT = {"id": "clock_offset", "target": "all"}
 
 
-def rows(told, **others):
-    return dict(section(told, **others).rows)
+def section(found, verdict="explained", effects=(EFFECT,), rates=None):
+    figures = {"verdict": verdict, "effects": list(effects), "rates_Hz": rates or {}, "residual": found}
+    return what_is_wrong(told(figures))
 
 
-def text(told, **others):
-    return " ".join(section(told, **others).lines)
+def rows(found, **others):
+    return dict(section(found, **others).rows)
+
+
+def text(found, **others):
+    return " ".join(section(found, **others).lines)
 
 
 def test_size_and_noise_floor_are_told_and_compared():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.trial_view.cause_pictures import LOAD_DENSITY, pictures, ranges_of
+from addb_viewer.trial_view.cause_pictures import LOAD_DENSITY, pictures
 from solver.diagnosis.causes.catalogue import IDS, MARKER_IDS
 
 
@@ -164,7 +164,6 @@ def test_what_is_unexplained_acts_at_its_body(make_replay, figures):
 def test_a_cause_of_another_trial_is_not_drawn(make_replay, effect, figures):
     assert pictures(figures(effect("clock_offset", "all", offset_s=0.01)), make_replay("run")) == ()
     several = figures({**effect("marker_slip", "R"), "frames": [["run", 0, 5], ["walk", 7, 9]]})
-    assert ranges_of(several, several["effects"][0]) == [("run", 0, 5), ("walk", 7, 9)]
     (picture,) = pictures(several, make_replay())
     assert np.flatnonzero(picture.acts).tolist() == [7, 8]
 

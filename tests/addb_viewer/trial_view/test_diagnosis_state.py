@@ -24,9 +24,8 @@ def diagnosed(small_fit, effect, figures):
         trial.markers.parent.mkdir(parents=True)
         trial.markers.write_text(f"markers of {trial.name}")
     results = subject.folder / "results"
-    named = {
-        **figures(effect("clock_offset", "all", offset_s=0.012)), "trials": [t.name for t in subject.trials]
-    }  # fmt: skip
+    found = figures(effect("clock_offset", "all", offset_s=0.012))
+    named = replace(found, trials=tuple(t.name for t in subject.trials))
     keep(named, {"provenance": provenance_of(subject, subject.trials), "settings": {}}, results)
     return subject, results, small_fit
 
@@ -61,10 +60,10 @@ def test_a_diagnosis_can_be_accepted_until_a_recording_changes(diagnosed):
 
 def test_a_fault_in_the_markers_alone_cannot_be_accepted(diagnosed, effect, figures):
     subject, results, fit = diagnosed
-    slipped = {**figures(effect("marker_slip", "RTOE", shift_m=0.02)), "trials": []}
+    slipped = replace(figures(effect("marker_slip", "RTOE", shift_m=0.02)), trials=())
     keep(slipped, {"provenance": {}, "settings": {}}, results)
     assert not read_state(subject, results, fit).acceptable
-    swapped = {**figures(effect("marker_swap", "RTOE+RMT5", ((10, 20),))), "trials": []}
+    swapped = replace(figures(effect("marker_swap", "RTOE+RMT5", ((10, 20),))), trials=())
     keep(swapped, {"provenance": {}, "settings": {}}, results)
     assert read_state(subject, results, fit).acceptable  # a fit exchanges them back
 
@@ -121,7 +120,7 @@ def test_what_accepting_gained_is_kept_with_the_decision(diagnosed):
 def test_a_decision_about_another_diagnosis_says_so(diagnosed, effect, figures):
     subject, results, fit = diagnosed
     extension_log.reject(results, (LATE,), by="Ada", made_from={})
-    other = {**figures(effect("plate_gain", "plate_1", gain_error=0.05)), "trials": []}
+    other = replace(figures(effect("plate_gain", "plate_1", gain_error=0.05)), trials=())
     keep(other, {"provenance": {}, "settings": {}}, results)
     assert "about another diagnosis" in decision_in_words(read_state(subject, results, fit))
 

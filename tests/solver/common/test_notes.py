@@ -34,3 +34,9 @@ def test_a_trial_and_a_place_are_named_once():
 def test_a_note_cannot_be_changed():
     with pytest.raises(AttributeError, match="does not change"):
         ABOUT_MASS.trial = "run"
+
+
+def test_a_sentence_that_lost_its_names_does_not_get_them_back():
+    without = ABOUT_MASS.reworded(lambda text: text.replace("walk", "trial 1").replace("check it", "look"))
+    for copied in (without, Note.from_json(without.as_json()), pickle.loads(pickle.dumps(without))):
+        assert copied == "trial 1: the forces carry 61 kg; look"

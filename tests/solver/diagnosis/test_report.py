@@ -10,7 +10,7 @@ from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.diagnosis import Alternative, Diagnosis, Gain, Location, NamedEffect, Remaining
 from solver.diagnosis.direct_checks.statement import About, Statement
 from solver.diagnosis.force_histories import ForceHistory
-from solver.diagnosis.report import as_json
+from solver.diagnosis.report import report
 from solver.diagnosis.residual_description import (
     AlongAxis,
     InPhase,
@@ -54,7 +54,7 @@ def diagnosis() -> Diagnosis:
 
 def plain(diagnosis: Diagnosis) -> dict:
     """Through strict JSON and back."""
-    return json.loads(json.dumps(as_json(diagnosis), allow_nan=False))
+    return json.loads(json.dumps(report(diagnosis).as_json(), allow_nan=False))
 
 
 def test_a_search_that_ended_early_is_told(diagnosis):
@@ -74,7 +74,7 @@ def test_every_part_of_the_contract_is_there_as_it_is_written_there(diagnosis):
     assert effect["parameters"] == {"offset_s": {"value": 0.0123, "std": 0.0004}}
     assert effect["confidence"] == 0.98
     assert effect["trial"] == "walk1"
-    assert effect["frames"] == [[0, 412]]
+    assert effect["frames"] == [["walk1", 0, 412]]
     (other,) = told["alternatives"]
     assert {"id", "target", "why", "separate_by"} <= set(other)
     assert told["gain"] == {

@@ -11,7 +11,7 @@ from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain, required_of
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.decisions import Trail, is_only_tentative
-from solver.diagnosis.report import as_json
+from solver.diagnosis.report import report
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, TEMPER_NATS, Contender, Found
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.unmodelled import open_world
@@ -143,7 +143,7 @@ def test_the_nearest_wrong_name_gives_way_to_the_plate_it_is_about(turned, few):
     assert kept.unknown is not None
     assert (kept.unknown.cause.kind, kept.unknown.cause.target) == ("plate", "plate_2")
     assert all(s.behind < 1.0 for s in kept.standings)
-    answer = as_json(conclude(turned, selection))
+    answer = report(conclude(turned, selection)).as_json()
     assert answer["verdict"] == "unexplained"
     off = answer["remaining"]["off_the_list"]
     assert (off["touches"], off["target"]) == ("plate", "plate_2")
