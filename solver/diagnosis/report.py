@@ -15,6 +15,7 @@ from solver.common.notes import Note
 from solver.common.typed_json import from_plain, plain
 from solver.diagnosis.causes.catalogue import ABOUT
 from solver.diagnosis.chances import Chances
+from solver.diagnosis.decisions import CauseDecisions
 from solver.diagnosis.diagnosis import (
     Detectable,
     Diagnosis,
@@ -27,7 +28,6 @@ from solver.diagnosis.diagnosis import (
 from solver.diagnosis.direct_checks.statement import STATED_NATS, Statement
 from solver.diagnosis.extended_fit import ExtendedGain
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
-from solver.diagnosis.trail import CauseDecisions
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 VERSION = 1  # of what a report holds; raised when an old reader would misread it
