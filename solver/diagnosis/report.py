@@ -14,8 +14,7 @@ import numpy as np
 from solver.common.notes import Note
 from solver.common.typed_json import from_plain, plain
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.chances import Chances
-from solver.diagnosis.decisions import CauseDecisions
+from solver.diagnosis.decisions import CauseDecisions, Chances
 from solver.diagnosis.diagnosis import (
     Detectable,
     Diagnosis,
