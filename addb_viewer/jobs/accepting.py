@@ -3,7 +3,7 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import isfinite, nan
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -154,7 +154,7 @@ def _accepted(job: Job, wanted: Wanted, by: str, progress: Progress) -> Accepted
     )
     gain = extended_fit(found.fit, found.extension, job.settings, part(progress, FOUND, 1.0))
     told = {
-        "causes": _plain(found.causes_at(gain.fit.extra)),
+        "causes": extension_log.plain_causes(found.causes_at(gain.fit.extra)),
         "exchanges": _exchanges(exchanges),
         **extended_gain_json(gain),
     }
@@ -286,18 +286,3 @@ def _causes(effects: Sequence[Named]) -> tuple[Cause, ...]:
         Cause(e.id, e.target, {n: (number(p.value), number(p.std)) for n, p in e.parameters.items()})
         for e in effects
     )
-
-
-def _plain(causes: Sequence[Cause]) -> list[dict[str, object]]:
-    """Causes as the diagnosis' JSON has them; what the recording says nothing about is None."""
-    return [
-        {
-            "id": cause.id,
-            "target": cause.target,
-            "parameters": {
-                name: {"value": v if isfinite(v) else None, "std": s if isfinite(s) else None}
-                for name, (v, s) in cause.parameters.items()
-            },
-        }
-        for cause in causes
-    ]

@@ -15,6 +15,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
@@ -223,8 +224,8 @@ def _appended(results: Path, decision: Decision) -> Decision:
 def _plain(decision: Decision) -> dict[str, Any]:
     return {
         "decision": decision.kind,
-        "causes": _plain_causes(decision.causes),
-        "rejected": _plain_causes(decision.rejected),
+        "causes": plain_causes(decision.causes),
+        "rejected": plain_causes(decision.rejected),
         "left_out": list(decision.left_out),
         "by": decision.by,
         "when": decision.when.isoformat(timespec="seconds"),
@@ -233,12 +234,16 @@ def _plain(decision: Decision) -> dict[str, Any]:
     }
 
 
-def _plain_causes(causes: tuple[Cause, ...]) -> list[dict[str, Any]]:
+def plain_causes(causes: Sequence[Cause]) -> list[dict[str, Any]]:
+    """Causes as JSON has them; what the recording says nothing about is None."""
     return [
         {
             "id": cause.id,
             "target": cause.target,
-            "parameters": {n: {"value": v, "std": s} for n, (v, s) in cause.parameters.items()},
+            "parameters": {
+                name: {"value": v if isfinite(v) else None, "std": s if isfinite(s) else None}
+                for name, (v, s) in cause.parameters.items()
+            },
         }
         for cause in causes
     ]
@@ -246,9 +251,18 @@ def _plain_causes(causes: tuple[Cause, ...]) -> list[dict[str, Any]]:
 
 def _causes(plain: Sequence[Mapping[str, Any]]) -> tuple[Cause, ...]:
     return tuple(
-        Cause(c["id"], c["target"], {n: (e["value"], e["std"]) for n, e in c["parameters"].items()})
+        Cause(
+            c["id"],
+            c["target"],
+            {n: (_number(e["value"]), _number(e["std"])) for n, e in c["parameters"].items()},
+        )
         for c in plain
     )
+
+
+def _number(value: float | None) -> float:
+    """JSON has no NaN: what nobody knows is None there."""
+    return nan if value is None else value
 
 
 def _decision(line: Mapping[str, Any]) -> Decision:

@@ -48,7 +48,7 @@ def app(tmp_path_factory, make_replay, make_app, effect, figures):
         ],
     )  # fmt: skip
     (folder / "answer.json").write_text(
-        json.dumps({**told, "made_from": {"provenance": {}, "settings": {}}}), encoding="utf-8"
+        json.dumps({**told.as_json(), "made_from": {"provenance": {}, "settings": {}}}), encoding="utf-8"
     )
     (folder / "tested_worker.py").write_text(textwrap.dedent(WORKER).replace("FOR_EVER_S", str(FOR_EVER_S)))
     with pytest.MonkeyPatch.context() as patch:

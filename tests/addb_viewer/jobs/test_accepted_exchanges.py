@@ -3,6 +3,7 @@ from dataclasses import replace
 from addb_viewer.jobs.accepting import exchange_in_words, exchanges_of
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.kinematics.label_faults.fault import EXCHANGED, Exchange, LabelFault
+from tests.addb_viewer.told_diagnosis import told
 
 SWAP = {"id": "marker_swap", "target": "A+B", "parameters": {}}
 
@@ -12,13 +13,13 @@ def test_one_exchange_for_each_stretch_in_its_trial():
         "trials": ["walk", "run"],
         "effects": [{**SWAP, "frames": [["run", 5, 9], ["walk", 20, 30]]}, {"id": "drag", "target": "torso"}],
     }
-    assert exchanges_of(several) == (
+    assert exchanges_of(told(several)) == (
         Exchange("run", ("A", "B"), 5, 9),
         Exchange("walk", ("A", "B"), 20, 30),
     )
     alone = {"trials": ["walk"], "effects": [{**SWAP, "frames": [[5, 9]]}]}
-    assert exchanges_of(alone) == (Exchange("walk", ("A", "B"), 5, 9),)
-    assert exchanges_of({}) == ()
+    assert exchanges_of(told(alone)) == (Exchange("walk", ("A", "B"), 5, 9),)
+    assert exchanges_of(told({})) == ()
 
 
 def test_what_cannot_be_accepted():

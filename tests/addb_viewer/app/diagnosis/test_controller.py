@@ -33,7 +33,9 @@ def app(tmp_path, make_replay, make_app, effect, figures):
     (tmp_path / "results").mkdir()
     kept = figures(effect("clock_offset", "all", offset_s=0.0123))
     made_from = {"provenance": {}, "settings": {}}
-    (tmp_path / "results" / "diagnosis.json").write_text(json.dumps({**kept, "made_from": made_from}))
+    (tmp_path / "results" / "diagnosis.json").write_text(
+        json.dumps({**kept.as_json(), "made_from": made_from})
+    )
     app = make_app(tmp_path, [make_replay(), make_replay("run")], login="Zoë")
     yield app
     app.close()
@@ -79,7 +81,7 @@ def test_frames_of_a_cause_are_flagged_by_one_button_and_undone_by_u(app, browse
     kept = figures(step, effect("clock_offset", "all", offset_s=0.01))
     made_from = {"provenance": {}, "settings": {}}
     results = browser.session.shared.results
-    (results / "diagnosis.json").write_text(json.dumps({**kept, "made_from": made_from}))
+    (results / "diagnosis.json").write_text(json.dumps({**kept.as_json(), "made_from": made_from}))
     browser.session.diagnosis.show()
 
     def cards():
