@@ -114,7 +114,7 @@ def test_the_step_is_where_it_was(told_and_true):
     told, truth = told_and_true
     (step,) = (e for e in told["effects"] if e["id"] == "off_plate_step")
     ((_, since, until),) = truth.off_plate["walk"]
-    ((start, end),) = step["frames"]
+    ((_, start, end),) = step["frames"]
     assert start / 100 == pytest.approx(since, abs=0.05)
     assert (end - 1) / 100 == pytest.approx(until, abs=0.05)
 
@@ -137,7 +137,7 @@ def test_the_step_s_force_is_told_over_time(told_and_true):
     told, _ = told_and_true
     (step,) = (e for e in told["effects"] if e["id"] == "off_plate_step")
     (time_history,) = step["time_histories"]
-    ((start, _),) = step["frames"]
+    ((_, start, _),) = step["frames"]
     assert time_history["start"] == start
     vertical = np.array(time_history["force_N"])[:, 1]
     assert vertical.max() > 1.3 * step["parameters"]["force_y_N"]["value"]
