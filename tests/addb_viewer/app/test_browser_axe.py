@@ -37,8 +37,8 @@ def review(tmp_path_factory, make_replay, make_app, open_page, effect, figures):
         effect("external_contact", "pelvis", ((120, 140), (170, 180)), force_y_N=60.0),
     )
     (folder / "results").mkdir()
-    told |= {"made_from": {"provenance": {}, "settings": {}}}
-    (folder / "results" / "diagnosis.json").write_text(json.dumps(told))
+    kept = told.as_json() | {"made_from": {"provenance": {}, "settings": {}}}
+    (folder / "results" / "diagnosis.json").write_text(json.dumps(kept))
     app = make_app(folder, [make_replay(), make_replay("measured only", 120, fitted=False)], login="Zoë")
     page = open_page(app)
     page.evaluate(axe.AXE_SCRIPT)  # by the debugger, which the page's policy does not concern
