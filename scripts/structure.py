@@ -29,14 +29,14 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 115_800,
+    "Lines of the product": 115_500,
     "Lines of tests": 69_900,
     "Lines of benchmarks": 10_400,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
     "Words of docs": 50_000,
     "Settings": 120,
-    "Untyped dictionaries": 360,
+    "Untyped dictionaries": 290,
     "Names of two files or more": 38,
 }
 
