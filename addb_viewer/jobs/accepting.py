@@ -3,7 +3,6 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -279,9 +278,7 @@ def _split(
 
 
 def _causes(effects: Sequence[Named]) -> tuple[Cause, ...]:
-    def number(value: float | None) -> float:
-        return nan if value is None else value
-
+    number = extension_log.nan_where_unknown
     return tuple(
         Cause(e.id, e.target, {n: (number(p.value), number(p.std)) for n, p in e.parameters.items()})
         for e in effects

@@ -254,13 +254,16 @@ def _causes(plain: Sequence[Mapping[str, Any]]) -> tuple[Cause, ...]:
         Cause(
             c["id"],
             c["target"],
-            {n: (_number(e["value"]), _number(e["std"])) for n, e in c["parameters"].items()},
+            {
+                n: (nan_where_unknown(e["value"]), nan_where_unknown(e["std"]))
+                for n, e in c["parameters"].items()
+            },
         )
         for c in plain
     )
 
 
-def _number(value: float | None) -> float:
+def nan_where_unknown(value: float | None) -> float:
     """JSON has no NaN: what nobody knows is None there."""
     return nan if value is None else value
 
