@@ -1,5 +1,7 @@
 """Keys in a real browser: of any layout, hidden from the page's camera, and not taken from what is typed."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,22 @@ def at(page, until):
     return lambda frame: until(
         lambda: page.session.frame == frame or (review.chosen or (None,))[0] == frame, f"frame {frame}"
     )
+
+
+def test_a_box_that_has_just_gone_takes_no_key(page, at):
+    page.keyboard.press("Home")
+    at(0)
+    page.evaluate("""() => {
+        const box = document.body.appendChild(document.createElement("input"));
+        box.focus();
+        setTimeout(() => {
+            box.style.display = "none"; // and nothing is drawn before the key comes
+            for (const end = performance.now() + 1000; performance.now() < end;);
+        }, 300);
+    }""")
+    time.sleep(0.6)
+    page.keyboard.press(".")
+    at(1)
 
 
 def test_arrows_and_letters_move_the_cursor_and_not_the_camera(page, at):

@@ -22,6 +22,10 @@ export const button = (words, act, options = {}) => {
   return made;
 };
 
+/** Whether a key is for a box. One that has just gone keeps the focus until the page is drawn again, and gets none. */
+export const isTyped = ({ isComposing, target }) =>
+  isComposing || ((target.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(target.tagName)) && target.checkVisibility());
+
 /** Calls back now, and whenever elements of the page come or go. */
 const watchers = [];
 new MutationObserver(() => watchers.forEach((look) => look())).observe(document.documentElement, { childList: true, subtree: true });

@@ -4,6 +4,7 @@
 // A letter is the one that the keyboard prints, wherever it lies; where the layout has no Latin letters, the one that
 // lies there on an American keyboard. Of signs, as "?", it does not matter which keys make them. Digits of keyboards
 // that need Shift for them do without it.
+import { isTyped } from "./elements.js";
 import { stepAhead } from "./timeline.js";
 
 {
@@ -38,8 +39,6 @@ import { stepAhead } from "./timeline.js";
     if (digit && !event.shiftKey) found.push(modified(event, digit, false));
     return found;
   };
-  const isTyped = (event) =>
-    event.isComposing || event.target.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName);
   const isTheWidgets = (event, name) =>
     OF_WIDGETS.test(name) &&
     (event.target.closest?.("dialog, [role=dialog]") || (byTab && event.target.matches?.(WIDGETS)));

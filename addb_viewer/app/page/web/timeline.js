@@ -2,7 +2,7 @@
 // and only what was decided by them goes to the server: a frame, a range, another border of a flag.
 import { strip } from "./bar.js";
 import { drawCurves, titles, told } from "./curves.js";
-import { element } from "./elements.js";
+import { element, isTyped } from "./elements.js";
 import { heightOf, rowOf } from "./rows.js";
 
 const GUTTER = 96, MARGIN = 12, AXIS = 16, BAR = 30; // [pixel]; as in strip.css
@@ -202,9 +202,8 @@ area.addEventListener(
 window.addEventListener(
   "keydown",
   (event) => {
-    const typed = /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName);
     const factor = { "+": 0.6, "-": 1 / 0.6 }[event.key];
-    if (!trial || typed || !factor || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!trial || isTyped(event) || !factor || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     zoom(factor, frame);
