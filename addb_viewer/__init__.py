@@ -19,30 +19,30 @@ check_own_packages()
 if TYPE_CHECKING:
     from addb_viewer.api.acceptance import Acceptance as Acceptance
     from addb_viewer.api.cycle_curves import CycleCurves as CycleCurves
-    from addb_viewer.api.diagnosis import Cause as Cause
-    from addb_viewer.api.diagnosis import Diagnosis as Diagnosis
-    from addb_viewer.api.fit import Fit as Fit
     from addb_viewer.api.fitted_trial import FittedTrial as FittedTrial
     from addb_viewer.api.labelled import Series as Series
     from addb_viewer.api.labelled import Table as Table
     from addb_viewer.api.recording import Plate as Plate
     from addb_viewer.api.recording import Recording as Recording
     from addb_viewer.api.subject import Subject as Subject
-    from annotations.errors import ReviewError as ReviewError
+    from addb_viewer.api.subject_diagnosis import Cause as Cause
+    from addb_viewer.api.subject_diagnosis import Diagnosis as Diagnosis
+    from addb_viewer.api.subject_fit import Fit as Fit
+    from annotations.review_errors import ReviewError as ReviewError
     from solver.common.errors import Cancelled as Cancelled
     from solver.common.errors import SolverError as SolverError
 
 _HOME = {
     "Acceptance": "addb_viewer.api.acceptance",
     "Cancelled": "solver.common.errors",
-    "Cause": "addb_viewer.api.diagnosis",
+    "Cause": "addb_viewer.api.subject_diagnosis",
     "CycleCurves": "addb_viewer.api.cycle_curves",
-    "Diagnosis": "addb_viewer.api.diagnosis",
-    "Fit": "addb_viewer.api.fit",
+    "Diagnosis": "addb_viewer.api.subject_diagnosis",
+    "Fit": "addb_viewer.api.subject_fit",
     "FittedTrial": "addb_viewer.api.fitted_trial",
     "Plate": "addb_viewer.api.recording",
     "Recording": "addb_viewer.api.recording",
-    "ReviewError": "annotations.errors",
+    "ReviewError": "annotations.review_errors",
     "Series": "addb_viewer.api.labelled",
     "SolverError": "solver.common.errors",
     "Subject": "addb_viewer.api.subject",

@@ -2,7 +2,7 @@
 
 from difflib import get_close_matches
 
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 
 ACTIVITIES: dict[str, tuple[str, ...]] = {
     "walk": ("overground", "treadmill", "incline"),

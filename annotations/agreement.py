@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Shaped
 
-from annotations.runs import true_runs
+from annotations.label_runs import true_runs
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from sqlalchemy.pool import NullPool, StaticPool
 
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 from annotations.schema import OtherSchemaError, is_there, make
 
 PATIENCE_S = 30.0  # [s] how long to wait while another program writes

@@ -7,7 +7,6 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
     ClearActivity,
@@ -22,6 +21,7 @@ from annotations.events import (
     SetStatus,
     Undo,
 )
+from annotations.review_errors import ReviewError
 from annotations.unreadable import is_text
 
 KINDS: dict[str, type[Any]] = {

@@ -6,8 +6,8 @@ from datetime import datetime
 from enum import StrEnum
 
 from annotations.activities import activity_words, checked_activity
-from annotations.errors import ReviewError
 from annotations.reasons import checked_reason
+from annotations.review_errors import ReviewError
 
 IMPORTED = "imported"  # the reviewer under whose name labels from files are kept
 LONGEST_NAME = 100  # characters of a person's name

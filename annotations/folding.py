@@ -20,7 +20,6 @@ from annotations.decisions import (
     force_decisions,
     replaces_imports,
 )
-from annotations.errors import ReviewError
 from annotations.events import (
     IMPORTED,
     AcceptProposal,
@@ -36,8 +35,9 @@ from annotations.events import (
     SetStatus,
     Status,
 )
+from annotations.label_runs import labelled_runs, true_runs
 from annotations.reasons import FORCE_COUNTS
-from annotations.runs import labelled_runs, true_runs
+from annotations.review_errors import ReviewError
 from annotations.trial_review import (
     ActivityRange,
     ClearedRange,

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 from urllib.parse import quote
 
-from annotations.errors import LostLogError, ReviewError
 from annotations.events import Edit, Event
 from annotations.log import ReviewLog, review_of
 from annotations.reading import Reading
+from annotations.review_errors import LostLogError, ReviewError
 from annotations.trial_review import TrialReview
 from annotations.unreadable import UnreadableRow, listed
 

@@ -11,11 +11,11 @@ from typing import Self
 from sqlalchemy import Connection, select
 
 from annotations.database import PATIENCE_S, Database
-from annotations.errors import ReviewError
 from annotations.event_codec import kind_of
 from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable, Redo, Undo
 from annotations.folding import folded
 from annotations.reading import Reading, SubjectRows, check_author, check_words
+from annotations.review_errors import ReviewError
 from annotations.schema import EDITS
 from annotations.trial_review import TrialReview
 from annotations.undoing import next_redo, next_undo, undo_of

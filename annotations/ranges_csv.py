@@ -4,9 +4,9 @@ import csv
 from collections.abc import Iterable, Mapping
 from io import StringIO
 
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, ImportTable, SetActivity, SetStatus, Status
 from annotations.reasons import FORCE_COUNTS, reason_named
+from annotations.review_errors import ReviewError
 from annotations.trial_review import ActivityRange, ClearedRange, FlaggedRange, TrialReview
 
 LABELS = ("reason", "activity", "status")  # a row has one of these

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 from sqlalchemy import Connection, Row, Select, Text, cast, func, insert, select
 
 from annotations.database import Database
-from annotations.errors import ReviewError
 from annotations.event_codec import KINDS, decoded, encoded
 from annotations.events import IMPORTED, LONGEST_NAME, Edit, Event, ImportLabels, ImportTable
+from annotations.review_errors import ReviewError
 from annotations.schema import EDITS
 from annotations.unreadable import UnreadableRow, is_text
 

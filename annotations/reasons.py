@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 
 REASONS = (
     "notMissingGRF",

@@ -13,11 +13,11 @@ import numpy as np
 from jaxtyping import Bool
 
 from annotations.activities import ERRONEOUS
-from annotations.errors import ReviewError
 from annotations.events import IMPORTED, ImportLabels, Status
+from annotations.label_runs import true_runs
 from annotations.log import ReviewLog
 from annotations.reasons import MANUAL_REVIEW
-from annotations.runs import true_runs
+from annotations.review_errors import ReviewError
 from annotations.trial_review import ActivityRange, ClearedRange, FlaggedRange, TrialReview
 
 KEY = "missing_grf_data"

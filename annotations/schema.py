@@ -6,7 +6,7 @@ Only types that SQLite and PostgreSQL share: integers, text, JSON. Times are ISO
 import sqlalchemy as sa
 from sqlalchemy import JSON, Column, Connection, Index, Integer, MetaData, String, Table
 
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 
 VERSION = "0003"  # of these tables; a database keeps it
 VERSION_TABLE = "annotations_version"

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from annotations.events import NamedActivity, RefuseActivity
+from annotations.label_runs import true_runs
 from annotations.open_proposals import SAME
-from annotations.runs import true_runs
 from annotations.trial_review import TrialReview
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Shaped
 
 from annotations.activities import ERRONEOUS, activity_words
-from annotations.errors import ReviewError
 from annotations.events import IMPORTED, Proposal, RefuseActivity, Status
+from annotations.review_errors import ReviewError
 from annotations.unreadable import UnreadableRow
 
 MissingRange = tuple[int, int, str | None, str]  # start, end, foot or None for all, reason

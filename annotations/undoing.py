@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from annotations.errors import ReviewError
 from annotations.events import IMPORTED, Edit, Redo, Undo
+from annotations.review_errors import ReviewError
 from annotations.unreadable import UnreadableRow
 
 

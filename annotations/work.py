@@ -10,9 +10,9 @@ from datetime import datetime
 
 from sqlalchemy import Connection
 
-from annotations.errors import ReviewError
 from annotations.events import IMPORTED, LONGEST_NAME
 from annotations.reading import SubjectRows, check_words
+from annotations.review_errors import ReviewError
 from annotations.schema import WORK
 from annotations.unreadable import UnreadableRow
 

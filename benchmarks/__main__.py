@@ -12,7 +12,7 @@ from benchmarks.recordings import data_folder, subjects
 from benchmarks.speed import stages
 from benchmarks.speed.app_keys import latency_section
 from solver.common.errors import SolverError
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import save_fit
 from solver.fitting.settings import settings_for

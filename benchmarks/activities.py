@@ -22,22 +22,22 @@ from scipy.optimize import minimize
 import solver.gait
 from benchmarks.recordings import data_folder
 from solver.capture.capture import TrialFiles
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.gravity import GRAVITY
 from solver.common.progress import silent
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.fitting.model_stage import read_recordings
 from solver.fitting.pipeline import fit_markers
 from solver.fitting.settings import settings_for
-from solver.gait.activities import load_of
 from solver.gait.activity import LEARNT, Activity
 from solver.gait.activity_model import FILE, NAMES, Weights, features_of, windows_of
+from solver.gait.activity_suggestion import load_of
 from solver.gait.body_motion import body_motion
 from solver.gait.settings import GAIT
 from solver.kinematics.motion import Motion
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import GRID, Scenario, simulate_trial
 from solver.simulate.treadmill import belt_under, on_treadmill
-from solver.simulate.trial import GRID, Scenario, simulate_trial
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 

@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 
 from addb_viewer import Plate, Subject
-from addb_viewer.api.fit import Fit
 from addb_viewer.api.recording import Recording, recording_from
+from addb_viewer.api.subject_fit import Fit
 from benchmarks.markdown import write_section
 from benchmarks.recordings import data_folder, described_folders
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.errors import SolverError
 from solver.fitting.settings import Settings

@@ -21,15 +21,15 @@ from benchmarks.markdown import write_section
 from benchmarks.recordings import data_folder
 from solver.capture.capture import ForcePlate
 from solver.capture.plates.conditioning import ConditionedPlate, condition
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.contact.assignment import assign
+from solver.contact.detected_ranges import Proposal, missing_force
 from solver.contact.detection import detect
 from solver.contact.mask import frame_mask
-from solver.contact.proposals import Proposal, missing_force
 from solver.contact.wrenches import ContactWrenches
 from solver.dynamics.com_trajectory import com_data
 from solver.dynamics.mass import mass_from_forces
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.skeleton.forward import body_poses

@@ -12,9 +12,9 @@ from benchmarks.opensim_reference import OpenSimKinematics, opensim_inverse_kine
 from benchmarks.recordings import scaled_reference_models
 from solver.capture.capture import Markers
 from solver.common.gravity import GRAVITY
+from solver.export.export_places import file_stem
 from solver.export.opensim import export_opensim
-from solver.export.places import file_stem
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.summary import summary

@@ -30,7 +30,7 @@ from addb_viewer.commands.cli import app
 from benchmarks.markdown import write_section
 from benchmarks.recordings import data_folder
 from benchmarks.truth.recorded import ACTIVITY
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.contact.wrenches import FrameMask
 from solver.dynamics.com_trajectory import com_data
@@ -38,7 +38,7 @@ from solver.dynamics.force_prediction.missing_wrench import predict_ground_force
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.root_wrench import about_point
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.torques_stage import filter_as_forces

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from solver.capture.capture import Markers, Subject
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.common.errors import SolverError
 from solver.fitting.settings import Settings

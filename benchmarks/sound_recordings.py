@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.recordings import data_folder
 from benchmarks.truth.recorded import ACTIVITY
 from benchmarks.zoo.truth import read_truth
-from solver.capture.subject.subject import open_subject, subjects_in
+from solver.capture.subject.opened_subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
 from solver.diagnosis.direct_checks import lag as timing

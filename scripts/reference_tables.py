@@ -13,8 +13,8 @@ from typer.main import get_command
 
 from addb_viewer.app.shell.commands import COMMANDS as KEYS
 from addb_viewer.commands.cli import app
-from addb_viewer.dataset.schema import TABLES
-from addb_viewer.dataset.task import REASONS as LEFT_OUT
+from addb_viewer.dataset.build_task import REASONS as LEFT_OUT
+from addb_viewer.dataset.release_tables import TABLES
 from annotations.activities import ACTIVITIES
 from annotations.reasons import REASONS, key_of, reason_words
 from solver.diagnosis.causes.about import About

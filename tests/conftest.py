@@ -15,7 +15,7 @@ from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.common.notes import Kind, noted
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.functions import CubicSpline, Linear

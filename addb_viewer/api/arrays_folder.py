@@ -14,7 +14,7 @@ from solver.capture.formats.trc import write_trc
 from solver.capture.subject.subject_toml import described_as_toml
 from solver.common.errors import CaptureError
 from solver.common.file_names import distinct
-from solver.export.places import file_stem
+from solver.export.export_places import file_stem
 from solver.simulate.subject_folder import write_forces
 
 HEAD = "# Written by addb_viewer.Subject.from_arrays; the next call for this folder writes it anew.\n"

@@ -9,10 +9,10 @@ import numpy as np
 from addb_viewer.api.labelled import AXES, Series, Table
 from solver.common.notes import Note
 from solver.export.gait_tables import UNITS
-from solver.export.tables import trial_columns
-from solver.fitting.fit import TrialFit
+from solver.export.trial_table import trial_columns
+from solver.fitting.fit_result import TrialFit
 from solver.fitting.seen_part import in_view, without_guesses
-from solver.gait.gait import joint_power
+from solver.gait.trial_gait import joint_power
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton

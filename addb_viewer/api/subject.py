@@ -9,19 +9,19 @@ from typing import TypeAlias
 import numpy as np
 
 from addb_viewer.api.acceptance import Acceptance
-from addb_viewer.api.diagnosis import Cause, Diagnosis
-from addb_viewer.api.fit import Fit
 from addb_viewer.api.labelled import Table
 from addb_viewer.api.opened_recordings import OpenedRecordings
+from addb_viewer.api.subject_diagnosis import Cause, Diagnosis
+from addb_viewer.api.subject_fit import Fit
 from addb_viewer.jobs.diagnosing import diagnosed, kept_of
 from addb_viewer.jobs.kept_diagnosis import FILE as DIAGNOSIS
 from addb_viewer.jobs.review_store import has_log, open_log
 from addb_viewer.jobs.reviewing import capture_of, flagged, foot_meant, login_name, noted, trial_of
 from addb_viewer.jobs.solving import last_fit, solved
 from addb_viewer.jobs.terminal_progress import terminal_progress
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange
 from annotations.reasons import MANUAL_REVIEW, reason_named
+from annotations.review_errors import ReviewError
 from solver.common.progress import Progress, silent
 
 Watcher: TypeAlias = Progress | bool | None

@@ -17,7 +17,7 @@ from addb_viewer.app.page.channel import Channels
 from addb_viewer.app.page.notices import log_error
 from addb_viewer.app.page.reviewer import BrowserMemory
 from addb_viewer.app.queue.page_channel import QueuePage
-from addb_viewer.app.queue.rows import next_trial
+from addb_viewer.app.queue.queue_rows import next_trial
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.scene.camera import first_sight
 from addb_viewer.app.security.access import Access, TrialAddress, is_loopback

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import typer
 
+from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.environment import ENDS_WITH_STDIN, end_with_parent
-from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.processes import LOWEST, end_in_order, give_way, print_progress
 from addb_viewer.jobs.review_store import whole_log
@@ -36,16 +36,16 @@ from addb_viewer.jobs.solving import (
     resolved,
 )
 from addb_viewer.jobs.stored_solves import add
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 from solver.capture.atomic import made_folder
 from solver.common.errors import FitError, ResultsError, SolverError
 from solver.contact.force_review import ForceReview, as_plain, from_plain
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import can_resolve
 from solver.fitting.results.store import check_place, load_fit, present_solve
 
 if TYPE_CHECKING:
-    from addb_viewer.trial_view.recording import Recording
+    from addb_viewer.trial_view.recorded_subject import Recording
 
 FIT_READ = 0.2  # share of a recording's work before the first file is begun
 Figures = dict[str, float | None]
@@ -126,7 +126,7 @@ def _arguments(arguments: Sequence[str]) -> argparse.Namespace:
 def _write(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
     if file.suffix == ".html":
         from addb_viewer.report.reporting import page_of  # noqa: PLC0415 (slow to load)
-        from addb_viewer.trial_view.recording import ON_ONE_PAGE  # noqa: PLC0415 (likewise)
+        from addb_viewer.trial_view.recorded_subject import ON_ONE_PAGE  # noqa: PLC0415 (likewise)
 
         is_form = file.name.endswith(ON_ONE_PAGE)
         return page_of(fit, asked.results, file, trials=_trials(asked), one_page=is_form)[0]
@@ -140,7 +140,7 @@ def _write(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
 
 
 def _recording(fit: Fit, asked: argparse.Namespace) -> "Recording":
-    from addb_viewer.trial_view.recording import recording_of  # noqa: PLC0415 (slow to load)
+    from addb_viewer.trial_view.recorded_subject import recording_of  # noqa: PLC0415 (slow to load)
 
     previous = None if asked.previous is None else load_fit(asked.previous, asked.subject)
     diagnosis = kept(asked.results)

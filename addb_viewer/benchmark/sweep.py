@@ -13,7 +13,7 @@ from jaxtyping import Float
 from addb_viewer.benchmark.task import Example, Trials, central_differences
 from solver.capture.atomic import whole_file, write_whole
 from solver.common.filters import low_pass
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 CUTOFFS_HZ: tuple[float | None, ...] = (*(float(c) for c in range(3, 31, 3)), None)  # None: unfiltered

@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from addb_viewer.commands.decide import foot_named
 from addb_viewer.commands.options import (
     Debug,
     IgnoreReview,
@@ -24,8 +25,7 @@ from addb_viewer.commands.options import (
     SubjectFolder,
     written,
 )
-from addb_viewer.commands.reviewing import foot_named
-from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.solving import Job, job_for
 from addb_viewer.jobs.terminal_progress import terminal_progress
 from solver.capture.atomic import write_whole
@@ -33,9 +33,9 @@ from solver.capture.plates.conditioning import shared_cutoff
 from solver.common.errors import FitError
 from solver.common.file_names import readable
 from solver.common.progress import Progress, part
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.detection_settings import BORDER_S
-from solver.dynamics.cross_validation.ablation import (
+from solver.dynamics.cross_validation.force_ablation import (
     FITTED,
     MARKERS,
     STARTED,
@@ -52,7 +52,7 @@ from solver.dynamics.cross_validation.held_out_layouts import (
     random_shares,
     steps_of,
 )
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import write_json
 from solver.fitting.seen_part import seen_part

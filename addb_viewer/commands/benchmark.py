@@ -9,7 +9,7 @@ import typer
 
 from addb_viewer.commands.dataset import Release
 from addb_viewer.commands.options import Debug
-from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.command_errors import errors_as_lines
 from solver.common.errors import SolverError
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import typer
 
 from addb_viewer.commands.options import Debug, JsonFile
 from addb_viewer.dataset.release_subject import NO_SPDX, is_spdx
-from addb_viewer.jobs.errors import FAILED, errors_as_lines
+from addb_viewer.jobs.command_errors import FAILED, errors_as_lines
 from addb_viewer.text.amounts import counted, lasting
 from solver.common.errors import SolverError
 

@@ -12,13 +12,13 @@ from rich.console import Console
 from rich.table import Table
 
 from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile, optional_subject_folder
-from addb_viewer.jobs.errors import check_folder, errors_as_lines
+from addb_viewer.jobs.command_errors import check_folder, errors_as_lines
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Markers, Subject
 from solver.capture.formats.b3d.places import subject_folder_of
 from solver.capture.formats.text_table import some_of
+from solver.capture.subject.opened_subject import MARKER_MAP, open_subject, read_trials, subjects_in
 from solver.capture.subject.same_motion import markers_of
-from solver.capture.subject.subject import MARKER_MAP, open_subject, read_trials, subjects_in
 from solver.capture.subject.subject_layout import DESCRIBED_BY_HAND
 from solver.capture.subject.subject_toml import described_as_toml
 from solver.capture.trial import read_static, read_trial
@@ -31,7 +31,7 @@ from solver.kinematics.marker_naming import checked_map, strangers
 from solver.kinematics.own_model_naming import is_bare, own_names
 from solver.markers.atlas import atlas
 from solver.markers.mapping_file import read_map, remark, write_map
-from solver.markers.people import subjects_among
+from solver.markers.person_count import subjects_among
 from solver.markers.understanding import Understanding, UnderstoodLabel, understand
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.skeleton import Skeleton

@@ -11,6 +11,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from addb_viewer.commands.decide import Author, author_named
 from addb_viewer.commands.many import (
     CsvFile,
     Jobs,
@@ -31,10 +32,9 @@ from addb_viewer.commands.options import (
     SubjectFolder,
     Trials,
 )
-from addb_viewer.commands.reviewing import Author, author_named
 from addb_viewer.jobs.accepting import Accepted, accepted, exchange_in_words, rejected
+from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.diagnosing import diagnosed, kept_of
-from addb_viewer.jobs.errors import errors_as_lines
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.solving import Job, job_for, judged, last_fit
 from addb_viewer.jobs.terminal_progress import terminal_progress
@@ -44,13 +44,13 @@ from addb_viewer.text.evidence_words import evidence_words
 from addb_viewer.text.extension_words import what_accepting_changes
 from addb_viewer.text.sections import Section, as_text
 from annotations.wording import sure_words
+from solver.contact.detected_ranges import missing_force
 from solver.contact.detection import detect as proposals_for
 from solver.contact.detection_settings import DetectionSettings
-from solver.contact.proposals import missing_force
 from solver.diagnosis.causes.catalogue import IDS, MARKER_IDS
-from solver.diagnosis.report import Decided, DiagnosisReport, Rival
+from solver.diagnosis.diagnosis_report import Decided, DiagnosisReport, Rival
 from solver.dynamics.trajectory.extension import Cause
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.results.extension_log import ACCEPT
 from solver.fitting.results.store import write_json
 

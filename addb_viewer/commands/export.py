@@ -29,14 +29,14 @@ from addb_viewer.commands.options import (
     Trials,
     replaceable,
 )
-from addb_viewer.jobs.errors import errors_as_lines, warn
+from addb_viewer.jobs.command_errors import errors_as_lines, warn
 from addb_viewer.jobs.exporting import Format, exported
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import unreadable_notes, whole_log
 from addb_viewer.jobs.solving import Job, job_for, kept_fit
 from addb_viewer.jobs.terminal_progress import terminal_progress
-from addb_viewer.trial_view.recording import Recording, recording_of
-from solver.fitting.fit import Fit
+from addb_viewer.trial_view.recorded_subject import Recording, recording_of
+from solver.fitting.fit_result import Fit
 
 To = Annotated[
     list[Format],

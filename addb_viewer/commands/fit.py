@@ -29,7 +29,7 @@ from addb_viewer.commands.options import (
     Trials,
     WithoutExtension,
 )
-from addb_viewer.jobs.errors import FAILED, STOPPED, errors_as_lines
+from addb_viewer.jobs.command_errors import FAILED, STOPPED, errors_as_lines
 from addb_viewer.jobs.solving import FitReplacedError, HoldingOut, Job, KeptFit, job_for, solved
 from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.text.held_out_words import rest_words
@@ -37,7 +37,7 @@ from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.summary_table import print_held_out, print_summary
 from solver.capture.capture import UnusedFile
 from solver.common.notes import Note
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.results.store import write_json
 from solver.fitting.summary import summary
 

@@ -7,18 +7,18 @@ from typing import Annotated, Any
 
 import typer
 
+from addb_viewer.commands.decide import described, tell_unreadable, unreadable_figures
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder, replaceable
-from addb_viewer.commands.reviewing import described, tell_unreadable, unreadable_figures
-from addb_viewer.jobs.errors import errors_as_lines
+from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.review_store import has_log, open_log
 from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
 from annotations.agreement import Agreement
 from annotations.agreement import agreement as compared
-from annotations.errors import ReviewError
 from annotations.events import Status
 from annotations.folding import folded
 from annotations.log import ReviewLog
 from annotations.ranges_csv import ranges_csv
+from annotations.review_errors import ReviewError
 from annotations.review_json import export_labels, lost_in_review_json
 from annotations.trial_review import ActivityRange, ClearedRange, FlaggedRange, TrialReview
 from solver.capture.atomic import write_whole

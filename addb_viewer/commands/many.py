@@ -20,13 +20,13 @@ from rich.table import Table
 from rich.text import Text
 
 from addb_viewer.commands.options import written
-from addb_viewer.jobs.errors import FAILED, STOPPED, check_folder
+from addb_viewer.jobs.command_errors import FAILED, STOPPED, check_folder
 from addb_viewer.jobs.processes import THREADS, Processes, Start
 from addb_viewer.jobs.root_folder import RootFolder, open_root
 from solver.capture.atomic import write_whole
 from solver.capture.formats.b3d.places import is_b3d, recording_of, subject_folder_of
 from solver.capture.formats.recording_files import is_recording
-from solver.capture.subject.subject import DESCRIPTIONS, NoSubjectError, open_subject
+from solver.capture.subject.opened_subject import DESCRIPTIONS, NoSubjectError, open_subject
 from solver.common.errors import CaptureError
 from solver.common.small_files import json_content
 from solver.fitting.results.store import write_json

@@ -7,9 +7,9 @@ import typer
 
 from addb_viewer.commands.diagnose import print_diagnosis
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port
+from addb_viewer.jobs.command_errors import check_folder, errors_as_lines, warn
 from addb_viewer.jobs.demo import make_demo
 from addb_viewer.jobs.diagnosing import diagnosed
-from addb_viewer.jobs.errors import check_folder, errors_as_lines, warn
 from addb_viewer.jobs.solving import job_for, kept_fit
 from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.text.summary_table import print_summary

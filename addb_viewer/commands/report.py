@@ -19,7 +19,7 @@ from addb_viewer.commands.options import (
     Trials,
     replaceable,
 )
-from addb_viewer.jobs.errors import FAILED, check_folder, errors_as_lines, warn
+from addb_viewer.jobs.command_errors import FAILED, check_folder, errors_as_lines, warn
 from addb_viewer.jobs.root_folder import RootFolder, open_root
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.terminal_progress import terminal_progress
@@ -27,8 +27,8 @@ from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept
 from addb_viewer.report.overview import Entry, write_overview
 from addb_viewer.report.reporting import ONE_PAGE, PAGE, reported
-from addb_viewer.trial_view.recording import file_of
-from annotations.errors import ReviewError
+from addb_viewer.trial_view.recorded_subject import file_of
+from annotations.review_errors import ReviewError
 from solver.capture.atomic import made_folder
 from solver.capture.formats.b3d.places import subject_folder_of
 from solver.capture.subject.measured_files import refuse_to_replace

@@ -11,15 +11,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.build_task import LeftOut, Receipt, Task, valid_receipt
 from addb_viewer.dataset.finishing import finished, recovered
 from addb_viewer.dataset.identifiers import without_places
 from addb_viewer.dataset.reader import MANIFEST, read_manifest
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import BuildOptions, hash_of_person
+from addb_viewer.dataset.release_tables import FORMAT_VERSION, schema_json
 from addb_viewer.dataset.scanning import WITHDRAWN, ScannedSubject, scan, wanted_files
-from addb_viewer.dataset.schema import FORMAT_VERSION, schema_json
 from addb_viewer.dataset.subject_task import ATTEMPTS, done_apart, lost
-from addb_viewer.dataset.task import LeftOut, Receipt, Task, valid_receipt
 from addb_viewer.dataset.trial_labels import fingerprint, named_causes
 from addb_viewer.jobs.accepted_extension import extension_for_solve
 from addb_viewer.jobs.force_reviews import reviews_for_solve

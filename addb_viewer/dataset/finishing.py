@@ -13,15 +13,15 @@ from typing import Any
 
 import pyarrow as pa
 
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.build_task import REASONS, LeftOut, MadeFile, Receipt, made_file
 from addb_viewer.dataset.grid import LONGEST, SHORTEST
 from addb_viewer.dataset.parquet_files import rows_of, sorted_rows, write_parquet
 from addb_viewer.dataset.reader import MANIFEST
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import BuildOptions
+from addb_viewer.dataset.release_tables import FORMAT_VERSION, LEFT_OUT, ROOT_TABLES, schema_json
 from addb_viewer.dataset.release_texts import citations, croissant_of, datasheet, licences, readme
-from addb_viewer.dataset.schema import FORMAT_VERSION, LEFT_OUT, ROOT_TABLES, schema_json
 from addb_viewer.dataset.splits import without_persons
-from addb_viewer.dataset.task import REASONS, LeftOut, MadeFile, Receipt, made_file
 from solver.capture.atomic import write_whole
 from solver.capture.plates.force_settings import CONDITIONING
 

@@ -13,8 +13,8 @@ from addb_viewer.dataset.gridded_trial import GriddedTrial
 from addb_viewer.dataset.ground_forces import free_moments, pressing
 from addb_viewer.dataset.identifiers import labels_without_names
 from addb_viewer.dataset.parquet_files import Values, repeated, table_of
-from addb_viewer.dataset.schema import FRAMES, JOINT_CENTRES, KINEMATICS, MARKERS, PLATES
-from solver.capture.formats.b3d.schema import PassFrames, SensorFrames
+from addb_viewer.dataset.release_tables import FRAMES, JOINT_CENTRES, KINEMATICS, MARKERS, PLATES
+from solver.capture.formats.b3d.b3d_fields import PassFrames, SensorFrames
 from solver.common.frames_at_once import FRAMES_AT_ONCE, by_frames
 from solver.export.b3d.pass_frames import joints_in_order
 from solver.fitting.settings import Settings

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 RELEASE_RATE_HZ = 100.0  # the dataset paper's
 _SNAP = 1e-6  # [native frames] within which a time is that of a native frame: rounding

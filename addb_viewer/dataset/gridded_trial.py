@@ -22,14 +22,14 @@ from solver.capture.plates.conditioning import shared_cutoff
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.common.errors import ModelError
 from solver.common.frames_at_once import by_frames
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.contact_phases import ContactPhase, contact_phases
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.force_prediction.missing_wrench import torques_under
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory.spline_basis import DEGREE, spline_at
-from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.fit_result import Fit, KinematicsOnly, TrialFit
 from solver.fitting.settings import Settings
 from solver.fitting.torques_stage import filter_as_forces
 from solver.kinematics.marker_errors import MarkerErrors

@@ -8,15 +8,15 @@ from jaxtyping import Bool, Float, UInt8
 
 from addb_viewer.dataset.grid import Grid
 from solver.capture.capture import Capture
-from solver.capture.formats.b3d.schema import REASONS
+from solver.capture.formats.b3d.b3d_fields import REASONS
 from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure, surface_of
 from solver.capture.plates.conditioning import condition
 from solver.contact.assignment import lies_there
+from solver.contact.detected_ranges import UNMEASURED_EXTERNAL_FORCE, sure_ranges
 from solver.contact.mask import ERRONEOUS, frame_mask
-from solver.contact.proposals import UNMEASURED_EXTERNAL_FORCE, sure_ranges
 from solver.contact.wrenches import DETECTION, FILE, NO_FOOT, PERSON, ContactWrenches, FrameMask
 from solver.export.b3d.from_fit import decisive_reasons, reasons_per_frame
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.fitting.settings import Settings
 
 UNGIVEN_N = 5.0  # [N] of a filtered load that no foot was given; more means another contact body

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from addb_viewer.dataset.columns import Column, Table
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.release_errors import ReleaseError
 from solver.capture.atomic import whole_file
 
 Values = Any  # an array, a masked array, a list with None for null, or one text for all rows

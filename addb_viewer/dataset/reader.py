@@ -16,9 +16,9 @@ import pyarrow.parquet as pq
 from jaxtyping import Float
 
 from addb_viewer.dataset.columns import Table
-from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.identifiers import file_name_of
-from addb_viewer.dataset.schema import FORMAT_VERSION, FRAMES, TABLES
+from addb_viewer.dataset.release_errors import ReleaseError
+from addb_viewer.dataset.release_tables import FORMAT_VERSION, FRAMES, TABLES
 from addb_viewer.text.amounts import counted, lasting
 
 MANIFEST = "manifest.json"

@@ -4,9 +4,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from addb_viewer.dataset.build_task import REASONS, MadeFile
 from addb_viewer.dataset.columns import Column, Table
-from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
-from addb_viewer.dataset.task import REASONS, MadeFile
+from addb_viewer.dataset.release_tables import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.text.amounts import counted, lasting
 
 Rows = Sequence[Mapping[str, Any]]

@@ -15,15 +15,15 @@ from addb_viewer.dataset.release_subject import ReleaseSubject, age_told
 from addb_viewer.dataset.trial_labels import TrialLabels
 from solver.common.frames_at_once import by_frames
 from solver.common.gravity import GRAVITY
-from solver.diagnosis.report import Cause
+from solver.diagnosis.diagnosis_report import Cause
 from solver.dynamics.com_trajectory import MassEstimate, com_data
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
 from solver.dynamics.trajectory.extension import Extension
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.seen_part import seen_part
 from solver.fitting.settings import Settings
-from solver.gait.gait import overground_speed, treadmill_speed
+from solver.gait.trial_gait import overground_speed, treadmill_speed
 from solver.skeleton.forward import body_poses
 
 Row = dict[str, Any]  # a row of a table: value by column, None for null

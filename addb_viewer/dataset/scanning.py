@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.build_task import LeftOut, hours_of
 from addb_viewer.dataset.grid import SHORTEST, grid_of
 from addb_viewer.dataset.identifiers import labels_without_names, side_of
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import (
     NO_SPDX,
     BuildOptions,
@@ -19,12 +20,11 @@ from addb_viewer.dataset.release_subject import (
     release_subject,
 )
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
-from addb_viewer.dataset.task import LeftOut, hours_of
 from addb_viewer.dataset.trial_labels import labels_of, named_causes
 from addb_viewer.text.note_words import by_kind
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
-from solver.capture.subject.subject import subjects_in
+from solver.capture.subject.opened_subject import subjects_in
 from solver.capture.subject.unused_files import MARKERS
 from solver.capture.trial import ReadingSettings, read_trial
 from solver.common.errors import SolverError
@@ -32,7 +32,7 @@ from solver.common.file_names import readable
 from solver.common.notes import Note
 from solver.common.small_files import json_content
 from solver.contact.wrenches import DETECTION
-from solver.diagnosis.report import Cause
+from solver.diagnosis.diagnosis_report import Cause
 from solver.fitting.results.store import default_folder
 from solver.fitting.settings import settings_for
 

@@ -12,9 +12,9 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.reader import read_table
-from addb_viewer.dataset.schema import SPLITS
+from addb_viewer.dataset.release_errors import ReleaseError
+from addb_viewer.dataset.release_tables import SPLITS
 from solver.capture.atomic import whole_file, write_whole
 
 TRAIN, DEV, TEST = "train", "dev", "test"

@@ -10,7 +10,7 @@ from typing import Any, overload
 import numpy as np
 import pyarrow as pa
 
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.build_task import LeftOut, MadeFile, Receipt, Task, emptied, hours_of, made_file
 from addb_viewer.dataset.frame_rows import (
     TrialRows,
     frames_table,
@@ -23,7 +23,9 @@ from addb_viewer.dataset.grid import cuts_of
 from addb_viewer.dataset.gridded_trial import GriddedTrial, on_grid
 from addb_viewer.dataset.identifiers import file_name_of, labels_without_names, side_of, without_names
 from addb_viewer.dataset.parquet_files import TableFile
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import ReleaseSubject
+from addb_viewer.dataset.release_tables import SUBJECT_TABLES
 from addb_viewer.dataset.root_rows import (
     Row,
     activity_rows,
@@ -36,22 +38,20 @@ from addb_viewer.dataset.root_rows import (
     trial_row,
 )
 from addb_viewer.dataset.scanning import concerns_of
-from addb_viewer.dataset.schema import SUBJECT_TABLES
-from addb_viewer.dataset.task import LeftOut, MadeFile, Receipt, Task, emptied, hours_of, made_file
 from addb_viewer.dataset.trial_labels import UNKNOWN, TrialLabels, labels_of, named_causes
 from addb_viewer.jobs.accepted_extension import extension_for_solve
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.suggested_activities import suggestions_of
 from solver.capture.atomic import write_whole
+from solver.capture.formats.b3d.b3d_fields import B3dFile, B3dTrial, TrialType
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
 from solver.capture.formats.b3d.frames import cut
-from solver.capture.formats.b3d.schema import B3dFile, B3dTrial, TrialType
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.memory_release import release_memory
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.trajectory.extension import Extension
 from solver.export.b3d.from_fit import LowPassed, fit_to_b3d, with_unfitted_masses
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import default_folder
 from solver.fitting.settings import Settings, as_toml, settings_for

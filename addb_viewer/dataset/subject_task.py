@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from addb_viewer.dataset.errors import ReleaseError
-from addb_viewer.dataset.task import LeftOut, Receipt, Task, read_task, valid_receipt, write_receipt
+from addb_viewer.dataset.build_task import LeftOut, Receipt, Task, read_task, valid_receipt, write_receipt
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.jobs.environment import end_with_parent
 from addb_viewer.jobs.processes import THREADS, Ended, Start
 
@@ -75,7 +75,7 @@ def run_task(task: Task) -> Receipt:
         OSError: the disk; it may be tried again.
     """
     from addb_viewer.dataset.subject_files import write_subject_files  # noqa: PLC0415 (loads the solver)
-    from annotations.errors import ReviewError  # noqa: PLC0415 (likewise)
+    from annotations.review_errors import ReviewError  # noqa: PLC0415 (likewise)
     from solver.common.errors import SolverError  # noqa: PLC0415 (likewise)
 
     began = time.monotonic()

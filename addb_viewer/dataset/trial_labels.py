@@ -18,7 +18,7 @@ from annotations.suggested_activity import SuggestedActivity, open_suggestions
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.common.typed_json import plain
-from solver.diagnosis.report import Cause
+from solver.diagnosis.diagnosis_report import Cause
 from solver.fitting.provenance import other_recordings, provenance_of
 from solver.fitting.results.store import default_folder
 

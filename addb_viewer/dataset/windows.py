@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.reader import Release
+from addb_viewer.dataset.release_errors import ReleaseError
 
 
 class Windows:

@@ -14,15 +14,15 @@ from addb_viewer.jobs.solving import Job
 from addb_viewer.text.diagnosis_vocabulary import about, names_of
 from solver.common.errors import ResultsError
 from solver.common.progress import Progress, part, silent
-from solver.diagnosis.accepting import extension_for
+from solver.diagnosis.accepted_causes import extension_for
 from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import MARKER_IDS, cannot_be_accepted
 from solver.diagnosis.causes.effect import Range
+from solver.diagnosis.diagnosis_report import Cause as Named
+from solver.diagnosis.diagnosis_report import DiagnosisReport, extended_gain_json
 from solver.diagnosis.extended_fit import extended_fit
-from solver.diagnosis.report import Cause as Named
-from solver.diagnosis.report import DiagnosisReport, extended_gain_json
 from solver.dynamics.trajectory.extension import Cause, Extension
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import other_recordings, provenance_of, without_reviews
 from solver.fitting.results import extension_log
 from solver.fitting.results.extension_log import ACCEPT, REJECT, Decision

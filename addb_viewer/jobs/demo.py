@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.capture.atomic import made_folder
 from solver.common.errors import CaptureError
-from solver.simulate.demo import SCENARIOS, LateForces, write_demo_subject
+from solver.simulate.demo_subject import SCENARIOS, LateForces, write_demo_subject
 
 SEED = 20_240_901  # any number: the same demo for everyone
 MARK = ".addb-viewer-demo"  # marks a folder that the demo may write over

@@ -8,8 +8,8 @@ from addb_viewer.jobs.kept_diagnosis import keep, kept
 from addb_viewer.jobs.solving import Job
 from solver.common.errors import ResultsError
 from solver.common.progress import Progress, silent
-from solver.diagnosis.diagnose import diagnose as diagnosis_of
-from solver.diagnosis.report import DiagnosisReport, report
+from solver.diagnosis.diagnose_subject import diagnose as diagnosis_of
+from solver.diagnosis.diagnosis_report import DiagnosisReport, report
 from solver.fitting.provenance import provenance_of
 from solver.fitting.results.store import check_place
 from solver.fitting.settings import as_dict

@@ -8,10 +8,10 @@ from solver.capture.atomic import files_together
 from solver.common.errors import CaptureError
 from solver.export.b3d.from_fit import export_b3d
 from solver.export.c3d_file import export_c3d
+from solver.export.export_places import notes_on_renamed
 from solver.export.opensim import export_opensim
-from solver.export.places import notes_on_renamed
-from solver.export.tables import export_csv, export_parquet
-from solver.fitting.fit import Fit
+from solver.export.trial_table import export_csv, export_parquet
+from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import inputs_of
 
 

@@ -16,9 +16,9 @@ from annotations.folding import folded
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.common.notes import Kind, Note, noted
+from solver.contact.detected_ranges import Proposal as Found
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import ERRONEOUS
-from solver.contact.proposals import Proposal as Found
 from solver.fitting.settings import settings_for
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from solver.capture.atomic import made_folder
 from solver.common.errors import ResultsError
 from solver.common.small_files import json_content
-from solver.diagnosis.report import DiagnosisReport, read_report
+from solver.diagnosis.diagnosis_report import DiagnosisReport, read_report
 from solver.fitting.results.store import write_json
 
 FILE = "diagnosis.json"

@@ -9,18 +9,18 @@ from pathlib import Path
 
 from addb_viewer.jobs.environment import ROOT, STORE
 from annotations.database import Database, is_url
-from annotations.errors import ReviewError
 from annotations.events import IMPORTED, ClearRange, Edit, Event, FlagRange, ImportTable, Proposal, Status
+from annotations.label_runs import true_runs
 from annotations.log import ReviewLog
 from annotations.reading import Reading
+from annotations.review_errors import ReviewError
 from annotations.review_json import FINISHED, import_labels, labels_of
-from annotations.runs import true_runs
 from annotations.unreadable import UnreadableRow, listed
 from annotations.work import WorkItem
 from solver.capture.atomic import made_folder
 from solver.capture.capture import Capture, TrialFiles
 from solver.capture.formats.b3d.places import recording_of
-from solver.contact.proposals import Proposal as Found
+from solver.contact.detected_ranges import Proposal as Found
 
 PROGRAM = "addb-viewer"
 FILE = "annotations.sqlite"

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from addb_viewer.jobs.errors import check_folder, check_trials
+from addb_viewer.jobs.command_errors import check_folder, check_trials
 from addb_viewer.jobs.review_store import has_log, open_log, record
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange
+from annotations.review_errors import ReviewError
 from annotations.trial_review import FlaggedRange, TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.fitting.settings import settings_for
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from solver.capture.capture import Subject
 from solver.capture.formats.b3d.places import recording_of, subject_folder_of
 from solver.capture.formats.qtm_tsv import force_files
-from solver.capture.subject.subject import open_subject, subjects_in
+from solver.capture.subject.opened_subject import open_subject, subjects_in
 from solver.common.errors import CaptureError
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 
 
 class OutsideError(CaptureError):

@@ -9,18 +9,18 @@ from functools import partial
 from pathlib import Path
 
 from addb_viewer.jobs.accepted_extension import extension_for_solve
-from addb_viewer.jobs.errors import check_folder, check_trials
+from addb_viewer.jobs.command_errors import check_folder, check_trials
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.reviewing import login_name
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import FitError, ResultsError
 from solver.common.notes import Kind, Note
 from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
 from solver.dynamics.cross_validation.held_out import HeldOutLayout
 from solver.dynamics.trajectory.extension import Extension
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.held_out_stage import complete_held_out, layouts_due, predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import differences, provenance_of

@@ -21,7 +21,7 @@ from typing import Any
 from solver.capture.atomic import made_folder
 from solver.common.errors import ResultsError
 from solver.common.small_files import json_content
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.results.named import named_in
 from solver.fitting.results.store import has_fit, load_fit, save_fit, write_json
 from solver.fitting.results.writing import writing

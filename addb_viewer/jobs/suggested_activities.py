@@ -1,9 +1,9 @@
 """What the solver believes that a person does, in the words of the review log."""
 
 from annotations.suggested_activity import SuggestedActivity
-from solver.fitting.fit import TrialFit
-from solver.gait.activities import suggested_activities
+from solver.fitting.fit_result import TrialFit
 from solver.gait.activity import Activity, ActivitySuggestion, Kind
+from solver.gait.activity_suggestion import suggested_activities
 from solver.skeleton.skeleton import Skeleton
 
 ACTIVITY_WORDS = {

@@ -9,8 +9,8 @@ import numpy as np
 from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_schemas import EDIT, PROGRESS
 from addb_viewer.recordings.mcap_trial import TrialTopics, write_capture, write_causes, write_fit
-from addb_viewer.trial_view.drawing import nanoseconds
-from addb_viewer.trial_view.recording import Recording, TrialRecord, file_of
+from addb_viewer.trial_view.drawn_curves import nanoseconds
+from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord, file_of
 from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
 from addb_viewer.trial_view.trial_events import lines_of
 from annotations.event_codec import encoded
@@ -18,7 +18,7 @@ from annotations.events import Edit
 from annotations.review_json import KEY
 from solver.capture.atomic import whole_file
 from solver.common.errors import ModelError
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.settings import as_toml, from_dict
 from solver.fitting.summary import summary
 from solver.skeleton.osim_writer import skeleton_text

@@ -23,7 +23,7 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 from jaxtyping import Float
 
-from addb_viewer.trial_view.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.drawn_curves import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
 from addb_viewer.trial_view.palette import BONE, GREY, RESIDUAL, UNASSIGNED, Rgb, error_colors, foot_color
 from addb_viewer.trial_view.replay import BodyReplay, PlateReplay, Replay
 

@@ -34,13 +34,13 @@ from addb_viewer.recordings.mcap_schemas import (
     PLATES,
     RESIDUAL,
 )
-from addb_viewer.trial_view.drawing import marker_errors_of, nanoseconds, used_norm
+from addb_viewer.trial_view.drawn_curves import marker_errors_of, nanoseconds, used_norm
 from addb_viewer.trial_view.joint_quantities import Kind, quantities_of
-from addb_viewer.trial_view.recording import TrialRecord, file_of
+from addb_viewer.trial_view.recorded_subject import TrialRecord, file_of
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.trial_events import Line
 from solver.common.typed_json import plain
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 DECIMALS = 6  # of JSON numbers in SI units: micrometres, micronewtons
 

@@ -17,7 +17,7 @@ from addb_viewer.recordings.rrd_series import (
 )
 from addb_viewer.recordings.rrd_stream import TIME, path
 from addb_viewer.trial_view.joint_quantities import SAGITTAL, Kind
-from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.trial_view.recorded_subject import TrialRecord
 from addb_viewer.trial_view.replay import JointReplay, Replay
 
 CURVES = {  # by panel; legends would hide the curves, so the titles say what is what

@@ -15,10 +15,10 @@ import rerun as rr
 from addb_viewer.recordings.rrd_stream import RrdStream
 from addb_viewer.text.change_words import change_key_findings
 from addb_viewer.text.diagnosis_vocabulary import title
-from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
 from addb_viewer.trial_view.trial_events import Lane, lanes_of, lines_of, states_of
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 LANES, LOG, SUMMARY, SOLVER = "lanes", "log", "summary", "solver"
 REPORT, FRACTION, SECONDS = "report", "fraction", "seconds"  # below solver

@@ -15,7 +15,7 @@ from addb_viewer.recordings.rrd_log import write_log
 from addb_viewer.recordings.rrd_scene import write_scene
 from addb_viewer.recordings.rrd_series import write_series
 from addb_viewer.recordings.rrd_stream import RrdStream
-from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from solver.capture.atomic import draft_folder, whole_file
 from solver.common.errors import CaptureError
 

@@ -17,7 +17,7 @@ import trimesh
 from jaxtyping import Bool, Float
 
 from addb_viewer.recordings.rrd_stream import RrdStream, packed
-from addb_viewer.trial_view.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.drawn_curves import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
 from addb_viewer.trial_view.palette import (
     BONE,
     GREY,
@@ -29,7 +29,7 @@ from addb_viewer.trial_view.palette import (
     error_colors,
     foot_color,
 )
-from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from addb_viewer.trial_view.replay import PlateReplay, Replay
 from solver.skeleton.skeleton import Skeleton
 

@@ -15,10 +15,10 @@ from jaxtyping import Float
 
 from addb_viewer.recordings.rrd_scene import AFTER, BEFORE
 from addb_viewer.recordings.rrd_stream import RrdStream
-from addb_viewer.trial_view.drawing import marker_errors_of, used_norm
+from addb_viewer.trial_view.drawn_curves import marker_errors_of, used_norm
 from addb_viewer.trial_view.joint_quantities import JointQuantity, Kind, quantities_of
 from addb_viewer.trial_view.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
-from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.trial_view.recorded_subject import TrialRecord
 from addb_viewer.trial_view.replay import JointReplay, ResidualReplay
 from solver.dynamics.thresholds import Thresholds
 

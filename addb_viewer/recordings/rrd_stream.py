@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 from jaxtyping import Float, Int, UInt8, UInt32
 
-from addb_viewer.trial_view.drawing import nanoseconds
+from addb_viewer.trial_view.drawn_curves import nanoseconds
 
 FRAME, TIME = "frame", "time"  # timelines: frames from 0, and seconds on the recording's clock
 

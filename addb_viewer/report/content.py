@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from addb_viewer.report.frames_kept import Kept, kept_frames
-from addb_viewer.trial_view.recording import Recording
-from solver.diagnosis.report import DiagnosisReport
+from addb_viewer.trial_view.recorded_subject import Recording
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.results.extension_log import Standing
 
 

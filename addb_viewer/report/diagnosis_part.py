@@ -10,7 +10,7 @@ from addb_viewer.text.extension_words import what_accepting_changes
 from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.residual_words import what_is_wrong
 from solver.diagnosis.diagnosis import Gain
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 BARS = (  # what, its key, unit, factor, decimals
     ("Force missed", "held_out_linear_residual_N", "N", 1.0, 0),

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from addb_viewer.trial_view.replay import Replay
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.mask import (
     ERRONEOUS,
     NOT_RECORDED,

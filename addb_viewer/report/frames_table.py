@@ -13,7 +13,7 @@ from addb_viewer.report.frames_kept import (
 from addb_viewer.report.markup import Safe, element, joined, swatch, table
 from addb_viewer.report.worst_markers import seek_link
 from addb_viewer.trial_view.palette import GREEN, reason_color
-from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.trial_view.recorded_subject import TrialRecord
 
 
 def frames_part(record: TrialRecord, kept: Kept, index: int) -> Safe:

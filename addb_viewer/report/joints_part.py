@@ -11,9 +11,9 @@ from addb_viewer.trial_view.chart_html import HEIGHT, WIDTH, curve_path, nice_ti
 from addb_viewer.trial_view.joint_quantities import JointQuantity, Kind
 from addb_viewer.trial_view.over_time import SIDE_COLORS
 from addb_viewer.trial_view.trial_curves import trial_curves
-from solver.fitting.fit import Fit
-from solver.gait.gait import Gait
+from solver.fitting.fit_result import Fit
 from solver.gait.stride_curves import StrideCurves
+from solver.gait.trial_gait import Gait
 
 MAIN = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")  # rows, in models that have them
 KINDS = (Kind.POSITION, Kind.TORQUE, Kind.POWER)  # columns

@@ -11,9 +11,9 @@ from addb_viewer.report.quality import LARGEST_MARKER, SOURCE, judged_figures
 from addb_viewer.text.change_words import change_sentence
 from addb_viewer.text.diagnosis_vocabulary import listed
 from addb_viewer.text.verdict_words import verdict
-from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.trial_view.recorded_subject import TrialRecord
 from solver.contact.wrenches import DETECTION
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 FEW = 0.5  # share of frames below which figures say little about the whole trial
 MOST_REASONS, MOST_RANGES, MOST_STRIPS = 3, 4, 6

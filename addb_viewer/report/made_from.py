@@ -7,11 +7,11 @@ import re
 import numpy as np
 
 from addb_viewer.report.markup import Safe, element, joined, pairs, table
-from addb_viewer.trial_view.drawing import SMALLEST_N
-from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.drawn_curves import SMALLEST_N
+from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from addb_viewer.trial_view.replay import PlateReplay
 from solver.capture.capture import Subject
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.settings import Settings, as_dict, as_toml, by_name, from_dict
 
 HASH = re.compile(r"[0-9a-f]{64}")

@@ -9,7 +9,7 @@ from addb_viewer.text.diagnosis_vocabulary import newtons
 from addb_viewer.text.residual_words import moment_Nm
 from addb_viewer.trial_view.cause_pictures import pictures
 from addb_viewer.trial_view.replay import Replay
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 MOST = 3
 TELLING = 0.6  # share of the greatest unmeasured force from which on a frame shows it

@@ -15,7 +15,7 @@ from addb_viewer.text.change_words import (
 )
 from annotations.foot_names import foot_words
 from solver.gait.cycles import Cycle
-from solver.gait.gait import Gait
+from solver.gait.trial_gait import Gait
 
 HEAD = ("Trial", "Foot", "Strides", "Cadence", "Speed", "Stride", "Step length", "Step width", "Stance")
 FINE = (

@@ -11,9 +11,9 @@ from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept, decided_by, in_all
 from addb_viewer.report.key_findings import frames_sentence
 from addb_viewer.report.markup import Safe, element, joined
-from addb_viewer.report.page import page_html
 from addb_viewer.report.quality import SOURCE, Judged, judged_figures
-from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.report.report_page import page_html
+from addb_viewer.trial_view.recorded_subject import TrialRecord
 from solver.capture.atomic import write_whole
 
 COLUMNS = (

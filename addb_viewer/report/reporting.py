@@ -11,9 +11,9 @@ from addb_viewer.report.content import DiagnosisShown, SubjectReport
 from addb_viewer.report.one_page import one_page as form
 from addb_viewer.report.subject_page import subject_page, write_report
 from addb_viewer.trial_view.diagnosis_state import decision_in_words, read_state
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.recorded_subject import recording_of
 from solver.common.progress import Progress, part, silent
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import other_recordings, without_reviews
 
 PAGE, ONE_PAGE = "report.html", "one_page.html"

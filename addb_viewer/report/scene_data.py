@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from addb_viewer.report.frames_kept import Kept, frames_words
 from addb_viewer.trial_view.cause_pictures import pictures
-from addb_viewer.trial_view.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
+from addb_viewer.trial_view.drawn_curves import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
 from addb_viewer.trial_view.palette import (
     BONE,
     CAUSE,
@@ -28,9 +28,9 @@ from addb_viewer.trial_view.palette import (
     foot_color,
     reason_color,
 )
-from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from addb_viewer.trial_view.replay import BodyReplay, PlateReplay, Replay
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.skeleton.skeleton import Skeleton
 
 

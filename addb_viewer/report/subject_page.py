@@ -12,7 +12,6 @@ from addb_viewer.report.made_from import recorded, repeat_part
 from addb_viewer.report.markup import Safe, data_script, element, joined, part, swatch
 from addb_viewer.report.moments import moments_of
 from addb_viewer.report.motion_part import changed_part, strides_part
-from addb_viewer.report.page import page_html
 from addb_viewer.report.quality import (
     SOURCE,
     bounds_of,
@@ -21,13 +20,14 @@ from addb_viewer.report.quality import (
     stored_list,
     worse_than_markers,
 )
+from addb_viewer.report.report_page import page_html
 from addb_viewer.report.scene_data import arrows_of, plates_of, scene_of
 from addb_viewer.report.still_picture import still_picture
 from addb_viewer.report.timeline import timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
 from addb_viewer.text.held_out_words import rest_words
 from addb_viewer.trial_view.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
-from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.trial_view.recorded_subject import TrialRecord
 from solver.capture.atomic import write_whole
 from solver.export.gait_tables import gaits_of
 

@@ -11,12 +11,12 @@ from addb_viewer.trial_view.chart_html import axis_html, chart_html
 from addb_viewer.trial_view.charts import BEFORE, Chart, Line, charts_of
 from addb_viewer.trial_view.lanes import Block, Lane
 from addb_viewer.trial_view.lanes_html import lanes_html
-from addb_viewer.trial_view.recording import TrialRecord
+from addb_viewer.trial_view.recorded_subject import TrialRecord
 from addb_viewer.trial_view.residual_charts import residual_charts
 from addb_viewer.trial_view.span import Span
 from addb_viewer.trial_view.trial_events import Lane as Happenings
 from addb_viewer.trial_view.trial_events import Stretch, lanes_of
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.dynamics.thresholds import Thresholds
 
 HEIGHT = 96  # [pixel] of a chart

@@ -17,7 +17,7 @@ from addb_viewer.text.diagnosis_vocabulary import (
 )
 from addb_viewer.text.sections import Section
 from solver.diagnosis.causes.about import CorrectedBy
-from solver.diagnosis.report import Cause, DiagnosisReport, Rival
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival
 
 LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
 TO_FLAG = " To flag: "  # before each command that somebody may copy

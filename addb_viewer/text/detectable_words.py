@@ -7,7 +7,7 @@ from addb_viewer.text.diagnosis_vocabulary import behind, target_in_words
 from addb_viewer.text.sections import Section
 from solver.diagnosis.causes.about import Reading
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 HEADING = "What would have been found"
 DIGITS = 2  # of a size, rounded up

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from addb_viewer.text.evidence_words import plain
 from solver.diagnosis.causes.about import About, Named, Place, Reading, of_each_trial
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.report import Cause, DiagnosisReport, Figure, Rival
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Figure, Rival
 
 CONFIDENT = 0.9  # share of a cause, from which on others in its place are no reason to wait
 LEAST_TOLD = 0.005  # of a share

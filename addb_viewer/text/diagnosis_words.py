@@ -13,7 +13,7 @@ from addb_viewer.text.residual_words import looked_for, what_is_wrong
 from addb_viewer.text.sections import Section
 from addb_viewer.text.verdict_words import verdict
 from solver.common.notes import Kind
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 ON_A_SCREEN = ("how large", "when", "what to do")  # of a cause
 MOST_CAUSES = 4  # on a screen of 40 lines

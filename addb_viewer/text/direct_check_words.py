@@ -1,7 +1,7 @@
 """What the files say by themselves, before any cause is looked for and without a model of the body."""
 
 from addb_viewer.text.sections import Section
-from solver.diagnosis.report import DiagnosisReport, DirectCheck
+from solver.diagnosis.diagnosis_report import DiagnosisReport, DirectCheck
 
 HEADING = "What the files show without a body model"
 ABOUT = {

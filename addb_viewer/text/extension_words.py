@@ -9,7 +9,7 @@ from addb_viewer.text.holding_up_words import before_and_after
 from addb_viewer.text.sections import Section
 from solver.common.typed_json import from_plain
 from solver.diagnosis.diagnosis import Gain
-from solver.diagnosis.report import Cause
+from solver.diagnosis.diagnosis_report import Cause
 
 LEAST_KG = 0.05  # of a mass that changes
 CHANCE = "There are too few held-out blocks to tell whether that is chance."

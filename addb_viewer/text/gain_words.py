@@ -7,7 +7,7 @@ from addb_viewer.text.diagnosis_vocabulary import about, names_of
 from addb_viewer.text.residual_words import corrected_causes, in_markers
 from solver.diagnosis.causes.about import TimeHistory
 from solver.diagnosis.diagnosis import Gain
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 AS_BEFORE = 0.05  # relative: less than that is no difference
 PREDICTED = (  # what, its key, unit

@@ -13,7 +13,7 @@ from addb_viewer.text.gain_words import (
 from addb_viewer.text.residual_words import corrected_causes, in_markers
 from addb_viewer.text.sections import Section
 from solver.diagnosis.diagnosis import Gain
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 CERTAIN_PER_CENT = 95
 HOLDS_UP = "Does it hold up?"

@@ -15,7 +15,7 @@ from addb_viewer.text.sections import Section
 from solver.common.notes import Kind
 from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.report import (
+from solver.diagnosis.diagnosis_report import (
     AxisResidual,
     Cause,
     DiagnosisReport,

@@ -17,7 +17,7 @@ from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.residual_words import corrected_causes, corrected_on_reading, is_whole, nothing_corrects
 from solver.common.notes import Kind
 from solver.diagnosis.causes.about import CorrectedBy
-from solver.diagnosis.report import Cause, DiagnosisReport
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 
 
 def use(figures: DiagnosisReport) -> str:

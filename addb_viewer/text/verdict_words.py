@@ -21,7 +21,7 @@ from addb_viewer.text.residual_words import is_whole
 from addb_viewer.text.sections import Section
 from addb_viewer.text.use_words import trials_in_question, use
 from solver.diagnosis.causes.about import AtFault
-from solver.diagnosis.report import Cause, DiagnosisReport
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
 ENDED_EARLY = (

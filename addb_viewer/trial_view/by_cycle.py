@@ -12,8 +12,8 @@ from addb_viewer.trial_view.over_time import SIDE_COLORS, plain_numbers
 from addb_viewer.trial_view.trial_curves import TrialCurves
 from annotations.foot_names import foot_words
 from solver.gait.cycles import Cycle
-from solver.gait.gait import Gait
 from solver.gait.stride_curves import StrideCurves, stride_curves
+from solver.gait.trial_gait import Gait
 
 SIDES = ("right", "left")
 

@@ -22,7 +22,7 @@ from solver.diagnosis.causes.about import (
     Segments,
     Steady,
 )
-from solver.diagnosis.report import Cause, DiagnosisReport
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 
 CAUSE_METRES_PER_NEWTON = 4e-3  # a hand's push of 40 N is still to be seen beside ground forces
 LARGE_METRES_PER_NEWTON = 1e-3  # like ground forces: steps, and whatever else would leave the picture

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from addb_viewer.trial_view.chart_range import Peak, peaks_beyond, value_range
 from addb_viewer.trial_view.charts import Chart, Line
 from addb_viewer.trial_view.span import Span
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 GUTTER, MARGIN = 66, 10  # [pixel] left and right of everything with a time axis
 HEADING = 17  # [pixel]

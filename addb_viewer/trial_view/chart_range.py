@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from addb_viewer.trial_view.charts import Chart, Line
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 AIR = 0.06  # of the range, beyond the outermost value
 HEADROOM = 0.25  # likewise, where something runs off: room for its mark

@@ -11,8 +11,8 @@ from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.text.diagnosis_vocabulary import title
 from solver.capture.capture import Subject
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
-from solver.diagnosis.report import DiagnosisReport, Rival
-from solver.fitting.fit import Fit
+from solver.diagnosis.diagnosis_report import DiagnosisReport, Rival
+from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import extension_in, other_recordings, provenance_of
 from solver.fitting.results import extension_log
 from solver.fitting.results.extension_log import ACCEPT, Decision, Standing, standings

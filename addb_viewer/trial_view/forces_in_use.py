@@ -8,6 +8,7 @@ from addb_viewer.trial_view.replay import ForceUse, Replay
 from annotations.foot_names import foot_words
 from annotations.trial_review import TrialReview
 from solver.common.errors import FitError
+from solver.contact.detected_ranges import sure_ranges
 from solver.contact.mask import (
     NOT_RECORDED,
     OUTSIDE_RANGES,
@@ -15,7 +16,6 @@ from solver.contact.mask import (
     TWO_FEET_ON_ONE_PLATE,
     mask_of,
 )
-from solver.contact.proposals import sure_ranges
 from solver.contact.wrenches import RECORDING, FrameMask, MissingRange
 
 _OF_THE_RECORDING = (NOT_RECORDED, OUTSIDE_RANGES, TOO_FEW_MARKERS, TWO_FEET_ON_ONE_PLATE)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from addb_viewer.trial_view.proposals import Pending, State
-from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
     ClearActivity,
@@ -15,6 +14,7 @@ from annotations.events import (
     RejectProposal,
     SetActivity,
 )
+from annotations.review_errors import ReviewError
 from annotations.trial_review import FlaggedRange, TrialReview
 
 Stop = tuple[int, int, str | None]  # start, end, foot

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.skeleton.skeleton import Skeleton
 
 RARE = 0.02  # of the frames: what only they exceed has the last colour

@@ -16,9 +16,9 @@ from annotations.reasons import key_of, reason_words
 from annotations.suggested_activity import SuggestedActivity
 from annotations.trial_review import TrialReview
 from annotations.wording import sure_words
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.wrenches import DETECTION, RECORDING
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
 
 CONTACT = 0.34  # share of a foot's lane, at its lower border

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float
 
 from solver.dynamics.force_prediction.missing_wrench import wrenches_by_motion
 from solver.dynamics.inverse_dynamics import counted_wrenches
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.skeleton.skeleton import Skeleton
 
 

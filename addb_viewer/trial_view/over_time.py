@@ -15,7 +15,7 @@ from addb_viewer.trial_view.palette import BLUE, GREEN, PURPLE, Rgb
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.strip import ON_STRIP
 from addb_viewer.trial_view.trial_curves import TrialCurves
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 SIDE_COLORS = {"right": GREEN, "left": PURPLE, "": BLUE}  # as forces on the feet have them
 DIGITS = {"°": 2, "°/s": 1, "N·m": 2, "N": 1, "W": 1, "cm": 3, "m": 4, "m/s": 4}  # after the point

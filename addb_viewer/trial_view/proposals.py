@@ -9,10 +9,10 @@ from jaxtyping import Bool
 
 from addb_viewer.jobs.review_store import as_proposal
 from annotations.events import Proposal
+from annotations.label_runs import true_runs
 from annotations.open_proposals import open_proposals
-from annotations.runs import true_runs
 from annotations.trial_review import TrialReview
-from solver.contact.proposals import Proposal as Detected
+from solver.contact.detected_ranges import Proposal as Detected
 
 
 class State(StrEnum):

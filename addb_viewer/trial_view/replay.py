@@ -17,8 +17,8 @@ from addb_viewer.trial_view.palette import UNSEEN, error_colors
 from annotations.suggested_activity import SuggestedActivity
 from solver.common.notes import Note
 from solver.contact.contact_phases import ContactPhase
+from solver.contact.detected_ranges import Proposal
 from solver.contact.detection_settings import DetectionSettings
-from solver.contact.proposals import Proposal
 from solver.contact.wrenches import NOBODY, MissingRange
 from solver.kinematics.label_faults.fault import LabelFault
 

@@ -6,7 +6,7 @@ from jaxtyping import Bool, Float
 from addb_viewer.trial_view.charts import Chart, Line
 from addb_viewer.trial_view.palette import BLUE, GREY, VERMILION
 from addb_viewer.trial_view.replay import Replay
-from solver.diagnosis.report import DiagnosisReport, TrialResidual
+from solver.diagnosis.diagnosis_report import DiagnosisReport, TrialResidual
 
 BROKEN = 1.5  # times the usual step from window to window: frames between that did not count
 

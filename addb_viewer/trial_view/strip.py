@@ -12,7 +12,7 @@ from addb_viewer.trial_view.charts import Chart, Line
 from addb_viewer.trial_view.lanes import Block, Lane
 from addb_viewer.trial_view.replay import Replay
 from annotations.foot_names import foot_words
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 DIGITS = 4  # of a curve's values
 ON_STRIP = ("Residual force", "Residual moment")  # charts that the strip has

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float
 
 from addb_viewer.trial_view.replay import JointReplay
 from addb_viewer.trial_view.replay_of_fit import joint_replay
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.skeleton.skeleton import Skeleton
 
 

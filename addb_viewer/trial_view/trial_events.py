@@ -8,13 +8,13 @@ from jaxtyping import Bool
 
 from addb_viewer.text.diagnosis_vocabulary import amounts, sentence, title
 from addb_viewer.trial_view.palette import CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
-from addb_viewer.trial_view.recording import Recording, TrialRecord
+from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from annotations.events import Edit, FrameRange
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import said
-from solver.common.runs import runs
-from solver.diagnosis.report import Cause, DiagnosisReport
+from solver.common.true_runs import runs
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 
 
 @dataclass(frozen=True)

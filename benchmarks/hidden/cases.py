@@ -27,8 +27,8 @@ from solver.simulate.faults.cases import (
     CasePlan,
     made,
 )
-from solver.simulate.faults.drawing import MEASUREMENT, NoPlaceError
 from solver.simulate.faults.hidden import UNSIZED, Hidden, Recording, Truth, write_recording
+from solver.simulate.faults.measurement_effects import MEASUREMENT, NoPlaceError
 from solver.simulate.faults.physical import UNKNOWN
 from solver.simulate.faults.worlds import Handout, WorldPlan, draw_handout, plan_world
 from solver.skeleton.forward import cross

@@ -15,9 +15,9 @@ from scipy.interpolate import make_interp_spline
 
 from benchmarks.hidden.format import NONE
 from solver.capture.capture import Capture, ForcePlate
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.filters import low_pass
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for
 from solver.simulate.ground_demand import GroundDemand

@@ -16,13 +16,13 @@ from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize
 from benchmarks.markdown import table
 from benchmarks.speed.measuring import Cost, Kept, cost_of
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.simulate.demo import MARKERS
-from solver.simulate.gait import STYLES, natural_pace, stature_of
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, recorded_markers
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.treadmill import belt_under, belts, on_treadmill, read_belts
-from solver.simulate.trial import Scenario, simulate_trial
+from solver.simulate.walk_and_run import STYLES, natural_pace, stature_of
 
 SECTION = """## Fits, diagnoses and releases
 

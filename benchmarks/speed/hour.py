@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import CDPSession, Page, sync_playwright
 
-from addb_viewer.app.queue.controller import READ_S
+from addb_viewer.app.queue.queue_controller import READ_S
 from addb_viewer.app.shell.commands import COMMANDS
 from benchmarks.markdown import table
 from benchmarks.recordings import data_folder

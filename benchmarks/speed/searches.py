@@ -7,9 +7,9 @@ from pathlib import Path
 from benchmarks.markdown import table
 from benchmarks.recordings import data_folder
 from benchmarks.speed.measuring import cpu_seconds, peak_megabytes
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.progress import silent
-from solver.diagnosis.diagnose import answer_balance, repaired_balance
+from solver.diagnosis.diagnose_subject import answer_balance, repaired_balance
 from solver.fitting.settings import settings_for
 
 RECORDINGS = (

@@ -15,7 +15,7 @@ from addb_viewer.recordings.mcap_recording import write_mcap
 from addb_viewer.recordings.rrd_recording import write_rrd
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.subject_page import write_report
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.recorded_subject import recording_of
 from annotations.events import (
     AcceptProposal,
     ClearRange,
@@ -35,12 +35,12 @@ from benchmarks.recordings import data_folder
 from benchmarks.speed.command_costs import write_repeated_walk
 from benchmarks.speed.measuring import cpu_seconds, peak_megabytes, running
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.progress import silent
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.fit_result import Fit, KinematicsOnly, TrialFit
 from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import fit_to_forces, resolve, solve
 from solver.fitting.settings import Settings, as_dict, settings_for
@@ -48,7 +48,7 @@ from solver.fitting.state import FitState
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
-from solver.simulate.demo import write_demo_subject
+from solver.simulate.demo_subject import write_demo_subject
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.osim_writer import write_skeleton

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from benchmarks.truth.ways import LABORATORY, OURS, TimeHistory, Ways
 from solver.dynamics.motion_change import band_gains
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 

@@ -31,7 +31,7 @@ from benchmarks.truth.ways import (
 from solver.common.progress import silent
 from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.trajectory.marker_error_levels import MarkerErrorLevels, marker_error_levels
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import fit_to_forces
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState

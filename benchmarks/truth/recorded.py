@@ -11,10 +11,10 @@ from benchmarks.truth.figures import figures, gains_of, length_errors_mm, mass_r
 from benchmarks.truth.ways import OURS, TimeHistory, all_ways, bench_settings, time_history_of
 from solver.capture.capture import Subject
 from solver.capture.formats.storage import read_storage
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import SolverError
 from solver.common.filters import low_pass
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, settings_for
 from solver.kinematics.motion import Motion

@@ -11,9 +11,9 @@ from benchmarks.truth.figures import against_truth
 from benchmarks.truth.skin import skin_movement
 from benchmarks.truth.ways import TimeHistory, all_ways, bench_settings, torques_of
 from solver.capture.capture import Capture, Markers
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
-from solver.simulate.demo import MARKERS, STATIC_MARKERS
+from solver.simulate.demo_subject import MARKERS, STATIC_MARKERS
 from solver.simulate.laboratory import (
     MeasurementSettings,
     Plate,
@@ -23,8 +23,8 @@ from solver.simulate.laboratory import (
 )
 from solver.simulate.other_masses import with_segment_masses
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, SyntheticTrial, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Skeleton

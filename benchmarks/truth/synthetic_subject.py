@@ -12,7 +12,7 @@ from benchmarks.truth.skin import skin_movement
 from benchmarks.truth.ways import TimeHistory, all_ways, bench_settings, time_history_of, torques_of
 from solver.capture.capture import Capture, Subject
 from solver.capture.formats.storage import read_storage
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.fitting.pipeline import solve
 from solver.kinematics.marker_matching import match_markers

@@ -18,7 +18,7 @@ from scipy.interpolate import CubicSpline
 from solver.capture.plates.conditioning import condition, shared_cutoff
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.common.filters import low_pass
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.settings import Settings
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.motion import Motion

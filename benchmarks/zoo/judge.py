@@ -11,8 +11,8 @@ import ezc3d
 import numpy as np
 
 from addb_viewer import Subject
-from addb_viewer.api.fit import Fit
 from addb_viewer.api.fitted_trial import FittedTrial
+from addb_viewer.api.subject_fit import Fit
 from benchmarks.zoo.truth import Contact, Interval, TrialTruth, Truth
 from benchmarks.zoo.visit import Visit
 

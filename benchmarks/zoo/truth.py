@@ -99,7 +99,7 @@ def described_truth(folder: Path, limits: Mapping[str, Any]) -> Truth:
         folder: of the recording.
         limits: of what is nonsense.
     """
-    from solver.capture.subject.subject import open_subject  # noqa: PLC0415 (reads descriptions)
+    from solver.capture.subject.opened_subject import open_subject  # noqa: PLC0415 (reads descriptions)
 
     subject = open_subject(folder)
     called_static = sorted(

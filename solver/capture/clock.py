@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 FINEST_DECIMALS = 9  # time columns are printed with at most so many decimals; beyond is float noise
 JITTER = 0.05  # [samples] how far a time may be off beyond its rounding: clocks are that good

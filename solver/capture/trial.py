@@ -8,8 +8,8 @@ import numpy as np
 from solver.capture.axes import VerticalAxis, markers_y_up, plate_y_up, vertical_axis, vertical_axis_named
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.clock import RATE_TOLERANCE
+from solver.capture.formats.b3d.b3d_trial import B3dReview, read_b3d_trial
 from solver.capture.formats.b3d.places import SUFFIX
-from solver.capture.formats.b3d.recording import B3dReview, read_b3d_trial
 from solver.capture.formats.b3d.stored import StoredPass
 from solver.capture.formats.c3d import read_c3d
 from solver.capture.formats.qtm_tsv import force_files

@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from solver.capture.plates.conditioning import ConditionedPlate
 from solver.common.notes import Kind, Note, noted
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.contact_phases import touching
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole, independent_feet, soles

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.settings import SHORTEST_CONTACT_S, ContactSettings
 from solver.contact.sole import soles
 from solver.contact.wrenches import ContactWrenches

@@ -19,12 +19,9 @@ from scipy.ndimage import median_filter
 
 from solver.capture.capture import ForcePlate
 from solver.common.plate_figures import CONTACT_N
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.assignment import FULL_WEIGHT_LOAD
-from solver.contact.detection_balance import UP
-from solver.contact.detection_search import Findings, search
-from solver.contact.detection_settings import DROPOUT, PART_COST, STEADY_S, DetectionSettings
-from solver.contact.proposals import (
+from solver.contact.detected_ranges import (
     CLIPPED,
     CONTACT_BUT_NO_FORCE,
     COP_OUTSIDE_FOOT,
@@ -37,6 +34,9 @@ from solver.contact.proposals import (
     ZERO_WHILE_ACCELERATING,
     Proposal,
 )
+from solver.contact.detection_balance import UP
+from solver.contact.detection_search import Findings, search
+from solver.contact.detection_settings import DROPOUT, PART_COST, STEADY_S, DetectionSettings
 from solver.contact.sole import soles
 from solver.contact.wrenches import TWO_FEET, ContactWrenches
 from solver.kinematics.motion import Motion

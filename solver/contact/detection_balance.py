@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float
 from scipy.linalg import solveh_banded
 from scipy.ndimage import uniform_filter1d
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.common.white_noise import white_noise_together
 from solver.skeleton.forward import cross
 

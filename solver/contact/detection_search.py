@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_dilation, maximum_filter1d
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.detection_balance import UP, BodyMotion, WholeBody
 from solver.contact.detection_settings import BORDER_S, DROPOUT, LEAST_LOST, MOST_LOST, DetectionSettings
 from solver.contact.detection_shares import Explained, WrenchBalance

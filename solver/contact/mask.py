@@ -8,7 +8,7 @@ from jaxtyping import Bool, Int
 
 from solver.capture.capture import Capture, ImportedReason
 from solver.common.errors import FitError
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import (
     DETECTION,

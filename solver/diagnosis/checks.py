@@ -27,7 +27,7 @@ from solver.diagnosis.search.contenders import (
     cosine,
     overlap,
 )
-from solver.diagnosis.search.proposals import (
+from solver.diagnosis.search.proposed_causes import (
     Added,
     AgainstAnything,
     AllInPlace,

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from solver.diagnosis.cause_decisions import Trail, compare_chances, is_only_tentative, is_unexplained
 from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
-from solver.diagnosis.decisions import Trail, compare_chances, is_only_tentative, is_unexplained
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,
@@ -22,7 +22,7 @@ from solver.diagnosis.diagnosis import (
     Remaining,
 )
 from solver.diagnosis.force_histories import force_histories
-from solver.diagnosis.held_out import BlockScores, block_scores, blocks, short_blocks
+from solver.diagnosis.held_out_gain import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
 from solver.diagnosis.residual_description import describe_residual
 from solver.diagnosis.search.balance import Balance
@@ -34,7 +34,7 @@ from solver.diagnosis.search.contenders import (
     Contender,
     Found,
 )
-from solver.diagnosis.search.proposals import Remainder
+from solver.diagnosis.search.proposed_causes import Remainder
 from solver.diagnosis.search.selection import CorrectedCause, Selection
 from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.unmodelled.open_world import PLATE, TIME, Held, Standing, Unknown, hold_names

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from solver.common.notes import Note
+from solver.diagnosis.cause_decisions import CauseDecisions, Chances
 from solver.diagnosis.causes.effect import Estimate, Range
-from solver.diagnosis.decisions import CauseDecisions, Chances
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.diagnosis.force_histories import ForceHistory
 from solver.diagnosis.residual_description import ResidualDescription

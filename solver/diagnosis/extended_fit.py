@@ -9,7 +9,7 @@ from jaxtyping import Bool
 from solver.common.errors import FitError
 from solver.common.notes import Kind, Note, noted
 from solver.common.progress import Progress, part, silent
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.wrenches import FrameMask
 from solver.diagnosis.diagnosis import Gain
 from solver.dynamics.cross_validation.held_out_layouts import hold_out_blocks
@@ -20,7 +20,7 @@ from solver.dynamics.trajectory.extension import Extension, TrialExtension, with
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import TrialData
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.settings import Settings
 from solver.fitting.trajectory_stage import before_forces, begin_at_forces, trial_data

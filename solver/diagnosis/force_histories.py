@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.causes.effect import Candidate, Eta, in_view
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 
 STEP_S = 0.02  # no contact's time history has more detail
 

@@ -14,12 +14,12 @@ from solver.diagnosis.causes.leaps import leaps
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.marker_events import events_of
 from solver.diagnosis.causes.marker_slip import MarkerSlip, UnusedMarkerSlip
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.causes.segment_displaced import TOGETHER_S, of_leap, of_others, slips_together
 from solver.diagnosis.direct_checks.rigid_distances import STEP_SCATTER_M
 from solver.diagnosis.direct_checks.statement import STATED_NATS, About, Statement
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.settings import Settings
 
 ROUNDS = 3  # a swap hides a slip, and a repaired pose shows the next

@@ -15,8 +15,8 @@ from jaxtyping import Bool, Float, Int
 
 from solver.contact.wrenches import TWO_FEET
 from solver.diagnosis.causes.effect import Range
-from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.noise.rows import TrialRows
+from solver.diagnosis.causes.observed_trial import Scene
+from solver.diagnosis.noise.balance_rows import TrialRows
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.terms import Solved, Term
 

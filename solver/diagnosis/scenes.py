@@ -13,7 +13,7 @@ from solver.contact.force_review import ForceReview
 from solver.contact.mask import mask_of, with_own_file
 from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import MissingRange
-from solver.diagnosis.causes.scene import MarkerScene, PlateScene, Scene
+from solver.diagnosis.causes.observed_trial import MarkerScene, PlateScene, Scene
 from solver.dynamics.force_prediction.marker_posterior import (
     LongMarkerPosterior,
     MarkerPosterior,
@@ -23,7 +23,7 @@ from solver.dynamics.force_prediction.missing_wrench import FEWEST_FRAMES
 from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass_of
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.settings import Settings
 from solver.kinematics.model_ownership import SAME_MASS
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions

@@ -21,13 +21,13 @@ from solver.capture.plates.force_platform import plate_axes
 from solver.capture.resampling import bridge_gaps, resample
 from solver.capture.subject.measured_files import MARK
 from solver.common.errors import CaptureError
-from solver.common.runs import runs
+from solver.common.true_runs import runs
+from solver.export.export_places import trial_stems
 from solver.export.gait_tables import gaits_of
-from solver.export.places import trial_stems
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
-from solver.gait.events import Kind, side_of
-from solver.gait.gait import Gait
+from solver.gait.gait_events import Kind, side_of
+from solver.gait.trial_gait import Gait
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 

@@ -11,13 +11,13 @@ import pyarrow as pa
 from jaxtyping import Bool, Float
 
 from solver.capture.atomic import made_folder, whole_file, write_whole
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.fitting.settings import from_dict
 from solver.gait.cycles import Cycle
-from solver.gait.gait import Gait, gait_of, joint_power
 from solver.gait.settings import GAIT
 from solver.gait.stride_curves import POINTS, StrideCurves, stride_curves
+from solver.gait.trial_gait import Gait, gait_of, joint_power
 
 FOLDER = "gait"  # of its own, where no trial's files are
 Row = dict[str, str | float | None]

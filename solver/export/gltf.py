@@ -18,8 +18,8 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from solver.capture.atomic import made_folder, whole_file
-from solver.export.places import trial_stems
-from solver.fitting.fit import Fit
+from solver.export.export_places import trial_stems
+from solver.fitting.fit_result import Fit
 from solver.kinematics.motion import Motion
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.forward import body_poses

@@ -18,8 +18,8 @@ from trimesh.exchange.stl import export_stl
 
 from solver.capture.atomic import made_folder, whole_file, write_whole
 from solver.common.file_names import distinct
-from solver.export.places import file_stem, trial_stems
-from solver.fitting.fit import Fit
+from solver.export.export_places import file_stem, trial_stems
+from solver.fitting.fit_result import Fit
 from solver.kinematics.motion import Motion
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.chain import Chain, Fixed, Moving, chain_of

@@ -20,11 +20,11 @@ from jaxtyping import Float
 from solver.capture.atomic import made_folder, write_whole
 from solver.capture.formats.storage import write_coordinates, write_storage
 from solver.common.plate_figures import CONTACT_N
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
-from solver.export.places import trial_stems
-from solver.fitting.fit import Fit, TrialFit
+from solver.export.export_places import trial_stems
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim_writer import write_skeleton

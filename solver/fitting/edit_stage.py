@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.dynamics.cross_validation.held_out_layouts import frames_of
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.near_edits import InertiasBefore, spans_near
-from solver.fitting.fit import Groundwork, SettledFit, TrialFit
+from solver.fitting.fit_result import Groundwork, SettledFit, TrialFit
 from solver.fitting.prediction_stage import learnt_before, misses_a_force
 from solver.fitting.settings import Settings
 from solver.fitting.state import Edit, FitState, MassAndGains

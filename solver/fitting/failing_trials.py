@@ -7,7 +7,7 @@ from typing import TypeVar
 from numpy.linalg import LinAlgError
 
 from solver.capture.capture import Subject, TrialFiles, UnreadTrial, UnusedFile
-from solver.capture.subject.subject import unused
+from solver.capture.subject.opened_subject import unused
 from solver.common.errors import Cancelled, FitError, SolverError
 
 Trial = TypeVar("Trial")

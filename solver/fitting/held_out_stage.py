@@ -12,7 +12,7 @@ from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout, ju
 from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, LAYOUTS, hold_out_blocks, hold_out_steps
 from solver.dynamics.trajectory.extension import Extension, with_extra_wrench
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.prediction_stage import predicted_held_out, prediction_fit_of
 from solver.fitting.seen_part import in_whole, seen_part

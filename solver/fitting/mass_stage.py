@@ -12,7 +12,7 @@ from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState, MassAndGains
 from solver.skeleton.scaling import with_mass

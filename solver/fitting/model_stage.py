@@ -8,8 +8,8 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import Capture, ForcePlate, Subject, TrialFiles, UnreadTrial
 from solver.capture.plates.conditioning import condition
+from solver.capture.subject.opened_subject import read_trials
 from solver.capture.subject.same_motion import shown_by
-from solver.capture.subject.subject import read_trials
 from solver.capture.trial import read_trial
 from solver.common.cpu_timer import CpuTimer
 from solver.common.errors import SolverError
@@ -23,7 +23,7 @@ from solver.dynamics.mass import LIGHTEST_KG
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.failing_trials import about
-from solver.fitting.fit import Groundwork
+from solver.fitting.fit_result import Groundwork
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState, Recordings
 from solver.kinematics.calibration import calibrate, choose_frames
@@ -35,7 +35,7 @@ from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.model_ownership import Ownership, whose_model
 from solver.kinematics.upright_pelvis import pitch_of_spines
 from solver.markers.mapping_file import chosen_for
-from solver.markers.people import of_one_person
+from solver.markers.person_count import of_one_person
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton

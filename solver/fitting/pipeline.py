@@ -18,7 +18,7 @@ from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.edit_stage import follow_small_edit
 from solver.fitting.failing_trials import Failed, together, without_failing
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.mass_stage import weigh_body
 from solver.fitting.model_stage import read_recordings, repair_labels, scale_model, weigh_who_stands

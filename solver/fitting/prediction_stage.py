@@ -16,7 +16,7 @@ from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
-from solver.fitting.fit import Groundwork, TrialFit
+from solver.fitting.fit_result import Groundwork, TrialFit
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState
 from solver.kinematics.motion import Motion

@@ -8,7 +8,7 @@ import numpy as np
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.person_estimates import person_sex
 from solver.dynamics.trajectory.extension import Extension
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.provenance import provenance_of
 from solver.fitting.seen_part import guessed, in_whole
 from solver.fitting.settings import Settings, as_dict

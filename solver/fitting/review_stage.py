@@ -7,16 +7,16 @@ import numpy as np
 from jaxtyping import Bool
 
 from solver.common.errors import FitError
+from solver.contact.detected_ranges import sure_ranges, within
 from solver.contact.detection import detect
 from solver.contact.force_review import ForceReview
 from solver.contact.mask import ERRONEOUS, frame_mask, with_own_file
 from solver.contact.needed_segments import seen_legs
-from solver.contact.proposals import sure_ranges, within
 from solver.contact.wrenches import MissingRange
 from solver.dynamics.com_trajectory import com_data
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.person_estimates import Plates, person_height, person_mass
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import review_of_part, seen_part
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState, Person

@@ -11,12 +11,12 @@ import numpy as np
 from jaxtyping import Bool
 
 from solver.capture.capture import Capture
-from solver.common.runs import runs
+from solver.common.true_runs import runs
+from solver.contact.detected_ranges import within
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import TOO_FEW_MARKERS, with_own_file
-from solver.contact.proposals import within
 from solver.contact.wrenches import NO_FOOT, RECORDING, ContactWrenches, FrameMask, MissingRange
-from solver.fitting.fit import KinematicsOnly, TrialFit
+from solver.fitting.fit_result import KinematicsOnly, TrialFit
 from solver.kinematics.determined import beyond_bridges
 from solver.kinematics.motion import Motion
 

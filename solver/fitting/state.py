@@ -16,7 +16,7 @@ from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.near_edits import InertiasBefore
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import TrialData
-from solver.fitting.fit import Groundwork, SettledFit, TrialFit
+from solver.fitting.fit_result import Groundwork, SettledFit, TrialFit
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton

@@ -8,13 +8,13 @@ from jaxtyping import Bool, Float
 from solver.capture.formats.b3d.stored import StoredPass
 from solver.common.gravity import GRAVITY
 from solver.common.notes import Kind, Note
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.dynamics.cross_validation.held_out import HeldOutBlocks
 from solver.dynamics.cross_validation.held_out_figures import AgainstMarkers, against_markers
 from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, LAYOUTS, STEPS
 from solver.dynamics.motion_change import BANDS_HZ, BandGain, CoordinateChange, motion_change
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import guessed, seen_part
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors

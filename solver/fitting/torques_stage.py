@@ -14,7 +14,7 @@ from solver.dynamics.force_prediction.missing_wrench import predict_ground_force
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.extension import TrialExtension, with_extra_wrench
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState
 from solver.fitting.trajectory_stage import extra_of

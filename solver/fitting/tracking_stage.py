@@ -18,7 +18,7 @@ from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import without_measured_forces
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.fitting.failing_trials import about
-from solver.fitting.fit import Groundwork, TrialFit
+from solver.fitting.fit_result import Groundwork, TrialFit
 from solver.fitting.seen_part import in_whole, seen_part
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState

@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.common.memory_release import release_memory
 from solver.common.progress import Progress, silent
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.dynamics.com_trajectory import ComData, MassPrior, fit_com_trajectory
 from solver.dynamics.root_wrench import centre_of_mass_of, with_com_at
 from solver.dynamics.trajectory.extension import Extension, TrialExtension
@@ -16,7 +16,7 @@ from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.fitting.edit_stage import settled_fit
-from solver.fitting.fit import KinematicsOnly, TrialFit
+from solver.fitting.fit_result import KinematicsOnly, TrialFit
 from solver.fitting.mass_stage import mass_notes
 from solver.fitting.prediction_stage import learnt_before, misses_a_force
 from solver.fitting.settings import Settings

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Bool
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.gait.activity import Activity, Kind
 from solver.gait.body_motion import BodyMotion, Foothold
 

@@ -11,8 +11,8 @@ from solver.common.errors import ModelError
 from solver.common.filters import low_pass
 from solver.common.frames_at_once import by_frames
 from solver.contact.sole import soles
-from solver.gait.events import Stance, stances_from_feet
 from solver.gait.foot_motion import FootMotion, foot_motion
+from solver.gait.gait_events import Stance, stances_from_feet
 from solver.gait.settings import GaitSettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import body_poses

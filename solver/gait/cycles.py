@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.frames_at_once import by_frames
-from solver.gait.events import Stance
 from solver.gait.foot_motion import FootMotion
+from solver.gait.gait_events import Stance
 from solver.gait.settings import FLAT_FROM, FLAT_TO
 
 BELT_WINDOW_S = 0.5  # [s] over which stances are averaged for a belt's speed

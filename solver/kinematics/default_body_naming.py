@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import Markers
 from solver.capture.formats.text_table import some_of
 from solver.common.notes import Kind, Note, noted
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.kinematics.hip_width import LEG_LANDMARKS
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, known_by_name, match_markers

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.common.frames_at_once import by_frames
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.kinematics.frame_solver import PoseProblem, root_dofs
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.segment_tables import RANGES_DEG

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 from solver.common.errors import FitError
 from solver.common.frames_at_once import FRAMES_AT_ONCE, by_frames, joined, overlapping
 from solver.common.progress import Progress, silent
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.kinematics.determined import posed_frames
 from solver.kinematics.frame_solver import PoseProblem, initial_poses, solve_frames
 from solver.kinematics.root_joint import RootJoint, root_joint

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.notes import Kind, Note
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton

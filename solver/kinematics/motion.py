@@ -12,7 +12,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from solver.common.errors import FitError
 from solver.common.filters import low_pass
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 
 @dataclass(frozen=True)

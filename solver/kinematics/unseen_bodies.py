@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.common.notes import Kind, Note, noted
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.simulate.sole import SIDES, Sole
+from solver.simulate.simulated_sole import SIDES, Sole
 
 TimeHistory = Callable[[Float[np.ndarray, " times"]], Float[np.ndarray, " times"]]
 

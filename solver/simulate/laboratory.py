@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.simulate.contacts import ContactPlan, Stance, about_vertical
-from solver.simulate.trial import SyntheticTrial
+from solver.simulate.simulated_trial import SyntheticTrial
 from solver.skeleton.forward import cross
 
 

@@ -7,9 +7,9 @@ from jaxtyping import Float
 
 from solver.common.gravity import GRAVITY
 from solver.simulate.contacts import ContactPlan, Stance
+from solver.simulate.feasible_motion import Wish
 from solver.simulate.posture import STANDING
-from solver.simulate.sole import Sole
-from solver.simulate.trajectory_fit import Wish
+from solver.simulate.simulated_sole import Sole
 from solver.skeleton.skeleton import Skeleton
 
 FINE = 2000.0  # [Hz] of the path's integration

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.simulate.sole import Sole, sole_of
+from solver.simulate.simulated_sole import Sole, sole_of
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.scaling import scaled, with_offsets

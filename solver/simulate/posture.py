@@ -5,8 +5,8 @@ from jaxtyping import Float
 
 from solver.common.gravity import GRAVITY
 from solver.simulate.contacts import ContactPlan, Stance, TimeHistory
-from solver.simulate.sole import Sole
-from solver.simulate.trajectory_fit import Wish
+from solver.simulate.feasible_motion import Wish
+from solver.simulate.simulated_sole import Sole
 from solver.skeleton.skeleton import Skeleton
 
 # Joint angles at the bottom of a squat [deg], of our own choosing: thighs short of level, trunk leaning

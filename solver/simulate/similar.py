@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.simulate.contacts import ContactPlan, Stance, TimeHistory
+from solver.simulate.feasible_motion import PLACE
 from solver.simulate.person import TrueBody
-from solver.simulate.sole import Sole
-from solver.simulate.trajectory_fit import PLACE
-from solver.simulate.trial import SyntheticTrial
+from solver.simulate.simulated_sole import Sole
+from solver.simulate.simulated_trial import SyntheticTrial
 from solver.skeleton.scaling import scaled
 
 

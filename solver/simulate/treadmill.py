@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate
+from solver.simulate.feasible_motion import PLACE
 from solver.simulate.laboratory import MeasurementSettings, Plate, read_out
+from solver.simulate.simulated_trial import SyntheticTrial
 from solver.simulate.spline_motion import DEGREE, SplineMotion
-from solver.simulate.trajectory_fit import PLACE
-from solver.simulate.trial import SyntheticTrial
 
 BELT_GAP_M = 0.01  # between the belts
 

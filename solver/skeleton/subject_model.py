@@ -3,9 +3,9 @@
 from dataclasses import replace
 from pathlib import Path
 
+from solver.capture.formats.b3d.b3d_fields import Header, PassType
 from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.capture.formats.b3d.places import is_b3d
-from solver.capture.formats.b3d.schema import Header, PassType
 from solver.common.errors import ModelError
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton

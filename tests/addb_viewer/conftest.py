@@ -18,7 +18,7 @@ from addb_viewer.trial_view.replay import (
 )
 from solver.common.notes import Kind, noted
 from solver.contact.contact_phases import ContactPhase
-from solver.contact.proposals import Proposal
+from solver.contact.detected_ranges import Proposal
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from tests.addb_viewer.chromium import FLAGS, installed
 from tests.addb_viewer.synthetic_residual import residual, size, trial

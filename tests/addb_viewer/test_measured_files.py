@@ -53,10 +53,10 @@ WRITES_WHAT_IS_READ = (Format.opensim, Format.b3d, Format.c3d)
 # what opens files for itself: drafts, folders of its own, logs that are appended to or must be new
 FOR_ITSELF = {
     "addb_viewer/benchmark/evaluating.py",
-    "addb_viewer/benchmark/learnt/windows.py",
+    "addb_viewer/benchmark/learnt/training_windows.py",
     "addb_viewer/dataset/build.py",
     "addb_viewer/dataset/synthesis/corpus.py",
-    "addb_viewer/dataset/task.py",
+    "addb_viewer/dataset/build_task.py",
     "addb_viewer/recordings/rerun_program.py",
     "addb_viewer/recordings/rrd_recording.py",
     "addb_viewer/recordings/rrd_server.py",

@@ -9,7 +9,7 @@ from addb_viewer.jobs.force_reviews import left_undecided, reviews_for_solve
 from addb_viewer.jobs.review_store import as_proposal, open_log
 from annotations.events import AcceptProposal, RejectProposal, SetStatus, Status
 from annotations.open_proposals import open_proposals
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.contact.wrenches import DETECTION, PERSON
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings

@@ -9,8 +9,8 @@ import pytest
 from sqlalchemy import text
 from typer.testing import CliRunner
 
-from addb_viewer.app.queue.rows import subject_rows
-from addb_viewer.app.review.html import ranges_html, status_html
+from addb_viewer.app.queue.queue_rows import subject_rows
+from addb_viewer.app.review.review_html import ranges_html, status_html
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.subject_review import SubjectReview
 from addb_viewer.commands.cli import app
@@ -21,8 +21,8 @@ from addb_viewer.jobs.review_store import FILE, open_log
 from addb_viewer.jobs.reviewing import subject_in
 from addb_viewer.jobs.solving import job_for
 from annotations.database import Database
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, Status
+from annotations.review_errors import ReviewError
 from solver.capture.trial import read_trial
 from tests.annotations.postgresql_server import postgresql  # noqa: F401 (a fixture)
 

@@ -1,7 +1,7 @@
 """Diagnoses as typed answers, from plain values of which only those that matter are given."""
 
 from solver.common.typed_json import from_plain, plain
-from solver.diagnosis.report import Cause, DiagnosisReport
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 
 NOTHING_LEFT = {"linear_residual_N": 9.0, "noise_floor_N": 9.8}
 

@@ -1,7 +1,7 @@
 import pytest
 
 from annotations.activities import ACTIVITIES, ERRONEOUS, checked_activity
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 
 
 def test_the_classes_of_the_paper_are_there():

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from annotations.errors import ReviewError
 from annotations.events import IMPORTED, ClearRange, FlagRange, ImportTable, SetStatus, Status
 from annotations.log import ReviewLog
+from annotations.review_errors import ReviewError
 from annotations.work import LONGEST_NAME, Assign, Comment
 
 EDITS = 25

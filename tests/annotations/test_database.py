@@ -8,9 +8,9 @@ import pytest
 from sqlalchemy import text
 
 from annotations.database import Database
-from annotations.errors import ReviewError
 from annotations.events import FlagRange
 from annotations.log import ReviewLog
+from annotations.review_errors import ReviewError
 from tests.patience import PATIENCE_S
 
 FLAG = FlagRange(10, 20, "manualReview")

@@ -3,7 +3,6 @@ from typing import get_args
 
 import pytest
 
-from annotations.errors import ReviewError
 from annotations.event_codec import KINDS, decoded, encoded
 from annotations.events import (
     AcceptProposal,
@@ -22,6 +21,7 @@ from annotations.events import (
     Status,
     Undo,
 )
+from annotations.review_errors import ReviewError
 
 PROPOSAL = Proposal(3, 9, "missingBlip", "calcn_l", 0.8, {"gap_N": 120.5}, "addb-viewer 0.1.0")
 EVENTS = (

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
     ClearActivity,
@@ -22,6 +21,7 @@ from annotations.events import (
     Undo,
 )
 from annotations.folding import folded
+from annotations.review_errors import ReviewError
 
 FEET = ("calcn_r", "calcn_l")
 RIGHT, LEFT = FEET

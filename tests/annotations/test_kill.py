@@ -19,7 +19,7 @@ KILLS = 8
 
 RECORDS_FOREVER = """
     import itertools, random, sys
-    from annotations.errors import ReviewError
+    from annotations.review_errors import ReviewError
     from annotations.events import FlagRange
     from annotations.log import ReviewLog
 

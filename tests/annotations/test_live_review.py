@@ -5,10 +5,10 @@ import threading
 import pytest
 
 from annotations import live_review
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, ImportLabels, SetStatus, Status
 from annotations.live_review import LiveReview
 from annotations.log import ReviewLog
+from annotations.review_errors import ReviewError
 
 FEET = ("calcn_r", "calcn_l")
 FLAG = FlagRange(10, 20, "notOverForcePlate", "calcn_r")

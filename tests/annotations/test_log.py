@@ -8,7 +8,6 @@ import pytest
 from sqlalchemy import text
 
 from annotations.database import Database
-from annotations.errors import ReviewError
 from annotations.events import (
     ClearRange,
     FlagRange,
@@ -20,6 +19,7 @@ from annotations.events import (
     Undo,
 )
 from annotations.log import ReviewLog
+from annotations.review_errors import ReviewError
 from annotations.work import Comment
 
 FLAG = FlagRange(10, 20, "notOverForcePlate", "calcn_r", "à côté")

@@ -7,7 +7,6 @@ from datetime import UTC, datetime
 
 import pytest
 
-from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
     ClearRange,
@@ -21,6 +20,7 @@ from annotations.events import (
 )
 from annotations.folding import folded
 from annotations.ranges_csv import COLUMNS, TAKEN, ranges_csv, tables_from_csv
+from annotations.review_errors import ReviewError
 
 FEET = ("calcn_r", "calcn_l")
 FRAMES = {"walk, slow": 40, "run": 40}

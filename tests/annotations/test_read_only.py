@@ -4,9 +4,9 @@ import shutil
 
 import pytest
 
-from annotations.errors import ReviewError
 from annotations.events import FlagRange
 from annotations.log import ReviewLog
+from annotations.review_errors import ReviewError
 
 FIRST, SECOND = FlagRange(10, 20, "manualReview"), FlagRange(30, 40, "manualReview")
 NOT_HERE = (

@@ -1,7 +1,7 @@
 import pytest
 
-from annotations.errors import ReviewError
 from annotations.reasons import REASON_KEYS, REASONS, checked_reason, reason_named, reason_words
+from annotations.review_errors import ReviewError
 
 
 def test_keys_one_to_nine_stand_for_reasons_of_the_list():

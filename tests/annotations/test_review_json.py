@@ -3,8 +3,8 @@ import json
 import numpy as np
 import pytest
 
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, ImportLabels, SetStatus, Status
+from annotations.review_errors import ReviewError
 from annotations.review_json import export_labels, import_labels
 
 FEET = ("calcn_r", "calcn_l")

@@ -5,9 +5,9 @@ from sqlalchemy import text
 
 from annotations import schema
 from annotations.database import Database
-from annotations.errors import ReviewError
 from annotations.events import FlagRange
 from annotations.log import ReviewLog
+from annotations.review_errors import ReviewError
 
 FLAG = FlagRange(10, 20, "manualReview")
 

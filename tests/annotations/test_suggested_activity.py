@@ -4,9 +4,9 @@ from datetime import UTC, datetime
 
 import pytest
 
-from annotations.errors import ReviewError
 from annotations.events import ClearActivity, Edit, ImportTable, RefuseActivity, SetActivity, Undo
 from annotations.folding import folded
+from annotations.review_errors import ReviewError
 from annotations.suggested_activity import SuggestedActivity, open_suggestions
 
 FEET = ("calcn_r", "calcn_l")

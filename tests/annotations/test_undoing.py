@@ -1,7 +1,7 @@
 import pytest
 
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, ImportLabels, Redo, Undo
+from annotations.review_errors import ReviewError
 from annotations.undoing import in_force, next_redo, next_undo, undo_of
 
 EDIT = ClearRange(0, 1)

@@ -8,7 +8,6 @@ import pytest
 from sqlalchemy import text
 
 from annotations.database import Database
-from annotations.errors import LostLogError, ReviewError
 from annotations.events import (
     ClearRange,
     FlagRange,
@@ -20,6 +19,7 @@ from annotations.events import (
 )
 from annotations.live_review import LiveReview
 from annotations.log import ReviewLog
+from annotations.review_errors import LostLogError, ReviewError
 from annotations.review_json import import_labels
 
 FLAG = FlagRange(10, 20, "notOverForcePlate", "calcn_r", "à côté")

@@ -4,9 +4,9 @@ import pytest
 from sqlalchemy import text
 
 from annotations.database import Database
-from annotations.errors import ReviewError
 from annotations.events import FlagRange
 from annotations.log import ReviewLog
+from annotations.review_errors import ReviewError
 from annotations.work import LONGEST_NAME, LONGEST_TEXT, Assign, Comment, Settle, work_of
 
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addb_viewer import Subject
-from addb_viewer.api.fit import Fit
 from addb_viewer.api.recording import Recording
+from addb_viewer.api.subject_fit import Fit
 from benchmarks.damages import EDITORS, Damage, case, cut, damaged, fitted, moved_far_from
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from addb_viewer.dataset.schema import CONTACTS, FRAMES, SUBJECTS
+from addb_viewer.dataset.release_tables import CONTACTS, FRAMES, SUBJECTS
 from tests.addb_viewer.dataset.synthetic_release import write
 
 matplotlib = pytest.importorskip("matplotlib", reason="Matplotlib is not installed")

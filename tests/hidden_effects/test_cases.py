@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from solver.simulate.faults.cases import IDS, made, one_case
-from solver.simulate.faults.drawing import MEASUREMENT, hide_measurement
 from solver.simulate.faults.hidden import REFERENCE_SIZE, read_recording, write_recording
+from solver.simulate.faults.measurement_effects import MEASUREMENT, hide_measurement
 
 HIDER = Path(__file__).parents[2] / "solver" / "simulate" / "faults"
 

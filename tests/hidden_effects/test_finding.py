@@ -16,7 +16,8 @@ from tests.hidden_effects.conftest import short_plan
 from tests.hidden_effects.judging import judged
 
 diagnose = pytest.importorskip(
-    "solver.diagnosis.diagnose", reason="solver.diagnosis is not there yet: nothing looks for hidden effects"
+    "solver.diagnosis.diagnose_subject",
+    reason="solver.diagnosis is not there yet: nothing looks for hidden effects",
 )
 
 SIZE = 2.5  # in reference sizes

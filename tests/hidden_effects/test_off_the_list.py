@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
-from solver.diagnosis.diagnose import diagnose_subject
+from solver.diagnosis.diagnose_subject import diagnose_subject
 
 FOLDER = "walk_rajagopal2015"
 

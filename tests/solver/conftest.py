@@ -5,7 +5,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 import pytest
 
-from solver.capture.formats.b3d.schema import (
+from solver.capture.formats.b3d.b3d_fields import (
     B3dFile,
     B3dTrial,
     Header,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.formats.b3d.b3d_file import write_b3d
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.export.b3d.from_fit import fit_to_b3d, with_unfitted_masses
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings

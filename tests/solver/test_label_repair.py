@@ -10,21 +10,21 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.progress import silent
-from solver.diagnosis.diagnose import repaired_balance
+from solver.diagnosis.diagnose_subject import repaired_balance
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
 from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, Exchange
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, simulate_trial
 from tests.flagged import flagged
 
 ALONE = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.pipeline import resolve, solve

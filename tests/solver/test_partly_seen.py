@@ -5,10 +5,10 @@ import pytest
 
 from solver.capture.capture import Markers
 from solver.capture.formats.trc import write_trc
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.export.c3d_file import _outputs
-from solver.export.tables import trial_columns
+from solver.export.trial_table import trial_columns
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary

@@ -9,21 +9,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import Cancelled, FitError
 from solver.common.progress import silent
 from solver.dynamics.force_prediction import prediction_fit
 from solver.fitting import trajectory_stage
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
 from solver.fitting.settings import Settings, as_dict
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, simulate_trial
 from tests.flagged import flagged
 
 FORCE_N, MOMENT_NM, TORQUE_NM = 0.5, 0.5, 2.0

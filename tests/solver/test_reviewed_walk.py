@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.contact.mask import OUTSIDE_RANGES
 from solver.contact.wrenches import FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.faults.editor import edits, plates
 from benchmarks.faults.editor.recording import write_folder
 from benchmarks.faults.editor.sources import SOURCES
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.com_trajectory import MassEstimate
 from solver.fitting.mass_stage import agreeing
 from solver.fitting.pipeline import solve

@@ -3,7 +3,7 @@
 import shutil
 from dataclasses import replace
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for
 from solver.kinematics.unseen_bodies import undetermined_dofs

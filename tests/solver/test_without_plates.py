@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.contact.mask import NOT_RECORDED, OUTSIDE_RANGES
 from solver.export.b3d.from_fit import fit_to_b3d, reason_number
 from solver.export.opensim import export_opensim
-from solver.export.tables import trial_columns
+from solver.export.trial_table import trial_columns
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary

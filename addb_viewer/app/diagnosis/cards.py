@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.diagnosis.html import VERDICTS
+from addb_viewer.app.diagnosis.diagnosis_html import VERDICTS
 from addb_viewer.text.cause_words import instead_of, when
 from addb_viewer.text.diagnosis_vocabulary import (
     about,
@@ -31,7 +31,7 @@ from annotations.reasons import reason_words
 from annotations.trial_review import TrialReview
 from solver.diagnosis.causes.about import CorrectedBy, TimeHistory
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
-from solver.diagnosis.report import Cause, DiagnosisReport, Rival
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 MOST_POINTS = 400  # of a curve: more than pixels

@@ -14,7 +14,7 @@ from typing import Any
 import viser
 
 from addb_viewer.app.page.channel import Channel
-from annotations.errors import LostLogError, ReviewError
+from annotations.review_errors import LostLogError, ReviewError
 from solver.common.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")

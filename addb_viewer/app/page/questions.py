@@ -7,8 +7,8 @@ from typing import Any
 
 from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.notices import Notices
-from annotations.errors import ReviewError
 from annotations.events import IMPORTED
+from annotations.review_errors import ReviewError
 
 Then = Callable[[], None]
 Answer = tuple[str, Callable[[str], None]]  # what its button says, and what it does with what was typed

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from addb_viewer.app.queue.rows import Mark, Row
+from addb_viewer.app.queue.queue_rows import Mark, Row
 from addb_viewer.jobs.review_store import open_log
 from annotations.agreement import agreement
 from solver.capture.capture import Subject

@@ -15,13 +15,13 @@ from addb_viewer.app.jobs.fit_all import Fitting
 from addb_viewer.app.page.notices import log_error
 from addb_viewer.app.queue.batches import DIAGNOSE, EXPORT, FIT, Batches, formats
 from addb_viewer.app.queue.pace import Pair, Share, hours_left, pairs, seen_by_two, shares
-from addb_viewer.app.queue.rows import Row
+from addb_viewer.app.queue.queue_rows import Row
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.text.amounts import counted
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 from annotations.work import Comment, CommentThread, Settle, WorkItem, work_of
 from solver.common.errors import SolverError
 

@@ -7,15 +7,15 @@ from pathlib import Path
 
 from addb_viewer.app.jobs.fit_all import FitAll
 from addb_viewer.app.jobs.progress_html import task_words
-from addb_viewer.app.queue.html import words_of_rows
-from addb_viewer.app.queue.rows import Row, order, subject_rows
+from addb_viewer.app.queue.queue_html import words_of_rows
+from addb_viewer.app.queue.queue_rows import Row, order, subject_rows
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.jobs.kept_diagnosis import FILE as DIAGNOSIS
 from addb_viewer.jobs.review_store import FILE, open_log, store_url
 from addb_viewer.jobs.stored_solves import FOLDER, MADE
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 
 LOOK_EVERY = 2.0  # [s] between two looks, at least
 SHARE = (

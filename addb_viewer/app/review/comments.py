@@ -8,7 +8,7 @@ import viser
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.trial_view.html_pieces import boxed
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 from annotations.work import Comment, CommentThread, Settle, WorkItem
 
 NEW = "new, at this frame"

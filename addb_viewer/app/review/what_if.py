@@ -11,13 +11,13 @@ import viser
 
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.review.html import what_if_html, what_if_words
+from addb_viewer.app.review.review_html import what_if_html, what_if_words
 from addb_viewer.jobs.force_reviews import force_review
 from addb_viewer.trial_view.forces_in_use import mask_now
 from addb_viewer.trial_view.html_pieces import boxed
-from annotations.errors import ReviewError
 from annotations.foot_names import foot_words
 from annotations.reasons import MANUAL_REVIEW
+from annotations.review_errors import ReviewError
 from annotations.trial_review import TrialReview
 from solver.common.errors import SolverError
 from solver.contact.force_review import ForceLabel, ForceReview

@@ -17,7 +17,7 @@ from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
 from addb_viewer.trial_view.cause_pictures import pictures
 from addb_viewer.trial_view.palette import OTHER_SOLVE
 from addb_viewer.trial_view.replay import BodyReplay, Replay
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 LAB, TRIAL = "/lab", "/lab/trial"
 HULL = 0.003  # [m] by which the other solve's bones lie around those of this one: equal surfaces flicker

@@ -11,7 +11,7 @@ import numpy as np
 import viser
 
 from addb_viewer.app.page.handles import put
-from addb_viewer.app.review.panel import DECIDE, EDITS, FINISH, SUGGESTION
+from addb_viewer.app.review.review_panel import DECIDE, EDITS, FINISH, SUGGESTION
 from addb_viewer.app.scene import camera
 from addb_viewer.app.scene.camera import VIEWS, eye_of
 from addb_viewer.app.scene.measuring import HOW
@@ -22,11 +22,11 @@ from addb_viewer.app.shell.controls import MOVES, SAVE, SPEED_NAMES
 from addb_viewer.app.shell.keys import Action
 from addb_viewer.app.shell.session import Session
 from addb_viewer.trial_view.frame_ranges import Stop
-from addb_viewer.trial_view.recording import ON_ONE_PAGE
+from addb_viewer.trial_view.recorded_subject import ON_ONE_PAGE
 from addb_viewer.trial_view.worst_frame import worst_frame
-from annotations.errors import ReviewError
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named
+from annotations.review_errors import ReviewError
 
 LARGEST_PX = 1e5  # of a picture that a page tells
 

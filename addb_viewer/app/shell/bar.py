@@ -7,12 +7,12 @@ from typing import Any, Protocol
 from addb_viewer.app.jobs.fit_all import Fitting
 from addb_viewer.app.jobs.job_queue import TaskProgress
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.queue.controller import QueueController
-from addb_viewer.app.queue.rows import Row
+from addb_viewer.app.queue.queue_controller import QueueController
+from addb_viewer.app.queue.queue_rows import Row
 from addb_viewer.app.queue.trial_queue import TrialQueue
-from addb_viewer.app.review.controller import ReviewController
+from addb_viewer.app.review.review_controller import ReviewController
 from addb_viewer.app.solve.comparison import changed_frames, torque_changes
-from addb_viewer.app.solve.controller import SolveController
+from addb_viewer.app.solve.solve_controller import SolveController
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.text.coordinate_words import torque_in_words

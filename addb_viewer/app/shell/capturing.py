@@ -18,7 +18,7 @@ from PIL import Image
 from addb_viewer.app.scene.camera import eye_of
 from addb_viewer.app.shell.session import Session
 from addb_viewer.trial_view.replay import Replay
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 
 PATIENCE_S = 60.0  # for the browser to draw one picture; for a film, beside the time that it lasts
 LONGEST_S = 30.0  # of a film

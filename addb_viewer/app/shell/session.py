@@ -6,28 +6,28 @@ from collections.abc import Callable, Sequence
 
 import viser
 
-from addb_viewer.app.curves.controller import CurvesController
-from addb_viewer.app.diagnosis.controller import DiagnosisController
+from addb_viewer.app.curves.curves_controller import CurvesController
+from addb_viewer.app.diagnosis.diagnosis_controller import DiagnosisController
 from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
 from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.page.reviewer import BrowserMemory, Reviewer
-from addb_viewer.app.queue.controller import Finishing, QueueController
+from addb_viewer.app.queue.queue_controller import Finishing, QueueController
 from addb_viewer.app.queue.trial_queue import TrialQueue
-from addb_viewer.app.record.controller import RecordController
-from addb_viewer.app.review.controller import ReviewController
-from addb_viewer.app.review.panel import ReviewPanel
+from addb_viewer.app.record.record_controller import RecordController
+from addb_viewer.app.review.review_controller import ReviewController
+from addb_viewer.app.review.review_panel import ReviewPanel
 from addb_viewer.app.scene.camera import VIEWS, eye_of, fit, look, when_at_rest
 from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.security.access import TrialAddress
 from addb_viewer.app.shell.bar import Bar, TimelineController
 from addb_viewer.app.shell.controls import Controls, layout_for, speed_name
 from addb_viewer.app.shell.playback import Pace, Playback, Position
-from addb_viewer.app.solve.controller import SolveController, SolvePanel
+from addb_viewer.app.solve.solve_controller import SolveController, SolvePanel
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from addb_viewer.app.video.controller import VideoController
+from addb_viewer.app.video.video_controller import VideoController
 from addb_viewer.trial_view.replay import Replay
 from annotations.events import Edit
 

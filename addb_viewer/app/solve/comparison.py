@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from addb_viewer.trial_view.replay import Replay
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 NEAR_S = 0.15  # [s] around an edit: what a re-solve changes most lies there
 MOST_JOINTS = 6

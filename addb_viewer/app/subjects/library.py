@@ -16,16 +16,16 @@ from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
 from addb_viewer.trial_view.trial_curves import TrialCurves, trial_curves
 from solver.capture.capture import Capture, Subject, UnusedFile
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.notes import Kind, Note, noted
+from solver.export.export_places import file_stem, trial_stems
 from solver.export.gait_tables import trial_gait
-from solver.export.places import file_stem, trial_stems
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.results.store import default_folder, has_fit, load_fit
 from solver.fitting.settings import settings_for
 from solver.fitting.summary import summary
-from solver.gait.gait import Gait
+from solver.gait.trial_gait import Gait
 from solver.skeleton.bones import body_meshes
 
 KEPT = 4  # replays in memory: the one on the screen and those one goes back to

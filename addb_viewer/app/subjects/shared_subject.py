@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Protocol
 
 from addb_viewer.app.jobs.job_queue import PROGRAM, JobQueue, Outcome, Task, TaskProgress
-from addb_viewer.app.jobs.what_if import WhatIf
+from addb_viewer.app.jobs.what_if_job import WhatIf
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.app.subjects.people import People
 from addb_viewer.app.subjects.shown_fits import ShownFits
 from addb_viewer.app.subjects.subject_review import SubjectReview
 from addb_viewer.jobs.stored_solves import Solve
 from addb_viewer.trial_view.disagreements import disagreements
-from annotations.errors import ReviewError
 from annotations.events import Edit
+from annotations.review_errors import ReviewError
 from annotations.work import Comment, CommentThread
 from solver.capture.capture import Capture
 from solver.common.errors import SolverError

@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from addb_viewer.jobs.review_store import has_log, open_log, record, unreadable_notes, with_own_file
-from annotations.errors import ReviewError
 from annotations.events import Edit, Event, Redo, Undo
 from annotations.folding import folded
 from annotations.live_review import LiveReview
+from annotations.review_errors import ReviewError
 from annotations.trial_review import TrialReview
 from annotations.undoing import next_redo, next_undo
 from annotations.work import TrialWork, WorkEvent, work_of

@@ -19,7 +19,7 @@ from addb_viewer.benchmark.learnt.training import (
     told,
     trained,
 )
-from addb_viewer.benchmark.learnt.windows import (
+from addb_viewer.benchmark.learnt.training_windows import (
     SIZES,
     Features,
     ends_of_all,

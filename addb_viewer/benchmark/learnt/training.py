@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from addb_viewer.benchmark.learnt.windows import LENGTH, TARGETS, Windows
+from addb_viewer.benchmark.learnt.training_windows import LENGTH, TARGETS, Windows
 from addb_viewer.benchmark.task import BenchmarkError, Log
 
 HIDDEN = 512  # nodes of each of the MLP's two layers (the paper's supplement)

@@ -17,7 +17,7 @@ from addb_viewer.dataset.check.findings import Finding, Level, error, warning
 from addb_viewer.dataset.columns import Column, Table
 from addb_viewer.dataset.identifiers import file_name_of
 from addb_viewer.dataset.reader import read_manifest
-from addb_viewer.dataset.schema import COORDINATES, LEFT_OUT, SUBJECT_TABLES, SUBJECTS, TRIALS
+from addb_viewer.dataset.release_tables import COORDINATES, LEFT_OUT, SUBJECT_TABLES, SUBJECTS, TRIALS
 
 CHECK = "against"
 TOLERANCES = {

@@ -24,16 +24,16 @@ from addb_viewer.dataset.check.findings import (
 )
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
 from annotations.agreement import agreement
+from solver.capture.formats.b3d.b3d_fields import REASONS, B3dFile, B3dTrial, Header, PassFrames, PassType
 from solver.capture.formats.b3d.b3d_file import read_b3d
-from solver.capture.formats.b3d.schema import REASONS, B3dFile, B3dTrial, Header, PassFrames, PassType
 from solver.capture.formats.b3d.stored import stored_passes
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import CaptureError
 from solver.common.progress import Progress, part, silent
-from solver.common.runs import runs
-from solver.diagnosis.diagnose import diagnose
-from solver.diagnosis.report import Cause, report
-from solver.fitting.fit import TrialFit
+from solver.common.true_runs import runs
+from solver.diagnosis.diagnose_subject import diagnose
+from solver.diagnosis.diagnosis_report import Cause, report
+from solver.fitting.fit_result import TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for
 from solver.fitting.summary import summary

@@ -10,6 +10,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from jaxtyping import Float
 
+from addb_viewer.dataset.build_task import made_file
 from addb_viewer.dataset.check.findings import (
     GRAVITY,
     Finding,
@@ -25,16 +26,15 @@ from addb_viewer.dataset.check.findings import (
     warning,
 )
 from addb_viewer.dataset.columns import Table
-from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.finishing import LOG
 from addb_viewer.dataset.reader import MANIFEST, by_trial, column, read_manifest, vector
+from addb_viewer.dataset.release_errors import ReleaseError
+from addb_viewer.dataset.release_tables import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.dataset.same_recording import Recording, same_recordings
-from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.dataset.splits import FOLDER, read_split
-from addb_viewer.dataset.task import made_file
 from addb_viewer.text.amounts import counted
+from solver.capture.formats.b3d.b3d_fields import B3dTrial
 from solver.capture.formats.b3d.b3d_file import read_b3d
-from solver.capture.formats.b3d.schema import B3dTrial
 from solver.common.errors import CaptureError
 
 _PARENTS = {"subject_id": "subjects", "trial_id": "trials"}  # the table in which an id has its own row

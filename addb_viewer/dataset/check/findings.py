@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float
 from addb_viewer.dataset.columns import COORDINATE_NAMES, TRANSLATIONS
 from addb_viewer.dataset.reader import column, vector
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 
 class Level(StrEnum):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.synthesis.movements import LABORATORIES, Actors, Laboratory, Wearer, drawn_person
 from addb_viewer.dataset.synthesis.synthetic_subject import (
     FEET,

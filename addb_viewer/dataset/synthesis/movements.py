@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.simulate.demo import MARKERS, STATIC_MARKERS
-from solver.simulate.gait import STYLES, GaitStyle
+from solver.simulate.demo_subject import MARKERS, STATIC_MARKERS
 from solver.simulate.person import Person, TrueBody, body_of
 from solver.simulate.similar import similar_body, similar_trial
-from solver.simulate.trial import Activity, Scenario, SyntheticTrial, simulate_trial
+from solver.simulate.simulated_trial import Activity, Scenario, SyntheticTrial, simulate_trial
+from solver.simulate.walk_and_run import STYLES, GaitStyle
 from solver.skeleton.scaling import with_offsets
 from solver.skeleton.segment_tables import Sex
 

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from addb_viewer.dataset.synthesis.movements import Laboratory, MadeUpPerson
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import Edit, Event, FlagRange, SetActivity, SetStatus, Status
-from annotations.runs import true_runs
+from annotations.label_runs import true_runs
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Capture, ForcePlate
 from solver.capture.formats.trc import write_trc
@@ -25,10 +25,10 @@ from solver.simulate.laboratory import (
     stances_within,
     standing_plates,
 )
-from solver.simulate.sole import SIDES
+from solver.simulate.simulated_sole import SIDES
+from solver.simulate.simulated_trial import SyntheticTrial
 from solver.simulate.subject_folder import write_forces
 from solver.simulate.treadmill import belt_under, belts, on_treadmill, read_belts
-from solver.simulate.trial import SyntheticTrial
 
 FEET = tuple(f"calcn_{side}" for side in SIDES)
 ON_THE_GROUND_N = 20.0

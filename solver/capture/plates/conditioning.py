@@ -18,7 +18,7 @@ from solver.capture.plates.zero_level import zeroed
 from solver.capture.resampling import bridge_gaps, covered, interpolate, rate_of, resample
 from solver.common.filters import low_pass
 from solver.common.notes import Kind, Note, noted
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 
 @dataclass(frozen=True)

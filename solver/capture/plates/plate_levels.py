@@ -29,7 +29,7 @@ from solver.capture.resampling import resample
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
 from solver.common.plate_figures import CONTACT_N, LOAD_N
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 LEVEL_STDS = 2.0  # by which a level that was held may lie off what weight and motion ask for
 POINT_LOST_N = 50.0  # [N] with less, programs write no centre of pressure, or one that digits do not hold

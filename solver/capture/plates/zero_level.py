@@ -11,7 +11,7 @@ from solver.capture.plates.force_settings import CONDITIONING, ConditioningSetti
 from solver.capture.plates.plate_sign import REST_S
 from solver.common.notes import Kind, Note, noted
 from solver.common.plate_figures import HALF_SIDE_M, JUDGED_N, LOAD_N, UNTARED_SHARE
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 OTHER_PLACE_M = 0.1  # by which a level's lever may differ between rests and loads
 EDGE_N = 200.0  # a load below it comes or goes

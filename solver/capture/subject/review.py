@@ -17,7 +17,7 @@ from solver.capture.capture import Markers, TrialFiles
 from solver.capture.subject.description import Entries, read_json
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 MISSING_KEY = "missing_grf_data"
 RANGES_KEY = "trialRanges"

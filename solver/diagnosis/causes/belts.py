@@ -20,7 +20,7 @@ from solver.diagnosis.causes.effect import (
     Signature,
     all_and_each,
 )
-from solver.diagnosis.causes.scene import Scene, force_at
+from solver.diagnosis.causes.observed_trial import Scene, force_at
 from solver.diagnosis.causes.time_history import Stretch, stretch_of
 from solver.dynamics.root_wrench import about_point
 

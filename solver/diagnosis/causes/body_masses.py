@@ -29,6 +29,7 @@ from solver.diagnosis.causes.effect import (
     Signature,
     all_and_each,
 )
+from solver.diagnosis.causes.observed_trial import Scene, force_at
 from solver.diagnosis.causes.on_segments import (
     BETWEEN_OTHERS_ODDS,
     inner_arm_segments,
@@ -36,7 +37,6 @@ from solver.diagnosis.causes.on_segments import (
     required_by_changes,
 )
 from solver.diagnosis.causes.plate_readings import WEIGHT_STDS
-from solver.diagnosis.causes.scene import Scene, force_at
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.skeleton import Skeleton
 

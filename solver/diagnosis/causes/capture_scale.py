@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.diagnosis.causes.about import About, Entry, Reading
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Signature
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.skeleton.forward import cross
 
 PRIOR_STD = 0.01  # a calibration wand whose markers sit 1 to 5 mm off over half a metre

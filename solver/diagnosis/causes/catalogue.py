@@ -15,11 +15,11 @@ from solver.diagnosis.causes.forces_on_trunk import BodyWeightSupport, Drag, Ela
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.marker_slip import MarkerSlip
 from solver.diagnosis.causes.marker_swap import MarkerSwap
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.causes.off_plate_step import OffPlateStep
 from solver.diagnosis.causes.plate_geometry import GravityTilt, PlatePosition, PlateYaw
 from solver.diagnosis.causes.plate_readings import ObjectOnPlate, PlateBias, PlateGain, ZeroLevel
 from solver.diagnosis.causes.rearranged_plate import PlateMirror, PlateTurn, PlateUnits
-from solver.diagnosis.causes.scene import Scene
 from solver.diagnosis.causes.segment_displaced import SegmentDisplaced
 from solver.diagnosis.causes.soft_tissue import SoftTissue
 from solver.diagnosis.causes.wobbling_mass import WobblingMass

@@ -8,7 +8,7 @@ from jaxtyping import Bool
 
 from solver.diagnosis.causes.about import OF_EACH_TRIAL, About, Entry, Named, Plates, Reading, Size
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Nonlinear, Signature
-from solver.diagnosis.causes.scene import Scene, Times
+from solver.diagnosis.causes.observed_trial import Scene, Times
 
 # One lies within half an impact of any offset: the evidence of a jump has other peaks beside the right one.
 LATER_S = (0.004, 0.008, 0.015, 0.03, 0.045, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.185, 0.21, 0.24)

@@ -13,8 +13,8 @@ from jaxtyping import Float
 from scipy.signal.windows import blackmanharris
 
 from solver.common.plate_figures import CONTACT_N
-from solver.common.runs import runs
 from solver.common.statistics import log_t
+from solver.common.true_runs import runs
 
 SLOW_HZ, QUICK_HZ = 8.0, 20.0
 REACH_S = 0.17  # of the window: sidelobes are 92 dB down, below what 20 Hz have of 3 Hz

@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.scene import PlateScene, Scene, loaded_plates
+from solver.diagnosis.causes.observed_trial import PlateScene, Scene, loaded_plates
 
 Eta = tuple[float, ...]  # values of the parameters that do not act linearly
 Turn = tuple[int, ...]  # a turn or mirror of x and z seen from above, its matrix row by row

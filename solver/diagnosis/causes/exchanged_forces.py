@@ -12,7 +12,7 @@ from solver.capture.resampling import bridge_gaps
 from solver.diagnosis.causes.about import About, Entry, Named, Plates
 from solver.diagnosis.causes.effect import Candidate, Eta, Signature
 from solver.diagnosis.causes.gross_cause import GrossCause, points_ground, with_samples
-from solver.diagnosis.causes.scene import PlateScene, Scene, force_at, loaded_plates
+from solver.diagnosis.causes.observed_trial import PlateScene, Scene, force_at, loaded_plates
 
 # What turns recorded components into true ones. A plate whose vertical component is exchanged with another or
 # negative throughout is turned upright on reading; the latter leaves both horizontal signs wrong, here "y".

@@ -22,9 +22,9 @@ from solver.diagnosis.causes.about import (
 )
 from solver.diagnosis.causes.contact_windows import HOP_S, INDEPENDENT_HOPS, UP, contact_windows
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InPieces, Range, Signature
+from solver.diagnosis.causes.observed_trial import Scene, force_at
 from solver.diagnosis.causes.off_plate_step import off_plate_stances
 from solver.diagnosis.causes.on_segments import BETWEEN_OTHERS_ODDS, columns_at_point, inner_segments
-from solver.diagnosis.causes.scene import Scene, force_at
 from solver.diagnosis.causes.time_history import Stretch, frames_of, join
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Body

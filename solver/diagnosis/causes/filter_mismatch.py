@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.plates.conditioning import contact_samples
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.common.white_noise import white_noise
 from solver.diagnosis.causes.about import About, Entry, Reading
 from solver.diagnosis.causes.contact_edges import fall_off, filtered_nats, log_cutoff, usual_fall_off
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Signature
-from solver.diagnosis.causes.scene import PlateScene, Scene
+from solver.diagnosis.causes.observed_trial import PlateScene, Scene
 
 STARTS_HZ = (2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0)  # a quarter apart
 PRIOR_HZ = 10.0  # laboratories smooth at 6 to 20 Hz if at all

@@ -33,8 +33,8 @@ from solver.diagnosis.causes.effect import (
     Signature,
     all_and_each,
 )
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.causes.on_segments import REACH_M, columns_at_centre, prior_with_reach, trunk_bodies
-from solver.diagnosis.causes.scene import Scene
 
 SUPPORT_STD_N = 120.0  # supports carry a tenth to a half of the weight
 MOST_SHARE = 0.8  # of body weight; with more, nobody stands

@@ -16,7 +16,7 @@ from solver.capture.plates.centre_of_pressure import centre_of_pressure, surface
 from solver.capture.plates.conditioning import PlateLoads
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Range, Signature
-from solver.diagnosis.causes.scene import PlateScene, Scene, force_at, moments_aside
+from solver.diagnosis.causes.observed_trial import PlateScene, Scene, force_at, moments_aside
 
 KEPT_SCENES = 32
 KNOWN_MIDDLE_M = 0.02  # how far a plate's middle may be from that of the corners in the files

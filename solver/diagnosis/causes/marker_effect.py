@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.effect import Estimate, Range
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
 
 CHUNK = 64  # frames whose Jacobians are held at once

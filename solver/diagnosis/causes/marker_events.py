@@ -18,7 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from solver.common.notes import Kind, Note
 from solver.diagnosis.causes.marker_effect import RESOLVED_M, SHIFT_STD_M, MarkerFinding
 from solver.diagnosis.causes.marker_slip import MarkerSlip, slip_at
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.causes.segment_displaced import TOGETHER_S, SegmentDisplaced
 
 CLEAR = 6.0  # [nats] by which distances show a slip; sound jumps reach 5.5

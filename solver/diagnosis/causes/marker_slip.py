@@ -32,7 +32,7 @@ from solver.diagnosis.causes.marker_effect import (
     pose_free,
     seen_share,
 )
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 
 SOFT_TISSUE = 1.5  # a segment's markers move together by half as much again as each moves for itself
 SPANS_S = (0.0, 0.05, 0.15, 0.4)  # over which medians before and after must all differ; 0: next frames

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.diagnosis.causes.about import About, CorrectedBy, Entry, Markers, Named, TimeHistory
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.causes.marker_effect import TRUSTED_M, MarkerFinding, Places
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 
 SHORT_GAP_S = 0.035  # over which a marker is expected to keep its velocity; beyond, to stay on its segment
 LONGEST_GAP_S = 2.0

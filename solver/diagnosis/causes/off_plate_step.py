@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.contact_phases import contact_phases
-from solver.contact.proposals import (
+from solver.contact.detected_ranges import (
     CONTACT_BUT_NO_FORCE,
     COP_OUTSIDE_FOOT,
     FORCE_DISCREPANCY,
@@ -29,7 +29,7 @@ from solver.diagnosis.causes.about import (
     TimeHistory,
 )
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InPieces, Range, Signature
-from solver.diagnosis.causes.scene import Scene, force_at
+from solver.diagnosis.causes.observed_trial import Scene, force_at
 from solver.diagnosis.causes.time_history import Stretch, frames_of, join, stretch_of
 from solver.skeleton.forward import cross
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.causes.scene import Scene, force_at
+from solver.diagnosis.causes.observed_trial import Scene, force_at
 from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.forward import cross

@@ -8,7 +8,7 @@ import numpy as np
 from solver.diagnosis.causes.about import About, Entry, Named, Plates, Reading, Size, along
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, OfOnePlate, Signature
 from solver.diagnosis.causes.gross_cause import wrench_change
-from solver.diagnosis.causes.scene import PlateScene, Scene, loaded_plates, moments_aside
+from solver.diagnosis.causes.observed_trial import PlateScene, Scene, loaded_plates, moments_aside
 from solver.skeleton.forward import cross
 
 PLACE_STD_M = 0.01  # a calibration wand misplaced, a corner clicked beside the corner: 1 to 20 mm

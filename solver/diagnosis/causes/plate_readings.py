@@ -24,7 +24,7 @@ from solver.diagnosis.causes.effect import (
     Signature,
     all_and_each,
 )
-from solver.diagnosis.causes.scene import PlateScene, Scene, force_at, loaded_plates
+from solver.diagnosis.causes.observed_trial import PlateScene, Scene, force_at, loaded_plates
 
 GAIN_STD = 0.05  # plates are off by 1 to 5 %
 MOST_LEFT = 0.5  # of the plate's force

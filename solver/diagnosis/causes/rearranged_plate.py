@@ -12,7 +12,7 @@ from jaxtyping import Float
 from solver.diagnosis.causes.about import About, Entry, Named, Plates, Reading
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Paths, Signature, Turn
 from solver.diagnosis.causes.gross_cause import GrossCause, with_samples
-from solver.diagnosis.causes.scene import PlateScene, Scene, loaded_plates
+from solver.diagnosis.causes.observed_trial import PlateScene, Scene, loaded_plates
 from solver.dynamics.root_wrench import about_point
 
 TURNS_DEG = (90, 180, -90)

@@ -24,7 +24,7 @@ from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.leaps import Leap
 from solver.diagnosis.causes.marker_effect import RESOLVED_M, MarkerFinding, Places
 from solver.diagnosis.causes.marker_slip import MarkerSlip, UnusedMarkerSlip
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 
 TOGETHER_S = 0.1  # slips within are one event
 

@@ -22,7 +22,7 @@ from solver.diagnosis.causes.marker_effect import (
     projected_chunks,
     seen_share,
 )
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.kinematics.scale_prior import without_side
 
 # Sound recordings: thighs 4 to 9 mm, shanks and feet 1 to 7, pelvis 2 to 11, arms 1 to 18, trunk to 19. Twins

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from scipy.interpolate import BSpline
 from scipy.sparse import csc_array
 
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 
 DEGREE = 3
 

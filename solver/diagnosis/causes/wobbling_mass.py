@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from solver.common.filters import low_pass
 from solver.diagnosis.causes.about import About, AtFault, Ball, Entry, Named, Reading
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Nonlinear, Signature
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.skeleton.forward import cross
 
 LIGHTEST_SHARE = 0.04  # of body mass, of a segment with soft tissue that counts: a shank is

@@ -8,7 +8,7 @@ from solver.capture.capture import ForcePlate
 from solver.capture.plates.conditioning import fill_gaps
 from solver.capture.plates.plate_levels import evidence_on_plates
 from solver.capture.plates.zero_level import unloaded_stretches
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.diagnosis.direct_checks.measured import Measured
 from solver.diagnosis.direct_checks.statement import MOST_NATS, About, Statement, nats_of
 

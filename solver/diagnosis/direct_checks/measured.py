@@ -14,7 +14,7 @@ from solver.capture.resampling import covered, resample
 from solver.capture.trial import ReadingSettings
 from solver.common.gravity import GRAVITY
 from solver.common.plate_figures import CONTACT_N
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 WINDOW_S = 0.12  # smoothing that heights and forces share: a quarter of a step's bounce
 MISSING_SHARE = 0.25  # of what weight and motion ask for: where more is missing, a foot is beside the plates

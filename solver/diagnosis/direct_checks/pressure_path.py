@@ -21,7 +21,7 @@ from solver.capture.capture import ForcePlate, Markers
 from solver.capture.plates.centre_of_pressure import surface_of
 from solver.capture.plates.loads_under_feet import FOOT_HEIGHT_M, FOOT_LENGTH_M
 from solver.common.plate_figures import CONTACT_N
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.diagnosis.causes.effect import Turn
 from solver.diagnosis.causes.rearranged_plate import turn_of
 from solver.diagnosis.direct_checks.measured import STANDING_S, Measured

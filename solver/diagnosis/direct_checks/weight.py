@@ -15,8 +15,8 @@ from jaxtyping import Bool, Float
 
 from solver.common.gravity import GRAVITY
 from solver.common.plate_figures import CONTACT_N
-from solver.common.runs import runs
 from solver.common.statistics import log_t
+from solver.common.true_runs import runs
 from solver.diagnosis.direct_checks.measured import (
     EDGE_S,
     FEWEST_S,

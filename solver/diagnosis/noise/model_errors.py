@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
-from solver.dynamics.windows import Windows
+from solver.dynamics.weighted_means import Windows
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.skeleton.chain import Moving, chain_of
 from solver.skeleton.forward import cross

@@ -22,7 +22,7 @@ from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotri
 
-from solver.diagnosis.memory import Memory
+from solver.diagnosis.bounded_cache import Memory
 
 ALL = slice(None)
 MOST_KEPT_BYTES = 1000e6  # of what noise scales are made of, and of what terms and places look like there

@@ -18,11 +18,11 @@ from scipy.linalg import cho_solve, cholesky, solve_triangular
 
 from solver.diagnosis.causes.catalogue import CAUSES
 from solver.diagnosis.causes.effect import NO_PATHS, Candidate, Corrected, Eta, Paths
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.direct_checks.weight import Weighings
+from solver.diagnosis.noise.balance_rows import TrialRows
 from solver.diagnosis.noise.noise_grid import NoiseGrid
 from solver.diagnosis.noise.noise_scales import Basis, Covariances, NoiseScale, Seen, TrialsBasis
-from solver.diagnosis.noise.rows import TrialRows
 from solver.diagnosis.search.terms import CandidateRows, Solved, Term, normal_equations
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 

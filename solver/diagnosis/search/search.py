@@ -6,14 +6,14 @@ from itertools import combinations, islice
 import numpy as np
 
 from solver.common.progress import Progress, silent
+from solver.diagnosis.bounded_cache import Memory
+from solver.diagnosis.cause_decisions import Trail, tenable
 from solver.diagnosis.causes.effect import Candidate
 from solver.diagnosis.checks import DECIDED, about_the_suspect
-from solver.diagnosis.decisions import Trail, tenable
-from solver.diagnosis.held_out import blocks
-from solver.diagnosis.memory import Memory
+from solver.diagnosis.held_out_gain import blocks
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import EXCHANGE_NATS, SAME_TRACE, Contender, Found, handicap, overlap
-from solver.diagnosis.search.proposals import Added, Exchanged, Kept, Paired
+from solver.diagnosis.search.proposed_causes import Added, Exchanged, Kept, Paired
 from solver.diagnosis.search.refinement import refine
 from solver.diagnosis.search.screening import Screen
 from solver.diagnosis.search.terms import Solved, Term

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solver.common.progress import Progress, silent
+from solver.diagnosis.cause_decisions import Trail
 from solver.diagnosis.causes.effect import Candidate, Corrected
 from solver.diagnosis.causes.gross_cause import Beyond, GrossCause, correct_scene
-from solver.diagnosis.causes.scene import Scene
-from solver.diagnosis.decisions import Trail
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import EXCHANGE_NATS, Contender, Found
-from solver.diagnosis.search.proposals import OnReading
+from solver.diagnosis.search.proposed_causes import OnReading
 from solver.diagnosis.search.search import Search
 from solver.diagnosis.search.terms import Solved, Term
 

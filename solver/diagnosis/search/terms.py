@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.linalg import solve_triangular
 
 from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.noise.noise_scales import Basis, NoiseScale, Seen
 
 

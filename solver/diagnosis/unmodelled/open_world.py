@@ -13,14 +13,14 @@ from jaxtyping import Float
 from scipy.special import logsumexp
 
 from solver.common.plate_figures import HALF_SIDE_M
+from solver.diagnosis.cause_decisions import Trail
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.clocks import MOST_TRIALS
 from solver.diagnosis.causes.contact_windows import contact_windows
 from solver.diagnosis.causes.effect import Estimate, Eta, Fitted, InPieces, InTrials, Range, Signature
+from solver.diagnosis.causes.observed_trial import Scene, force_at
 from solver.diagnosis.causes.plate_readings import required_of
-from solver.diagnosis.causes.scene import Scene, force_at
 from solver.diagnosis.causes.time_history import Stretch
-from solver.diagnosis.decisions import Trail
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import (
     BESIDE_UNKNOWN_SHARE,
@@ -34,7 +34,7 @@ from solver.diagnosis.search.contenders import (
     handicap,
     overlap,
 )
-from solver.diagnosis.search.proposals import AgainstAnything
+from solver.diagnosis.search.proposed_causes import AgainstAnything
 from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.unmodelled.remainder import force_columns, moment_columns, time_histories_of
 from solver.diagnosis.unmodelled.unexplained import CLIMBED, Kept

@@ -17,7 +17,7 @@ from scipy.signal import zoom_fft
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.body_masses import LIGHTEST_SHARE
 from solver.diagnosis.causes.effect import Estimate, Eta, Fitted, InPieces, Signature
-from solver.diagnosis.causes.scene import Scene, force_at
+from solver.diagnosis.causes.observed_trial import Scene, force_at
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Body
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solver.diagnosis.cause_decisions import Trail
 from solver.diagnosis.causes.effect import Eta
 from solver.diagnosis.checks import decide
-from solver.diagnosis.decisions import Trail
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_SHARE, Contender, Found
-from solver.diagnosis.search.proposals import AllInPlace, BesideUnknown, Remainder
+from solver.diagnosis.search.proposed_causes import AllInPlace, BesideUnknown, Remainder
 from solver.diagnosis.search.selection import Selection
 from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.unmodelled.remainder import Unknown, constant_share

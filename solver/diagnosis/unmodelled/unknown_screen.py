@@ -16,10 +16,10 @@ from jaxtyping import Float, Int
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from solver.diagnosis.causes.effect import Eta
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
+from solver.diagnosis.noise.balance_rows import TrialRows
 from solver.diagnosis.noise.noise_grid import MODEL_SCALES
 from solver.diagnosis.noise.noise_scales import NoiseScale
-from solver.diagnosis.noise.rows import TrialRows
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import Beside, beside
 from solver.diagnosis.search.terms import Solved, Term

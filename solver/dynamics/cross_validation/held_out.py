@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 
 @dataclass(frozen=True)

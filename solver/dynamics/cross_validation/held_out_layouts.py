@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 from jaxtyping import Bool
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.contact.settings import SHORTEST_CONTACT_S
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 

@@ -24,7 +24,7 @@ from scipy.signal import find_peaks
 from solver.common.filters import ORDER, low_pass
 from solver.common.frames_at_once import by_frames
 from solver.common.notes import Kind, Note, noted
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.dynamics.force_prediction.settings import PHASE_KNOTS, PredictionSettings
 from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.root_wrench import about_point, root_centre

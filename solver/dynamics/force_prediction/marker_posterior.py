@@ -35,7 +35,7 @@ from solver.dynamics.trajectory.spline_basis import DEGREE, ORDER, SplineBasis, 
 from solver.dynamics.trajectory.terms.priors import jerk_level, pull_precision
 from solver.dynamics.trajectory.trajectory_prior import TrajectoryPrior, likeliest_smoothness
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.dynamics.windows import Windows
+from solver.dynamics.weighted_means import Windows
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
 from solver.skeleton.pinocchio_model import RigidBodyModel

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from threadpoolctl import threadpool_limits
 
 from solver.common.progress import Progress
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.trajectory.frame_spans import Span, unite_spans
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit, searched

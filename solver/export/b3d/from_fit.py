@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.capture.atomic import made_folder
-from solver.capture.formats.b3d.b3d_file import write_b3d
-from solver.capture.formats.b3d.schema import (
+from solver.capture.formats.b3d.b3d_fields import (
     REASONS,
     VERSION,
     B3dFile,
@@ -22,6 +21,7 @@ from solver.capture.formats.b3d.schema import (
     PassType,
     TrialHeader,
 )
+from solver.capture.formats.b3d.b3d_file import write_b3d
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.contact.mask import (
@@ -46,8 +46,8 @@ from solver.export.b3d.pass_frames import (
     trial_header,
     unlocked,
 )
-from solver.export.places import file_stem
-from solver.fitting.fit import Fit, TrialFit
+from solver.export.export_places import file_stem
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.settings import from_dict
 from solver.fitting.summary import all_notes
 from solver.kinematics.marker_errors import MarkerErrors

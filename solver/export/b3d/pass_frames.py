@@ -16,8 +16,8 @@ from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
 from solver.capture.capture import Capture, ForcePlate, Markers
+from solver.capture.formats.b3d.b3d_fields import PassFrames, PassHeader, SensorFrames, TrialHeader, TrialType
 from solver.capture.formats.b3d.frames import present
-from solver.capture.formats.b3d.schema import PassFrames, PassHeader, SensorFrames, TrialHeader, TrialType
 from solver.capture.plates.conditioning import fill_gaps, resample_plate
 from solver.capture.plates.force_settings import ConditioningSettings
 from solver.common.frames_at_once import spans

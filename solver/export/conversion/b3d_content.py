@@ -8,9 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Capture, Markers
-from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
-from solver.capture.formats.b3d.recording import read_b3d_trial, trials_in
-from solver.capture.formats.b3d.schema import (
+from solver.capture.formats.b3d.b3d_fields import (
     VERSION,
     B3dFile,
     B3dTrial,
@@ -21,6 +19,8 @@ from solver.capture.formats.b3d.schema import (
     PassModel,
     PassType,
 )
+from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
+from solver.capture.formats.b3d.b3d_trial import read_b3d_trial, trials_in
 from solver.capture.plates.force_settings import CONDITIONING
 from solver.capture.subject.measured_files import MARK
 from solver.common.errors import CaptureError
@@ -34,7 +34,7 @@ from solver.export.b3d.pass_frames import (
     sensor_frames,
     trial_header,
 )
-from solver.export.conversion.content import BodyForces, Content, Part, Trial
+from solver.export.conversion.file_content import BodyForces, Content, Part, Trial
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import skeleton_text

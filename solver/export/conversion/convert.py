@@ -10,7 +10,7 @@ from solver.capture.formats.text_table import some_of
 from solver.common.errors import CaptureError
 from solver.common.file_names import distinct
 from solver.export.conversion.b3d_content import read_b3d_file, write_b3d_file
-from solver.export.conversion.content import Content, Part, Trial
+from solver.export.conversion.file_content import Content, Part, Trial
 from solver.export.conversion.opensim_set import (
     is_opensim_set,
     read_motion,
@@ -26,9 +26,9 @@ from solver.export.conversion.recordings import (
     write_mot,
     write_trc_file,
 )
+from solver.export.export_places import file_stem
 from solver.export.gltf import moving_skeleton
 from solver.export.mjcf import write_mujoco
-from solver.export.places import file_stem
 from solver.skeleton.bones import body_meshes
 from solver.skeleton.osim import load_skeleton
 

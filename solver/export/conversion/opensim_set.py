@@ -23,7 +23,8 @@ from solver.capture.formats.storage import Storage, coordinates_from_storage, re
 from solver.capture.formats.trc import read_trc, write_trc
 from solver.capture.plates.moment_convention import plates_from_storage
 from solver.common.errors import CaptureError
-from solver.export.conversion.content import BodyForces, Content, Trial
+from solver.export.conversion.file_content import BodyForces, Content, Trial
+from solver.export.export_places import file_stem
 from solver.export.opensim import (
     write_body_forces,
     write_external_loads,
@@ -31,7 +32,6 @@ from solver.export.opensim import (
     write_motion,
     write_torques,
 )
-from solver.export.places import file_stem
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import skeleton_text

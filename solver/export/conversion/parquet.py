@@ -17,9 +17,9 @@ from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate, Markers
 from solver.common.errors import CaptureError
-from solver.export.conversion.content import Content, Trial
+from solver.export.conversion.file_content import Content, Trial
 from solver.export.conversion.opensim_set import by_clock
-from solver.export.tables import UNITS
+from solver.export.trial_table import UNITS
 
 ABOUT = b"addb-viewer"  # key of the metadata
 FORCES = "_forces"

@@ -20,7 +20,7 @@ from solver.capture.plates.moment_convention import plates_from_storage
 from solver.capture.plates.plate_levels import evidence_on_plates
 from solver.capture.trial import READING, ReadingSettings, read_recording
 from solver.export.c3d_file import C3dRecording, ModelOutput, joint_outputs, write_c3d
-from solver.export.conversion.content import Content, Trial
+from solver.export.conversion.file_content import Content, Trial
 from solver.export.conversion.opensim_set import by_clock, write_plates
 
 LISTED = 6  # names in a message

@@ -13,12 +13,12 @@ from solver.capture.formats.b3d import stored
 from solver.common.errors import ResultsError
 from solver.common.file_names import lying
 from solver.common.notes import Note, NoteJson
-from solver.contact import proposals, wrenches
+from solver.contact import detected_ranges, wrenches
 from solver.dynamics import com_trajectory, dynamics
 from solver.dynamics.cross_validation import held_out
 from solver.dynamics.force_prediction import learnt_terms
 from solver.dynamics.trajectory import extension
-from solver.fitting.fit import Groundwork, KinematicsOnly, SettledFit, TrialFit
+from solver.fitting.fit_result import Groundwork, KinematicsOnly, SettledFit, TrialFit
 from solver.kinematics import marker_errors, marker_matching, motion
 from solver.kinematics.label_faults import fault
 from solver.skeleton import functions, skeleton
@@ -30,7 +30,7 @@ _MODULES = (
     capture,
     stored,
     wrenches,
-    proposals,
+    detected_ranges,
     com_trajectory,
     dynamics,
     held_out,

@@ -21,7 +21,7 @@ from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.cross_validation.held_out import HeldOut
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.trajectory.spline_basis import ORDER
-from solver.fitting.fit import KinematicsOnly, TrialFit
+from solver.fitting.fit_result import KinematicsOnly, TrialFit
 from solver.fitting.results.codec import Encoder
 from solver.fitting.settings import Settings
 from solver.kinematics.marker_errors import MarkerErrors

@@ -7,7 +7,7 @@ from solver.capture.atomic import write_whole
 from solver.common.errors import ResultsError
 from solver.common.small_files import json_content
 from solver.dynamics.cross_validation.held_out import HeldOutLayout
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.results.codec import Decoder, Encoder
 
 FILE = "held_out.json"

@@ -8,7 +8,7 @@ from typing import Any
 from solver.common.errors import ResultsError
 from solver.common.npz import stored_arrays
 from solver.common.small_files import json_of
-from solver.contact.proposals import Proposal
+from solver.contact.detected_ranges import Proposal
 from solver.fitting.results.codec import Decoder
 from solver.fitting.results.named import named_in
 from solver.fitting.results.store import has_fit, read_whole

@@ -32,7 +32,7 @@ from solver.common.file_lock import abandoned
 from solver.common.file_names import distinct
 from solver.common.npz import stored_arrays
 from solver.common.small_files import json_content, json_of
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.results.codec import Arrays, Decoder, Encoder, Tree
 from solver.fitting.results.held_out_file import read_held_out, write_held_out
 from solver.fitting.results.named import named_in

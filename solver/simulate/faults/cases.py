@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.simulate.faults.drawing import MEASUREMENT, hide_measurement
 from solver.simulate.faults.hidden import Hidden, Recording, Truth
+from solver.simulate.faults.measurement_effects import MEASUREMENT, hide_measurement
 from solver.simulate.faults.physical import PHYSICAL, UNKNOWN, hide_physical
 from solver.simulate.faults.worlds import (
     Handout,

@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.capture.capture import Capture, Markers, Subject
 from solver.capture.formats.trc import write_trc
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.simulate.subject_folder import write_forces
 from solver.skeleton.osim import load_skeleton

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.common.gravity import GRAVITY
-from solver.simulate.faults.drawing import direction, sign
 from solver.simulate.faults.hidden import REFERENCE_SIZE, Hidden
+from solver.simulate.faults.measurement_effects import direction, sign
 from solver.simulate.faults.worlds import World, in_laboratory
 from solver.simulate.loads import (
     BodyPoint,
@@ -25,9 +25,9 @@ from solver.simulate.loads import (
     spring,
 )
 from solver.simulate.other_masses import WobblingMass, with_carried_mass, with_segment_masses
+from solver.simulate.simulated_trial import External, SyntheticTrial, simulate_trial
 from solver.simulate.spline_motion import MovingSupport, SplineMotion
 from solver.simulate.treadmill import Belt, belt_under
-from solver.simulate.trial import External, SyntheticTrial, simulate_trial
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Skeleton
 

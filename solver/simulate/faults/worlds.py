@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.simulate.demo import MARKERS, STATIC_MARKERS
+from solver.simulate.demo_subject import MARKERS, STATIC_MARKERS
 from solver.simulate.faults.hidden import Recording
 from solver.simulate.laboratory import (
     MeasurementSettings,
@@ -19,8 +19,8 @@ from solver.simulate.laboratory import (
     standing_plates,
 )
 from solver.simulate.person import Person, TrueBody, body_of
+from solver.simulate.simulated_trial import Scenario, SyntheticTrial, simulate_trial
 from solver.simulate.treadmill import belt_under, belts, on_treadmill, read_belts
-from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton

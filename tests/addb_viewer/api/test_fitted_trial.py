@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addb_viewer import Fit
-from solver.export.tables import export_csv
+from solver.export.trial_table import export_csv
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ class HandMadeLibrary(Library):
 @pytest.fixture(autouse=True)
 def read_at_once(monkeypatch):
     """Nobody has to wait before a second T counts."""
-    monkeypatch.setattr("addb_viewer.app.queue.controller.READ_S", 0.0)
+    monkeypatch.setattr("addb_viewer.app.queue.queue_controller.READ_S", 0.0)
 
 
 @pytest.fixture(scope="session")

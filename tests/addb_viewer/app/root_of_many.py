@@ -11,7 +11,7 @@ import numpy as np
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
 from annotations.work import Assign, Comment
-from solver.contact.proposals import Proposal
+from solver.contact.detected_ranges import Proposal
 from solver.fitting.results.codec import Encoder
 
 FRAMES, RATE = 400, 100

@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import save_fit
 from solver.fitting.settings import Settings

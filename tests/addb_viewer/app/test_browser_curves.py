@@ -3,7 +3,7 @@
 import pytest
 
 from solver.gait.cycles import Cycle
-from solver.gait.gait import Gait
+from solver.gait.trial_gait import Gait
 from tests.addb_viewer.chromium import resting_box
 
 pytestmark = pytest.mark.browser

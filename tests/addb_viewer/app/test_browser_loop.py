@@ -8,11 +8,11 @@ import pytest
 from addb_viewer.app.app import start
 from addb_viewer.jobs.stored_solves import KEPT, NEW, REPLACED, stored_solves
 from annotations.events import Status
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import save_fit
 from solver.fitting.settings import Settings
-from solver.simulate.demo import write_demo_subject
+from solver.simulate.demo_subject import write_demo_subject
 from tests.addb_viewer.chromium import resting_box
 from tests.patience import PATIENCE_S
 

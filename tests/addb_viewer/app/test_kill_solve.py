@@ -13,9 +13,9 @@ from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.jobs.solving import job_for, solved
 from addb_viewer.jobs.stored_solves import KEPT, NEW, stored_solves
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.results.store import load_fit, save_fit
-from solver.simulate.demo import write_demo_subject
+from solver.simulate.demo_subject import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.test_kill import serving
 

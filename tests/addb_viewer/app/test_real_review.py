@@ -7,7 +7,7 @@ import pytest
 from addb_viewer.app.app import start
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import Status
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import save_fit
 from solver.fitting.settings import Settings

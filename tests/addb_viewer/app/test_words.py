@@ -15,7 +15,7 @@ from annotations.events import AcceptProposal, FlagRange, ImportLabels, Proposal
 from annotations.reasons import REASONS
 from annotations.suggested_activity import SuggestedActivity
 from solver.common.notes import Kind, noted
-from solver.contact.proposals import Proposal as Detected
+from solver.contact.detected_ranges import Proposal as Detected
 
 NOT_SAID = {
     "a body as models name it": r"\b(calcn|tibia|femur|talus|toes)_[rl]\b",

@@ -18,7 +18,7 @@ from annotations.events import FlagRange
 from solver.common.notes import Kind, noted
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from solver.fitting.results.store import save_fit
-from solver.simulate.demo import write_demo_subject
+from solver.simulate.demo_subject import write_demo_subject
 from tests.patience import PATIENCE_S
 
 

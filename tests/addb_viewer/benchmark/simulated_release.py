@@ -8,7 +8,7 @@ import numpy as np
 from addb_viewer.benchmark.task import FEET, Example, Measured, Seen
 from addb_viewer.dataset.columns import COORDINATE_NAMES
 from addb_viewer.dataset.reader import MANIFEST
-from addb_viewer.dataset.schema import (
+from addb_viewer.dataset.release_tables import (
     COORDINATES,
     FORMAT_VERSION,
     FRAMES,
@@ -20,7 +20,7 @@ from addb_viewer.dataset.schema import (
 )
 from solver.capture.atomic import write_whole
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, simulate_trial
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.skeleton.forward import body_poses
 from solver.skeleton.osim_writer import skeleton_text
 from solver.skeleton.pinocchio_model import RigidBodyModel

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.evaluating import FolderLog, TimeHistory, evaluate
-from addb_viewer.benchmark.learnt.windows import (
+from addb_viewer.benchmark.learnt.training_windows import (
     BELOW_ROOT,
     LENGTH,
     SIZES,

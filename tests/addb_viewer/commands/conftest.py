@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 from addb_viewer.commands.cli import app
 from solver.capture.capture import Subject
 from solver.dynamics.trajectory.extension import Extension
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import provenance_of
 from solver.fitting.settings import as_dict
 

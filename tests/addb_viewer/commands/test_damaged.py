@@ -21,7 +21,7 @@ from annotations.work import Comment
 from solver.capture.capture import Markers
 from solver.capture.formats.storage import write_storage
 from solver.capture.formats.trc import read_trc, write_trc
-from solver.capture.subject.subject import SharedFolderError, open_subject, subjects_in
+from solver.capture.subject.opened_subject import SharedFolderError, open_subject, subjects_in
 from solver.capture.trial import read_trial
 from solver.fitting.provenance import provenance_of
 from solver.fitting.settings import as_dict

@@ -13,7 +13,7 @@ from addb_viewer.commands.cli import app
 from addb_viewer.jobs.root_folder import open_root
 from solver.capture.capture import Markers
 from solver.capture.formats.trc import write_trc
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.settings import Settings, as_toml
 from solver.markers.mapping_file import read_map
 from solver.skeleton.default_body import default_skeleton

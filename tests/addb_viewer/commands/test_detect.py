@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from solver.contact.proposals import Proposal
+from solver.contact.detected_ranges import Proposal
 
 SURE = Proposal((1, 3), "thigh", "notOverForcePlate", 0.9, {"missing_N": 612.34, "measured_N": 1e-17})
 UNSURE = Proposal((3, 4), None, "forceDiscrepancy", 0.3, {"missing_share": 0.25})

@@ -17,9 +17,9 @@ from addb_viewer.jobs.solving import job_for
 from solver.common.errors import FitError, ResultsError
 from solver.common.notes import Kind, Note, noted
 from solver.common.typed_json import schema_of
+from solver.diagnosis.cause_decisions import CauseDecisions
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.checks import Decision
-from solver.diagnosis.decisions import CauseDecisions
 from solver.diagnosis.diagnosis import (
     Alternative,
     Diagnosis,
@@ -28,9 +28,9 @@ from solver.diagnosis.diagnosis import (
     NamedEffect,
     Remaining,
 )
-from solver.diagnosis.report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.settings import Settings
-from solver.simulate.demo import write_demo_subject
+from solver.simulate.demo_subject import write_demo_subject
 from tests.flagged import flagged
 
 LATE = NamedEffect(

@@ -9,7 +9,7 @@ import pytest
 
 from addb_viewer.commands.cli import main
 from solver.capture.formats.trc import write_trc
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.file_names import readable
 from solver.fitting.provenance import provenance_of
 from solver.fitting.settings import as_dict

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from addb_viewer.jobs.demo import SEED
-from solver.diagnosis.diagnose import diagnose_subject
+from solver.diagnosis.diagnose_subject import diagnose_subject
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
-from solver.simulate.demo import LateForces, write_demo_subject
+from solver.simulate.demo_subject import LateForces, write_demo_subject
 
 
 @pytest.fixture

@@ -17,11 +17,11 @@ from addb_viewer.trial_view.replay import BodySize
 from addb_viewer.trial_view.replay_of_fit import fitted_replay
 from solver.fitting.result_stage import without_impossible
 from solver.fitting.seen_part import without_guesses
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, simulate_trial
 
 UNSEEN = ((0, 30), (70, 100))
 ARM = ("RELB", "RELM", "RFRM", "RWRA", "RWRB", "RFIN")

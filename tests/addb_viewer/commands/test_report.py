@@ -27,7 +27,7 @@ def opening(command_line, monkeypatch):
             trial.markers.write_text("markers")
         return replace(command_line.subject, folder=folder, trials=trials)
 
-    monkeypatch.setattr("solver.capture.subject.subject.open_subject", opened)
+    monkeypatch.setattr("solver.capture.subject.opened_subject.open_subject", opened)
     monkeypatch.setattr("addb_viewer.jobs.solving.open_subject", opened)
     return command_line
 

@@ -10,7 +10,7 @@ from addb_viewer.jobs.review_store import FILE, open_log
 from addb_viewer.jobs.solving import job_for
 from annotations.events import ClearRange, FlagRange, SetStatus, Status
 from solver.contact.force_review import ForceReview
-from solver.fitting.fit import Groundwork
+from solver.fitting.fit_result import Groundwork
 from solver.fitting.provenance import provenance_of
 from solver.kinematics.marker_matching import MarkerMatch
 from tests.flagged import flagged

@@ -1,9 +1,9 @@
 """Building a release in a test."""
 
 from addb_viewer.dataset.build import Plan, planned
+from addb_viewer.dataset.build_task import read_task
 from addb_viewer.dataset.release_subject import BuildOptions, Terms
 from addb_viewer.dataset.subject_task import run_task
-from addb_viewer.dataset.task import read_task
 
 TERMS = Terms("Lab", "CC0-1.0", "public")
 ALL = BuildOptions(TERMS, unreviewed=True)

@@ -8,14 +8,14 @@ import pytest
 
 from addb_viewer.dataset import subject_files
 from addb_viewer.dataset.build import build
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, simulate_trial
 from tests.addb_viewer.dataset.builds import ALL, Here, planned_apart
 
 QUICK = replace(

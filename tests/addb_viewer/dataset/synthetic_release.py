@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from addb_viewer.dataset.schema import (
+from addb_viewer.dataset.release_tables import (
     ACTIVITIES,
     CAUSES,
     CONTACTS,

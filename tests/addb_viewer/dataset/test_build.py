@@ -13,14 +13,14 @@ from addb_viewer.commands.cli import app
 from addb_viewer.dataset import build as building
 from addb_viewer.dataset import subject_files
 from addb_viewer.dataset.build import build, continuing, planned
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import BuildOptions, Terms
-from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
+from addb_viewer.dataset.release_tables import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
 from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.capture.formats.trc import read_trc, write_trc
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from tests.addb_viewer.dataset.builds import ALL, TERMS, Here, planned_apart
 from tests.addb_viewer.shell import run
 

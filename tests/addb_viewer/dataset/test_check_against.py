@@ -10,7 +10,7 @@ import pytest
 from addb_viewer.dataset.build import build, planned
 from addb_viewer.dataset.check.against import TOLERANCES, differences
 from addb_viewer.dataset.release_subject import BuildOptions
-from addb_viewer.dataset.schema import TABLES
+from addb_viewer.dataset.release_tables import TABLES
 from tests.addb_viewer.dataset.builds import TERMS, Here
 from tests.addb_viewer.shell import run
 

@@ -7,8 +7,8 @@ import pytest
 
 from addb_viewer.dataset.check import b3d_check
 from addb_viewer.dataset.check.b3d_check import b3d_findings
+from solver.capture.formats.b3d.b3d_fields import B3dFile
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
-from solver.capture.formats.b3d.schema import B3dFile
 from solver.capture.formats.b3d.stored import StoredPass
 from tests.addb_viewer.told_diagnosis import told
 

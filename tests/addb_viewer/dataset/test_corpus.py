@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from addb_viewer.dataset.build import planned
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import BuildOptions
 from addb_viewer.dataset.synthesis.corpus import REASON_OF, CorpusOptions, synthesize, truth_folder
 from addb_viewer.dataset.synthesis.movements import Actors, MadeUpPerson
 from addb_viewer.jobs.review_store import whole_log
 from annotations.events import FlagRange
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.skeleton.pinocchio_model import RigidBodyModel
 

@@ -8,9 +8,9 @@ import pyarrow.parquet
 import pytest
 
 from addb_viewer.dataset.columns import COORDINATE_NAMES, TRANSLATIONS, Column, Table
-from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.parquet_files import repeated, rows_of, sorted_rows, table_of
-from addb_viewer.dataset.schema import FRAMES, SUBJECT_TABLES, TABLES, schema_json
+from addb_viewer.dataset.release_errors import ReleaseError
+from addb_viewer.dataset.release_tables import FRAMES, SUBJECT_TABLES, TABLES, schema_json
 from solver.skeleton.default_body import default_skeleton
 
 TABLE = Table(

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import addb_viewer.dataset
 from addb_viewer.commands.cli import app
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.release_errors import ReleaseError
 
 
 @pytest.fixture

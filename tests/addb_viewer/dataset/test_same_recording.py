@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from addb_viewer.dataset.same_recording import Places, recording_of, same_recordings
-from solver.capture.subject.subject import subjects_in
+from solver.capture.subject.opened_subject import subjects_in
 from solver.capture.trial import read_trial
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, simulate_trial
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.skeleton.scaling import with_offsets
 
 

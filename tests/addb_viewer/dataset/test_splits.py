@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.splits import (
     Person,
     by_shares,

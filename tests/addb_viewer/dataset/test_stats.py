@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
-from addb_viewer.dataset.schema import TRIALS
+from addb_viewer.dataset.release_tables import TRIALS
 from addb_viewer.dataset.stats.drawing import (
     activity_figure,
     contact_figure,

@@ -9,10 +9,10 @@ from pathlib import Path
 import psutil
 import pytest
 
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.build_task import Task, read_task, valid_receipt
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject
 from addb_viewer.dataset.subject_task import done_apart
-from addb_viewer.dataset.task import Task, read_task, valid_receipt
 from addb_viewer.jobs.dask_cluster import LOCAL, DaskCluster, SchedulerError
 from addb_viewer.jobs.processes import Processes
 

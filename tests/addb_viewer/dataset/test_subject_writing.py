@@ -7,9 +7,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from addb_viewer.dataset import frame_rows
+from addb_viewer.dataset.build_task import Task
 from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject
 from addb_viewer.dataset.subject_files import SubjectWriting
-from addb_viewer.dataset.task import Task
 from addb_viewer.dataset.trial_labels import labels_of
 from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.fitting.settings import Settings

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import addb_viewer.dataset
-from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.windows import Windows
 
 SEEN, WANTED = ["q_hip_flexion_r", "q_knee_angle_r"], ["grf_r_y_N", "tau_knee_angle_r"]

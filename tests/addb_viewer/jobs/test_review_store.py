@@ -10,9 +10,9 @@ from addb_viewer.jobs import review_store
 from addb_viewer.jobs.environment import ROOT, STORE
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.review_store import FILE, as_proposal, open_log, subject_key
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, Proposal
-from solver.contact.proposals import Proposal as Found
+from annotations.review_errors import ReviewError
+from solver.contact.detected_ranges import Proposal as Found
 from tests.annotations.postgresql_server import postgresql  # noqa: F401 (a fixture)
 from tests.flagged import flagged
 

@@ -6,14 +6,14 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.recorded_subject import recording_of
 from annotations.events import ClearRange, Edit, FlagRange, Undo
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
 from solver.common.notes import Kind, noted
-from solver.contact.proposals import Proposal
+from solver.contact.detected_ranges import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.fit_result import Fit, KinematicsOnly, TrialFit
 from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion

@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.recordings.mcap_recording import write_mcap
 from addb_viewer.recordings.mcap_schemas import SCHEMAS
-from addb_viewer.trial_view.drawing import METRES_PER_NEWTON
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.drawn_curves import METRES_PER_NEWTON
+from addb_viewer.trial_view.recorded_subject import recording_of
 from addb_viewer.trial_view.solver_steps import stages_of
 from annotations import event_codec
 from solver.fitting.settings import Settings, as_toml, read_settings

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.trial_view.recording import MARKERS_ALONE, PREVIOUS_FIT, file_of, recording_of
+from addb_viewer.trial_view.recorded_subject import MARKERS_ALONE, PREVIOUS_FIT, file_of, recording_of
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.fitting.settings import Settings, as_dict, from_dict
 from solver.fitting.torques_stage import filter_as_forces

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.recordings.rerun_program import rerun_command, rerun_environment
 from addb_viewer.recordings.rrd_recording import write_rrd
-from addb_viewer.trial_view.drawing import METRES_PER_NEWTON
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.drawn_curves import METRES_PER_NEWTON
+from addb_viewer.trial_view.recorded_subject import recording_of
 from addb_viewer.trial_view.trial_events import lanes_of
 from solver.capture.atomic import DRAFT
 from solver.common.errors import CaptureError

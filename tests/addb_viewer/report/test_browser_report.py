@@ -5,7 +5,7 @@ import pytest
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.overview import Entry, write_overview
 from addb_viewer.report.subject_page import write_report
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.recorded_subject import recording_of
 from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser

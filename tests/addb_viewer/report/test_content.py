@@ -1,7 +1,7 @@
 """What a report is made of."""
 
 from addb_viewer.report.content import SubjectReport
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.recorded_subject import recording_of
 
 
 def test_the_frames_of_each_trial(small_fit):

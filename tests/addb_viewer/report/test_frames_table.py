@@ -19,7 +19,7 @@ def test_every_range_with_frames_and_seconds(report):
 
 def test_a_trial_without_a_usable_frame(small_fit):
     from addb_viewer.report.frames_kept import kept_frames
-    from addb_viewer.trial_view.recording import recording_of
+    from addb_viewer.trial_view.recorded_subject import recording_of
 
     (record,) = recording_of(small_fit, trials=["no/forces"]).trials
     page = frames_part(record, kept_frames(record.replay), 0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.key_findings import bounds_of, frames_sentence, key_findings, reasons
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.recorded_subject import recording_of
 
 
 def test_usable_frames_and_why_the_others_are_not(report):

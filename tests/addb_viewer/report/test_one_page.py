@@ -10,7 +10,7 @@ import pytest
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
 from addb_viewer.report.one_page import MOST_CAUSES, MOST_TRIALS, one_page
 from addb_viewer.report.subject_page import write_report
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.recorded_subject import recording_of
 from annotations.events import Edit, FlagRange, SetStatus, Status
 from solver.fitting.results.extension_log import Standing
 from tests.patience import PATIENCE_MS

@@ -19,6 +19,6 @@ def test_how_much_was_seen_and_loaded(recording):
 
 
 def test_a_trial_without_plates(small_fit):
-    from addb_viewer.trial_view.recording import recording_of
+    from addb_viewer.trial_view.recorded_subject import recording_of
 
     assert "<td>none</td>" in recorded(recording_of(small_fit))

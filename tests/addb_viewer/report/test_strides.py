@@ -6,7 +6,7 @@ import pytest
 
 from addb_viewer.report.joints_part import joints_part
 from addb_viewer.report.motion_part import strides_part
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.export.gait_tables import gaits_of
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings

@@ -9,7 +9,7 @@ import pytest
 
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.subject_page import PARTS, player_html, subject_page, write_report
-from addb_viewer.trial_view.recording import recording_of
+from addb_viewer.trial_view.recorded_subject import recording_of
 from solver.common.notes import Kind, noted
 
 VOID = {"meta", "input", "br"}

@@ -8,7 +8,7 @@ import pytest
 from addb_viewer.trial_view.by_cycle import CycledTrial, axis_limits, cycle_charts
 from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.gait.cycles import Cycle
-from solver.gait.gait import Gait
+from solver.gait.trial_gait import Gait
 
 SECONDS = 2 * np.pi / 6  # of a swing of `make_replay`'s knees, which begin at 2.0 s
 ANGLE, TORQUE = "knee_angle angle", "knee_angle torque"

@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from addb_viewer.trial_view.frame_ranges import Selection, moved_border
-from annotations.errors import ReviewError
 from annotations.events import Edit, FlagRange
 from annotations.folding import folded
+from annotations.review_errors import ReviewError
 from annotations.trial_review import FlaggedRange, Source
 
 

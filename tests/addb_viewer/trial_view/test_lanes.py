@@ -3,7 +3,13 @@ from datetime import UTC, datetime
 
 import pytest
 
-from addb_viewer.app.review.html import history_html, proposals_html, ranges_html, selection_html, status_html
+from addb_viewer.app.review.review_html import (
+    history_html,
+    proposals_html,
+    ranges_html,
+    selection_html,
+    status_html,
+)
 from addb_viewer.trial_view.lanes import lanes_of
 from addb_viewer.trial_view.lanes_html import lanes_html
 from addb_viewer.trial_view.proposals import pending

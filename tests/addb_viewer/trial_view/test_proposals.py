@@ -3,7 +3,7 @@ from datetime import UTC, datetime
 from addb_viewer.trial_view.proposals import State, pending, still_open
 from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, RejectProposal
 from annotations.folding import folded
-from solver.contact.proposals import Proposal as Detected
+from solver.contact.detected_ranges import Proposal as Detected
 
 FEET = ("calcn_r", "calcn_l")
 FOUND = (

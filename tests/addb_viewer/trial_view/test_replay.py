@@ -8,7 +8,7 @@ from addb_viewer import Subject
 from addb_viewer.trial_view.replay import BodySize
 from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.notes import Kind, noted
 

@@ -13,10 +13,10 @@ from solver.capture.capture import Markers
 from solver.capture.formats.c3d import read_c3d
 from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.formats.trc import read_trc, write_trc
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.subject.subject_toml import described_as_toml
 from solver.common.file_names import LONGEST_BYTES, decoded, distinct, encoded, lying, readable
-from solver.export.places import file_stem
+from solver.export.export_places import file_stem
 
 
 def test_names_that_look_alike_get_numbers_and_a_plain_one_keeps_its_own():

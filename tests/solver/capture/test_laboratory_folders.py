@@ -12,8 +12,8 @@ from solver.capture.capture import Markers
 from solver.capture.formats.recording_files import read_markers
 from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.formats.trc import read_trc, write_trc
+from solver.capture.subject.opened_subject import open_subject, subjects_in
 from solver.capture.subject.same_motion import markers_of
-from solver.capture.subject.subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
 

@@ -7,7 +7,7 @@ from solver.capture.axes import vertical_axis_named
 from solver.capture.capture import Markers, TrialFiles
 from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.formats.trc import read_trc, write_trc
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.common.errors import CaptureError
 

@@ -9,18 +9,18 @@ from benchmarks.detection import KINDS, Recording, Score, case_of, evaluate
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.plates.conditioning import condition
 from solver.contact.assignment import assign
+from solver.contact.detected_ranges import missing_force, sure_ranges
 from solver.contact.detection import detect
 from solver.contact.detection_settings import DetectionSettings
-from solver.contact.proposals import missing_force, sure_ranges
 from solver.contact.settings import ContactSettings
-from solver.fitting.fit import TrialFit
+from solver.fitting.fit_result import TrialFit
 from solver.fitting.review_stage import propose
 from solver.fitting.settings import Settings
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.simulate.laboratory import MeasurementSettings, Plate, measure, plates_under, stances_within
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
+from solver.simulate.simulated_trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.forward import body_poses
 from solver.skeleton.scaling import with_mass
 

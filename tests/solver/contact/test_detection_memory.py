@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.contact.detection import detect
 from solver.contact.detection_settings import DetectionSettings
 from solver.fitting.pipeline import solve

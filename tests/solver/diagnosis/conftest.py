@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.accepting import extension_of
+from solver.diagnosis.accepted_causes import extension_of
 from solver.diagnosis.causes.clocks import ClockOffset
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
+from solver.diagnosis.noise.balance_rows import WINDOW_S, TrialRows
 from solver.diagnosis.noise.model_errors import (
     MODEL_ARM_M,
     MODEL_FORCE_SHARE,
@@ -19,16 +20,15 @@ from solver.diagnosis.noise.model_errors import (
     nuisances,
     soft_tissue,
 )
-from solver.diagnosis.noise.rows import WINDOW_S, TrialRows
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.terms import Solved
-from solver.dynamics.windows import windows_over
+from solver.dynamics.weighted_means import windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.laboratory import measure, plates_under
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
+from solver.simulate.simulated_trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 from tests.solver.diagnosis.causes.conftest import NOISELESS, RATE, scene_of_trial

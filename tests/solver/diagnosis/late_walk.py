@@ -4,20 +4,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.capture.subject.subject import open_subject
-from solver.diagnosis.diagnose import balance_of
+from solver.capture.subject.opened_subject import open_subject
+from solver.diagnosis.diagnose_subject import balance_of
 from solver.diagnosis.scenes import scenes_of
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.refinement import refine
 from solver.diagnosis.search.terms import Solved
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, simulate_trial
 
 LATE_S = 0.025  # on three held-out blocks a few milliseconds drown in what no fit predicts
 SETTINGS = Settings()

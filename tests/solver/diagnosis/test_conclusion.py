@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.cause_decisions import UNEXPLAINED_SCALE
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_effect import MarkerFinding
+from solver.diagnosis.causes.observed_trial import force_at
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.causes.scene import force_at
 from solver.diagnosis.conclusion import STD_INFLATION, SURE_BESIDE_UNEXPLAINED, conclude, likeness
-from solver.diagnosis.decisions import UNEXPLAINED_SCALE
 from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED
-from solver.diagnosis.held_out import block_scores, blocks
+from solver.diagnosis.held_out_gain import block_scores, blocks
 from solver.diagnosis.marker_causes import SeenInMarkers
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import RIVAL_NATS

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from solver.diagnosis.cause_decisions import CauseDecisions, compare_chances
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.checks import DECIDED, PAYS, POSSIBLE, Decision
-from solver.diagnosis.decisions import CauseDecisions, compare_chances
 from solver.diagnosis.detectable import find_detectable
 from solver.diagnosis.search.contenders import TEMPER_NATS
 from solver.diagnosis.search.selection import select

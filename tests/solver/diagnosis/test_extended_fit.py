@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.common.runs import runs
-from solver.diagnosis.accepting import extension_of
+from solver.common.true_runs import runs
+from solver.diagnosis.accepted_causes import extension_of
 from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.diagnosis_report import extended_gain_json
 from solver.diagnosis.extended_fit import (
     SUB_BLOCK_S,
     _Fitted,
@@ -16,7 +17,6 @@ from solver.diagnosis.extended_fit import (
     _held_out,
     extended_fit,
 )
-from solver.diagnosis.report import extended_gain_json
 from solver.dynamics.trajectory.extension import BodyWrench, Extension, TrialExtension
 from solver.dynamics.trajectory.trial_data import TrialData
 from tests.solver.diagnosis.late_walk import LATE_S, SETTINGS, rms

@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import FitError
 from solver.common.progress import silent
-from solver.diagnosis.accepting import extension_for
+from solver.diagnosis.accepted_causes import extension_for
 from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import other_recordings, provenance_of
 from solver.fitting.settings import Settings
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, simulate_trial
 from tests.flagged import flagged
 
 LATE_S = 0.025

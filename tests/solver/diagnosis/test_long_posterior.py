@@ -12,7 +12,7 @@ from solver.dynamics.force_prediction.marker_posterior import (
 )
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.dynamics.windows import windows_over
+from solver.dynamics.weighted_means import windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.skeleton.pinocchio_model import RigidBodyModel
 

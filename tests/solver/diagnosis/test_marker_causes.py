@@ -9,16 +9,16 @@ import pytest
 
 from solver.capture.capture import Capture, Markers, Subject
 from solver.diagnosis import marker_causes
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.causes.segment_displaced import SegmentDisplaced
 from solver.diagnosis.direct_checks.statement import About, Statement
 from solver.diagnosis.marker_causes import ROUNDS, SeenInMarkers, as_distances_tell, with_markers_repaired
 from solver.diagnosis.scenes import observed_markers
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.settings import Settings
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.simulate.person import Person
-from solver.simulate.trial import Scenario
+from solver.simulate.simulated_trial import Scenario
 from tests.solver.diagnosis.tracked_markers import RATE, record_markers, slip, track
 
 SLIPPED, SLIP_M, SLIP_FRAME = "LTB1", np.array([0.0, -0.02, 0.006]), 110

@@ -12,7 +12,7 @@ from solver.capture.plates.conditioning import condition
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import FrameMask
 from solver.diagnosis.causes.capture_scale import OWN_MODEL_STD, PRIOR_STD, CaptureScale
-from solver.diagnosis.causes.scene import Scene
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.scenes import (
     flagged_by_people,
     observed_markers,
@@ -20,10 +20,10 @@ from solver.diagnosis.scenes import (
     scenes_of,
     size_against_own_model,
 )
-from solver.fitting.fit import Fit, KinematicsOnly, TrialFit
+from solver.fitting.fit_result import Fit, KinematicsOnly, TrialFit
 from solver.fitting.settings import Settings
 from solver.kinematics.marker_errors import MarkerErrors
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import measure, plates_under
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.osim_writer import write_skeleton

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.causes.clocks import ClockOffset
-from solver.diagnosis.diagnose import causes_of, without_unrecorded
-from solver.diagnosis.noise.rows import END_S
+from solver.diagnosis.diagnose_subject import causes_of, without_unrecorded
+from solver.diagnosis.noise.balance_rows import END_S
 from solver.diagnosis.search.selection import select
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import measure, plates_under
 from tests.solver.diagnosis.causes.conftest import NOISELESS, scene_of_trial
 

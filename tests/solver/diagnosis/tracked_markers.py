@@ -6,14 +6,14 @@ import numpy as np
 
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_slip import MarkerSlip
-from solver.diagnosis.causes.scene import MarkerScene, Scene
+from solver.diagnosis.causes.observed_trial import MarkerScene, Scene
 from solver.fitting.settings import Settings
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.motion import Motion
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, recorded_markers
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, simulate_trial
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from jaxtyping import Float
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.cross_validation.held_out_layouts import Step, frames_of, steps_of
 from solver.dynamics.dynamics import Dynamics
@@ -34,11 +34,11 @@ from solver.fitting.settings import Settings
 from solver.fitting.trajectory_stage import trial_data
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, simulate_trial
 from solver.skeleton.skeleton import Skeleton
 
 BOUND = 1.5

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
-from solver.common.runs import runs
+from solver.capture.subject.opened_subject import open_subject
+from solver.common.true_runs import runs
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_trajectory import MassPrior, com_data
-from solver.dynamics.cross_validation.ablation import ARMS, oracle, ours, piecewise
+from solver.dynamics.cross_validation.force_ablation import ARMS, oracle, ours, piecewise
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.skeleton.pinocchio_model import RigidBodyModel

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_trajectory import ComData, MassEstimate, com_data
 from solver.dynamics.mass import mass_from_forces, pool_masses

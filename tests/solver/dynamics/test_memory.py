@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import FitError
 from solver.dynamics import memory
 from solver.dynamics.memory import TrialSize, needed_bytes, refuse_what_does_not_fit
@@ -23,7 +23,7 @@ import json, resource, sys
 from dataclasses import replace
 from pathlib import Path
 import psutil
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.memory import needed_bytes, sizes_of
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import butter, csd, freqz
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.filters import low_pass
 from solver.dynamics.motion_change import AT_ONCE, BANDS_HZ, band_rms, motion_change, spectra_of
-from solver.fitting.fit import KinematicsOnly
+from solver.fitting.fit_result import KinematicsOnly
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for
 from solver.fitting.summary import summary

@@ -10,7 +10,7 @@ from solver.capture.formats.storage import read_storage
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
-from solver.fitting.fit import Fit, TrialFit
+from solver.fitting.fit_result import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim import load_skeleton

@@ -10,8 +10,8 @@ from solver.capture.axes import markers_y_up, plate_y_up
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.formats.c3d import read_c3d
 from solver.export.c3d_file import C3dRecording, FootEvent, ModelOutput, export_c3d, foot_events, write_c3d
-from solver.gait.events import Source, Stance, side_of
-from solver.gait.gait import Gait
+from solver.gait.gait_events import Source, Stance, side_of
+from solver.gait.trial_gait import Gait
 
 RATE, PER_FRAME, FRAMES = 100.0, 10, 60
 CORNERS = np.array([[0.9, 0.02, 0.5], [0.3, 0.02, 0.5], [0.3, 0.02, 0.1], [0.9, 0.02, 0.1]])

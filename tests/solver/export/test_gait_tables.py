@@ -7,8 +7,8 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 
-from solver.capture.subject.subject import open_subject
-from solver.export.tables import export_csv, export_parquet
+from solver.capture.subject.opened_subject import open_subject
+from solver.export.trial_table import export_csv, export_parquet
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 

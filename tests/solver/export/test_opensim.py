@@ -10,7 +10,7 @@ from solver.capture.formats.storage import read_storage
 from solver.common.errors import CaptureError
 from solver.contact.wrenches import FrameMask
 from solver.export.opensim import export_opensim
-from solver.fitting.fit import Fit
+from solver.fitting.fit_result import Fit
 
 LOADED = slice(20, 60)  # frames on which the fixture's foot stands
 

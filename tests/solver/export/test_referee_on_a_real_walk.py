@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.opensim_reference import referee
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.gravity import GRAVITY
 from solver.export.opensim import export_opensim
 from solver.fitting.pipeline import solve

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from addb_viewer import Subject
-from solver.capture.subject import subject as subjects
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject import opened_subject as subjects
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import FitError
 from solver.common.notes import Kind, noted
-from solver.diagnosis import diagnose as diagnosis
+from solver.diagnosis import diagnose_subject as diagnosis
 from solver.fitting import model_stage, torques_stage, tracking_stage
 from solver.fitting.failing_trials import together, without_failing
 from solver.fitting.pipeline import solve

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.progress import silent
 from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS
 from solver.fitting.held_out_stage import complete_held_out, judged_layout, layouts_due

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject
-from solver.fitting.fit import Groundwork
+from solver.fitting.fit_result import Groundwork
 from solver.fitting.model_stage import weigh_who_stands
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState, Recordings

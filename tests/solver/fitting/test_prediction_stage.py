@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.cross_validation.held_out_layouts import every_third, frames_of, steps_of
 from solver.fitting import prediction_stage
 from solver.fitting.pipeline import resolve, solve

@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.subject import open_subject, read_trials
+from solver.capture.subject.opened_subject import open_subject, read_trials
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.export.opensim import export_opensim
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
 from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary
-from solver.gait.gait import gait_of
 from solver.gait.settings import GAIT
+from solver.gait.trial_gait import gait_of
 from solver.kinematics.determined import left_open
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from solver.simulate.trial import Scenario, simulate_trial
 
 BEFORE, AFTER, SECONDS = 700, 40, 1.6
 SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, held_out=False))

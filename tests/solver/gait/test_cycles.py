@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from solver.gait.cycles import cycles_of, mean_nearby
-from solver.gait.events import Source, Stance
 from solver.gait.foot_motion import FootMotion
+from solver.gait.gait_events import Source, Stance
 
 
 def test_stances_far_away_weigh_nothing_and_the_nearest_counts_where_none_is_near():

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from solver.capture.plates.force_settings import CONDITIONING
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.contact.sole import soles
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for
-from solver.gait.events import Kind, Source, events_of
-from solver.gait.gait import gait_of
+from solver.gait.gait_events import Kind, Source, events_of
 from solver.gait.settings import GAIT
+from solver.gait.trial_gait import gait_of
 from solver.skeleton.forward import body_poses
 
 pytestmark = pytest.mark.real

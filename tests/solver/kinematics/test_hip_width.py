@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.fitting.settings import Settings
 from solver.kinematics.calibration import Calibration, calibrate, choose_frames

@@ -7,7 +7,7 @@ import pytest
 
 from solver.capture.formats.storage import read_storage
 from solver.capture.formats.trc import read_trc
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.skeleton.forward import marker_positions

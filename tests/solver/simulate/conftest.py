@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, simulate_trial
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 
 SCENARIOS = {
     "walk": (Scenario("walk", "walk", duration=2.4, heading_deg=25.0), Person(64.0, 1.68, "female")),

@@ -5,8 +5,8 @@ import pytest
 
 from solver.simulate.contacts import ContactPlan, Stance
 from solver.simulate.ground_demand import GroundDemand
-from solver.simulate.sole import sole_of
-from solver.simulate.trial import share_demand
+from solver.simulate.simulated_sole import sole_of
+from solver.simulate.simulated_trial import share_demand
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel

@@ -5,9 +5,9 @@ import pytest
 from scipy.interpolate import BSpline
 
 from solver.kinematics.motion import Motion
+from solver.simulate.feasible_motion import BlockBand
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.spline_motion import ACTIVE, MovingSupport, SplineMotion, coefficient_count
-from solver.simulate.trajectory_fit import BlockBand
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from solver.simulate.laboratory import MeasurementSettings
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.treadmill import Belt, belt_under, belts, on_treadmill, read_belts
-from solver.simulate.trial import Scenario, simulate_trial
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 SPEED = 1.3  # [m/s]

@@ -13,15 +13,7 @@ from google.protobuf.message import DecodeError
 from jaxtyping import UInt8
 
 from solver.capture.atomic import whole_file
-from solver.capture.formats.b3d.frames import (
-    Layout,
-    LayoutError,
-    faults,
-    layout_to_write,
-    pack_frames,
-    unpack_frames,
-)
-from solver.capture.formats.b3d.schema import (
+from solver.capture.formats.b3d.b3d_fields import (
     B3dFile,
     B3dTrial,
     Header,
@@ -29,6 +21,14 @@ from solver.capture.formats.b3d.schema import (
     SensorFrames,
     decode_message,
     encode_message,
+)
+from solver.capture.formats.b3d.frames import (
+    Layout,
+    LayoutError,
+    faults,
+    layout_to_write,
+    pack_frames,
+    unpack_frames,
 )
 from solver.common.errors import CaptureError
 

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from solver.capture.formats.b3d.schema import B3dTrial, Header, PassFrames, SensorFrames
+from solver.capture.formats.b3d.b3d_fields import B3dTrial, Header, PassFrames, SensorFrames
 
 DOUBLE = np.dtype("<f8")
 _LENGTH_DELIMITED, _FIXED64, _FIXED32 = 2, 1, 5

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.formats.b3d.schema import B3dTrial, Header, PassFrames, PassHeader, PassType
+from solver.capture.formats.b3d.b3d_fields import B3dTrial, Header, PassFrames, PassHeader, PassType
 from solver.common.notes import Kind, Note, noted
 
 PASS_NAMES = {

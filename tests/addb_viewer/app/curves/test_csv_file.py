@@ -4,11 +4,11 @@ import numpy as np
 import pyarrow.csv
 import pytest
 
-from addb_viewer.app.curves.controller import write_by_cycle, write_over_time
+from addb_viewer.app.curves.curves_controller import write_by_cycle, write_over_time
 from addb_viewer.trial_view.by_cycle import CycledTrial
 from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.gait.cycles import Cycle
-from solver.gait.gait import Gait
+from solver.gait.trial_gait import Gait
 
 CHOSEN = ("vertical force", "knee_angle angle", "knee_angle power", "pelvis_tx speed")
 

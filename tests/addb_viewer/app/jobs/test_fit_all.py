@@ -6,8 +6,8 @@ import pytest
 
 from addb_viewer.app.jobs import fit_all
 from addb_viewer.app.jobs.fit_all import FitAll, Fitting
-from addb_viewer.app.queue.html import fitting_html, words_of_rows
 from addb_viewer.app.queue.page_channel import live_words
+from addb_viewer.app.queue.queue_html import fitting_html, words_of_rows
 from tests.patience import PATIENCE_S
 
 SPITEFUL = "<script>alert(1)</script>"

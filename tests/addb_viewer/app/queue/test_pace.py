@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.queue.pace import Share, hours_left, pairs, shares
-from addb_viewer.app.queue.rows import Mark, Row
+from addb_viewer.app.queue.queue_rows import Mark, Row
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import ClearRange, FlagRange, Status
 from solver.capture.capture import Subject, TrialFiles

@@ -17,8 +17,8 @@ from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.jobs.root_folder import RootFolder
-from annotations.errors import ReviewError
 from annotations.events import FlagRange
+from annotations.review_errors import ReviewError
 from tests.patience import PATIENCE_S
 
 TRIALS = {"S1": ("walk", "run"), "S2": ("walk",)}

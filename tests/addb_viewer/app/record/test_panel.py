@@ -1,6 +1,6 @@
 """The Record panel's pieces of the page."""
 
-from addb_viewer.app.record.controller import written_html
+from addb_viewer.app.record.record_controller import written_html
 
 SPITEFUL = "<img src=x onerror=alert(1)>.rrd"
 

@@ -2,7 +2,7 @@
 
 import threading
 
-from addb_viewer.app.review import panel as review_panel
+from addb_viewer.app.review import review_panel
 from addb_viewer.jobs.review_store import open_log
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from addb_viewer.app.queue import controller
+from addb_viewer.app.queue import queue_controller
 from addb_viewer.app.scene.camera import distance_to_see
 from addb_viewer.trial_view.worst_frame import worst_frame
 from annotations.events import Status
@@ -13,7 +13,7 @@ SHIFT_T = "Accept what is sure, finish, go to the next"
 
 
 def test_a_key_hit_twice_is_one_t_and_old_words_are_said_again(app, enter, stored, monkeypatch):
-    monkeypatch.setattr(controller, "READ_S", 0.5)
+    monkeypatch.setattr(queue_controller, "READ_S", 0.5)
     browser = enter(app)
     times = iter((100.0, 100.4, 200.0, 200.6))
     browser.session.finishing._clock = lambda: next(times)

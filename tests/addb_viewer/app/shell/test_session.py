@@ -9,8 +9,8 @@ import numpy as np
 
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.trial_view.missing_force import MissingForce
-from annotations.errors import ReviewError
 from annotations.events import SetStatus, Status
+from annotations.review_errors import ReviewError
 from annotations.suggested_activity import SuggestedActivity
 from tests.patience import PATIENCE_S
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.solve.comparison import around, changed_frames, compared
-from addb_viewer.app.solve.html import comparison_html
+from addb_viewer.app.solve.solve_html import comparison_html
 
 FIGURES = {
     "frames_with_force_used": 180,

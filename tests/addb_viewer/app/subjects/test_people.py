@@ -3,9 +3,9 @@ import threading
 import pytest
 
 from addb_viewer.app.page.questions import checked_name
-from addb_viewer.app.queue.rows import Row, next_trial
+from addb_viewer.app.queue.queue_rows import Row, next_trial
 from addb_viewer.app.subjects.people import People
-from annotations.errors import ReviewError
+from annotations.review_errors import ReviewError
 
 ROWS = [Row("S1", f"walk {k}") for k in range(40)]
 

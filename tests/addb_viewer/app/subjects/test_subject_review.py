@@ -10,9 +10,9 @@ from addb_viewer.app.subjects import subject_review as review_book
 from addb_viewer.app.subjects.subject_review import SubjectReview
 from addb_viewer.jobs.review_store import FILE
 from addb_viewer.jobs.reviewing import subject_in
-from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, SetStatus, Status, Undo
 from annotations.log import ReviewLog
+from annotations.review_errors import ReviewError
 from solver.capture.trial import read_trial
 from tests.patience import PATIENCE_S
 

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from solver.capture.capture import TrialFiles
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
 from solver.export.conversion.convert import convert

@@ -13,7 +13,7 @@ from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.plates.force_platform import plate_axes
 from solver.capture.plates.plate_levels import correct_signs_and_levels, evidence_on_plates
 from solver.capture.plates.plate_sign import CLEAR_NATS, weigh_signs
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.subject.subject_toml import described_as_toml
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError

@@ -13,9 +13,9 @@ from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.plates.conditioning import condition
 from solver.capture.plates.moment_convention import plates_from_storage
 from solver.capture.plates.program_artefacts import without_copies, without_edge_zeros
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_recording, read_trial
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from solver.capture.plates.conditioning import plate_loads
 from solver.capture.plates.moment_convention import plates_from_storage
 from solver.capture.plates.plate_levels import correct_signs_and_levels
 from solver.capture.plates.zero_level import resting_samples, zeroed
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_recording, read_trial
 
 RATE = 1000

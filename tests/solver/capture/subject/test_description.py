@@ -5,7 +5,7 @@ import pytest
 
 from solver.capture.capture import Markers
 from solver.capture.subject.description import read_json, read_toml, stated_person
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import CaptureError
 from solver.export.c3d_file import C3dRecording
 from solver.export.c3d_file import write_c3d as export_c3d

@@ -6,8 +6,8 @@ import pytest
 from solver.capture.capture import Markers, TrialFiles
 from solver.capture.formats.trc import write_trc
 from solver.capture.subject.description import read_json
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.subject.review import imported_review, outside_ranges, trial_ranges, with_ranges
-from solver.capture.subject.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.errors import CaptureError
 

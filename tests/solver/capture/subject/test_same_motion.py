@@ -8,8 +8,8 @@ import pytest
 
 from solver.capture.capture import Markers
 from solver.capture.formats.trc import read_trc, write_trc
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.subject.same_motion import is_static, markers_of, same_motion
-from solver.capture.subject.subject import open_subject
 
 SPRINT = "sprint_overground_dorn2012_JA1_9ms/"
 TWO_TRIALS = [

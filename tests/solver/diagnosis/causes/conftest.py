@@ -9,20 +9,20 @@ import pytest
 
 from solver.capture.capture import Capture, ForcePlate
 from solver.capture.plates.conditioning import condition, plate_loads
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.contact.assignment import assign
 from solver.contact.sole import soles
-from solver.diagnosis.causes.scene import MarkerScene, PlateScene, Scene
+from solver.diagnosis.causes.observed_trial import MarkerScene, PlateScene, Scene
 from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under, recorded_markers
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
+from solver.simulate.simulated_trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton

@@ -20,12 +20,12 @@ from solver.diagnosis.causes.belts import (
 from solver.diagnosis.causes.effect import Fitted
 from solver.diagnosis.causes.time_history import DEGREE
 from solver.simulate.contacts import about_vertical
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, recorded_markers
 from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.spline_motion import MovingSupport
 from solver.simulate.treadmill import belt_under, belts, on_treadmill, read_belts
-from solver.simulate.trial import Scenario, simulate_trial
 
 WAVES = ((0.35, 0.9, 0.2), (0.25, 1.8, 1.0))
 

@@ -8,7 +8,7 @@ import pytest
 from solver.diagnosis.causes.body_masses import CarriedMass, SegmentMass, SubjectMass
 from solver.diagnosis.causes.effect import Estimate, Fitted
 from solver.diagnosis.causes.external_contact import ExternalContact
-from solver.diagnosis.causes.scene import force_at
+from solver.diagnosis.causes.observed_trial import force_at
 from solver.diagnosis.causes.wobbling_mass import WobblingMass
 from solver.diagnosis.unmodelled.remainder import unknown_forces
 from solver.simulate.other_masses import with_carried_mass, with_segment_masses

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.causes.contact_windows import contact_windows
-from solver.diagnosis.causes.scene import force_at
+from solver.diagnosis.causes.observed_trial import force_at
 
 
 def pushed(scene, force, start, end):

@@ -5,7 +5,7 @@ import pytest
 
 from solver.diagnosis.causes.effect import Estimate, Fitted
 from solver.diagnosis.causes.external_contact import ExternalContact
-from solver.diagnosis.causes.scene import force_at
+from solver.diagnosis.causes.observed_trial import force_at
 from solver.simulate.loads import BodyPoint, PointForce, ease
 
 SINCE, UNTIL = 0.8, 1.7  # [s]

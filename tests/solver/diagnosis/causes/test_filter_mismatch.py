@@ -10,14 +10,14 @@ from scipy.signal import butter, filtfilt, freqz
 from benchmarks.faults.editor.edits import smoothed as smoothed_files
 from benchmarks.faults.editor.recording import write_folder
 from benchmarks.faults.editor.sources import SOURCES
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.filters import low_pass
 from solver.diagnosis.causes.contact_edges import fall_off, filtered_nats, log_cutoff, usual_fall_off
 from solver.diagnosis.causes.effect import Fitted
 from solver.diagnosis.causes.filter_mismatch import FilterMismatch, sharpen, with_tails
-from solver.diagnosis.diagnose import diagnose
+from solver.diagnosis.diagnose_subject import diagnose
 from solver.fitting.settings import Settings
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 
 WINDOW = 6  # frames: 0.06 s, over which forces are compared

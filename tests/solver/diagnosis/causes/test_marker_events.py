@@ -8,11 +8,11 @@ import pytest
 from benchmarks.faults.editor.edits import carried_by_cloth, part, slipped
 from benchmarks.faults.editor.recording import write_folder
 from benchmarks.faults.editor.sources import SOURCES
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.progress import silent
 from solver.diagnosis.causes.marker_events import UNDECIDED_GAIN, events_of, segment_distances
 from solver.diagnosis.causes.marker_slip import findings
-from solver.diagnosis.diagnose import repaired_balance
+from solver.diagnosis.diagnose_subject import repaired_balance
 from solver.fitting.settings import settings_for
 
 SLIP_M = np.array([0.0, 0.012, -0.009])

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.common.runs import runs
-from solver.contact.proposals import CONTACT_BUT_NO_FORCE, FORCE_DISCREPANCY, Proposal
+from solver.common.true_runs import runs
+from solver.contact.detected_ranges import CONTACT_BUT_NO_FORCE, FORCE_DISCREPANCY, Proposal
 from solver.diagnosis.causes.effect import Fitted
+from solver.diagnosis.causes.observed_trial import force_at
 from solver.diagnosis.causes.off_plate_step import (
     OffPlateStep,
     missing_force,
@@ -15,8 +16,7 @@ from solver.diagnosis.causes.off_plate_step import (
     shortest_stance_s,
     sole_line,
 )
-from solver.diagnosis.causes.scene import force_at
-from solver.simulate.demo import MARKERS
+from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under, stances_within
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.observed_trial import force_at
 from solver.diagnosis.causes.on_segments import (
     columns_at_point,
     inner_arm_segments,
@@ -12,7 +13,6 @@ from solver.diagnosis.causes.on_segments import (
     required_by_changes,
     trunk_bodies,
 )
-from solver.diagnosis.causes.scene import force_at
 from solver.simulate.other_masses import with_segment_masses
 
 

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.faults.editor import edits, plates
 from benchmarks.faults.editor.recording import write_folder
 from benchmarks.faults.editor.sources import SOURCES
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import READING, read_trial
 from solver.diagnosis.direct_checks.measured import measure_trials
 from solver.diagnosis.direct_checks.run_checks import run_checks

@@ -10,7 +10,7 @@ import solver.diagnosis.search.balance
 from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.held_out import block_scores, blocks
+from solver.diagnosis.held_out_gain import block_scores, blocks
 from solver.diagnosis.noise.noise_scales import Basis, Covariances, TrialsBasis
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.screening import Beside, Screen

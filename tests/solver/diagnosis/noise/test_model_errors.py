@@ -19,7 +19,7 @@ from solver.diagnosis.noise.model_errors import (
     nuisances,
     soft_tissue,
 )
-from solver.dynamics.windows import windows_over
+from solver.dynamics.weighted_means import windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.simulate.other_masses import with_segment_masses
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.cause_decisions import Trail, is_only_tentative
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.clocks import MOST_TRIALS
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain, required_of
 from solver.diagnosis.conclusion import conclude
-from solver.diagnosis.decisions import Trail, is_only_tentative
-from solver.diagnosis.report import report
+from solver.diagnosis.diagnosis_report import report
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, TEMPER_NATS, Contender, Found
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.unmodelled import open_world

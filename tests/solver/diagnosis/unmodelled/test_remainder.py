@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.causes.scene import force_at
+from solver.diagnosis.causes.observed_trial import force_at
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.diagnosis import UNEXPLAINED
 from solver.diagnosis.search.selection import select

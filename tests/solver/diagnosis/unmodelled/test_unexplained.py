@@ -9,8 +9,8 @@ from solver.diagnosis import checks
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.effect import Candidate, Signature
+from solver.diagnosis.causes.observed_trial import force_at
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.causes.scene import force_at
 from solver.diagnosis.search.contenders import LEAST_UNKNOWN_NATS, Contender, Found
 from solver.diagnosis.search.selection import Selection, select
 from solver.diagnosis.unmodelled import unexplained

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, LAYOUTS, hold_out_blocks, hold_out_steps
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.kinematics.motion import Motion
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
+from solver.simulate.simulated_trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.skeleton import Skeleton
 
 RATE = 100.0

@@ -11,7 +11,7 @@ from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior, m
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.trajectory.terms.priors import jerk_level
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.dynamics.windows import windows_over
+from solver.dynamics.weighted_means import windows_over
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics

@@ -7,7 +7,7 @@ from solver.common.filters import low_pass
 from solver.dynamics.force_prediction.missing_wrench import predict_ground_forces
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.simulate.person import Person, body_of
-from solver.simulate.trial import Scenario, simulate_trial
+from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.skeleton.forward import ForwardKinematics
 
 RATE, CUTOFF_HZ = 100.0, 5.0

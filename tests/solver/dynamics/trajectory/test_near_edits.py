@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.common.progress import silent
-from solver.common.runs import runs
+from solver.common.true_runs import runs
 from solver.dynamics.material_acceleration import required_ground
 from solver.dynamics.trajectory.near_edits import InertiasBefore, fit_near_edits, spans_near
 from solver.dynamics.trajectory.spline_basis import DEGREE

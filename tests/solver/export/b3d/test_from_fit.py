@@ -8,14 +8,14 @@ from scipy.signal import butter, sosfiltfilt
 
 from annotations import reasons as spoken
 from solver.capture.capture import Subject
+from solver.capture.formats.b3d.b3d_fields import REASONS
 from solver.capture.formats.b3d.b3d_file import read_b3d
-from solver.capture.formats.b3d.schema import REASONS
 from solver.common.errors import ModelError
 from solver.common.notes import Kind, noted
 from solver.contact import mask as contact_mask
 from solver.contact.wrenches import DETECTION, PERSON, RECORDING, SOURCES, FrameMask
 from solver.export.b3d.from_fit import NEAREST, export_b3d, fit_to_b3d, reason_number, reasons_per_frame
-from solver.fitting.fit import KinematicsOnly
+from solver.fitting.fit_result import KinematicsOnly
 from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.skeleton.osim import load_skeleton

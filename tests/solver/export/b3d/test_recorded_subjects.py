@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.pass_frames import dofs_in_order, unlocked

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.capture.formats.b3d.b3d_fields import B3dFile, Header, PassFrames, SensorFrames
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
-from solver.capture.formats.b3d.schema import B3dFile, Header, PassFrames, SensorFrames
 from solver.common.errors import CaptureError
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from solver.common.errors import ResultsError
-from solver.contact.proposals import Proposal
+from solver.contact.detected_ranges import Proposal
 from solver.fitting.results.kept_proposals import kept_proposals
 from solver.fitting.results.store import load_fit, save_fit
 

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
 from addb_viewer.jobs.solving import computed, job_for
-from solver.capture.subject.subject import open_subject
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import CaptureError
 from solver.common.progress import silent
 from solver.fitting.pipeline import solve

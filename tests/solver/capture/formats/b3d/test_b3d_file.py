@@ -10,8 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from solver.capture.formats.b3d.b3d_fields import encode_message
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
-from solver.capture.formats.b3d.schema import encode_message
 from solver.common.errors import CaptureError
 
 

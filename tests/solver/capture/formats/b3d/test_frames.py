@@ -6,6 +6,14 @@ import numpy as np
 import pytest
 from google.protobuf.message import DecodeError
 
+from solver.capture.formats.b3d.b3d_fields import (
+    PassFrames,
+    SensorFrames,
+    decode_message,
+    encode_message,
+    many,
+    one,
+)
 from solver.capture.formats.b3d.frames import (
     LayoutError,
     layout_of,
@@ -13,14 +21,6 @@ from solver.capture.formats.b3d.frames import (
     pack_frames,
     tag_of,
     unpack_frames,
-)
-from solver.capture.formats.b3d.schema import (
-    PassFrames,
-    SensorFrames,
-    decode_message,
-    encode_message,
-    many,
-    one,
 )
 
 

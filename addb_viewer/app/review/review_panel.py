@@ -1,0 +1,105 @@
+"""The Review panel: what keys are about, proposals, what does not count, and how far the review is."""
+
+import viser
+
+from addb_viewer.app.page.handles import put
+from addb_viewer.app.review.comments import CommentsPanel
+from addb_viewer.app.review.review_html import reasons_html
+from annotations.activities import ACTIVITIES
+from annotations.foot_names import foot_words
+from annotations.reasons import OTHER_WORDS
+
+FOOT = "Foot"
+DECIDE = {"Accept": "accept_proposal", "Reject": "reject_proposal", "Next": "next"}  # button: action
+FINISH = {"Finish": "finish", "Second look": "second_look"}
+EDITS = {"Undo": "undo", "Redo": "redo"}
+SUGGESTION = ("Confirm", "Refuse")
+WHOLE = "whole trial"
+
+
+class ReviewPanel:
+    """Handles of the panel."""
+
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ...]) -> None:
+        """Lay out the panel; nothing is bound to anything yet.
+
+        Args:
+            gui: of the browser.
+            tab: where.
+            feet: of the subject.
+        """
+        with tab:
+            self.status = gui.add_html("")
+            self.finish = gui.add_button_group(
+                "Trial", tuple(FINISH), hint="Key T finishes and goes on to the next"
+            )
+            self.selection = gui.add_html("")
+            self.foot = gui.add_dropdown(FOOT, feet_words(feet), initial_value="both", hint="Key F")
+            with gui.add_folder("Proposals"):
+                self.decide = gui.add_button_group("Decide", tuple(DECIDE), hint="Keys Enter, Backspace, N")
+                self.proposals = gui.add_html("")
+            with gui.add_folder("Flags"):
+                self.ranges = gui.add_html("")
+                self.edits = gui.add_button_group("Edits", tuple(EDITS), hint="Keys U and R")
+                self.what_if = gui.add_button(
+                    "What if flipped?",
+                    icon=viser.Icon.QUESTION_MARK,
+                    color="gray",
+                    hint="The residual if the selected frames counted, or no longer did",
+                )
+                self.answer = gui.add_html("")
+            with gui.add_folder("Reasons and labels"):
+                gui.add_html(reasons_html())
+                self.note = gui.add_text("Note", "", hint="Goes with the next flag or label")
+                self.reason = gui.add_dropdown("Reason", other_reasons(), hint="Those that no key stands for")
+                self.paint = gui.add_button("Flag with this reason", color="gray")
+            with gui.add_folder("What the person does"):
+                self.suggested = gui.add_html("")
+                self.suggestion = gui.add_button_group(
+                    "Suggestion", SUGGESTION, hint="The one that is selected, or under the cursor"
+                )
+                self.activity = gui.add_dropdown("Activity", activity_names(), hint="What the person does")
+                self.label = gui.add_button(
+                    "Label the selection", color="gray", hint="The whole trial where nothing is selected"
+                )
+            with gui.add_folder("Comments"):
+                self.comments = CommentsPanel(gui)
+            with gui.add_folder("Who did what"):
+                self.author = gui.add_html("")
+                self.rename = gui.add_button("Change your name", color="gray")
+                self.history = gui.add_html("")
+
+    @property
+    def next_note(self) -> str:
+        """The note for the next edit; it stays in its box until that is recorded."""
+        return str(self.note.value).strip()
+
+    def drop_note(self, note: str) -> None:
+        """Empty the box, unless something else was typed into it."""
+        if self.next_note == note:
+            put(self.note, "")
+
+
+def feet_words(feet: tuple[str, ...]) -> tuple[str, ...]:
+    """What can be chosen from the list of feet."""
+    return (*(foot_words(foot) for foot in feet), "both")
+
+
+def other_reasons() -> tuple[str, ...]:
+    """The B3D format's reasons that no key stands for, in words."""
+    return tuple(OTHER_WORDS.values())
+
+
+def activity_names() -> tuple[str, ...]:
+    """Activities, each followed by its subclasses."""
+    return tuple(
+        name
+        for activity, subclasses in ACTIVITIES.items()
+        for name in (activity, *(f"{activity}, {subclass}" for subclass in subclasses))
+    )
+
+
+def activity_named(name: str) -> tuple[str, str | None]:
+    """Activity and subclass of a name in the list."""
+    activity, _, subclass = name.partition(", ")
+    return activity, subclass or None

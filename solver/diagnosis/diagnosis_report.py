@@ -1,0 +1,403 @@
+"""A diagnosis as it is told: one typed answer for words, pictures and JSON; and what accepting it changes.
+
+`diagnosis.json` and `diagnose --json` hold a `DiagnosisReport`; `read_report` makes one of them again.
+Frames are 0-based, the end excluded, at the markers' rate. JSON has no NaN: what nobody knows is None.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from solver.common.notes import Note
+from solver.common.typed_json import from_plain, plain
+from solver.diagnosis.cause_decisions import CauseDecisions, Chances
+from solver.diagnosis.causes.catalogue import ABOUT
+from solver.diagnosis.diagnosis import (
+    Detectable,
+    Diagnosis,
+    Gain,
+    Location,
+    NamedEffect,
+    OffTheList,
+    Remaining,
+)
+from solver.diagnosis.direct_checks.statement import STATED_NATS, Statement
+from solver.diagnosis.extended_fit import ExtendedGain
+from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
+from solver.fitting.diagnosis_settings import DiagnosisSettings
+
+VERSION = 1  # of what a report holds; raised when an old reader would misread it
+MOST_CHANGED = 5  # joint torques that are listed
+MOST_REFUSED = 5  # causes whose decisions are told though they are not named
+NATS_DIGITS = 2  # evidence is no better known
+TIME_HISTORY_DIGITS = 2  # [s, N, N·m] what is only drawn
+
+Frames = tuple[str, int, int]  # trial, first frame, the one after the last
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A parameter of a cause, in the unit that its name carries."""
+
+    value: float | None
+    std: float | None = None
+
+
+@dataclass(frozen=True)
+class ForceOverTime:
+    """Force on the person, ground frame [N], at every `step`-th frame from `start` on."""
+
+    trial: str
+    start: int
+    step: int
+    force_N: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Something that was found: a name, or where to look."""
+
+    id: str
+    target: str
+    parameters: Mapping[str, Figure]
+    confidence: float
+    frames: tuple[Frames, ...]
+    sentence: str = ""
+    remedy: str = ""
+    at_fault: str = ""  # recording, model or movement
+    in_its_class: float | None = None  # confidence, and that of names of the same trace
+    outside_the_list: float | None = None  # how likely it is something that is on no list
+    told_as: Literal["name", "tentative"] = "name"  # tentative: less likely than all else together
+    trial: str | None = None  # None: several
+    time_histories: tuple[ForceOverTime, ...] = ()
+
+    @property
+    def is_tentative(self) -> bool:
+        """Whether it is no name, only where to look."""
+        return self.told_as == "tentative"
+
+
+@dataclass(frozen=True)
+class Rival:
+    """What might be in a cause's place."""
+
+    id: str
+    target: str
+    instead_of: str | None = None  # "id target" of the named one
+    why: str = ""
+    separate_by: str = ""
+    confidence: float | None = None
+
+
+@dataclass(frozen=True)
+class Unlisted:
+    """What is likelier than every name of the catalogue, told as what it touches."""
+
+    touches: str  # body, event, plate or time
+    target: str  # the plate or the trial; empty for the body
+    trial: str | None  # None: in all
+    sentence: str
+    frames: tuple[Frames, ...]
+    rms_force_N: float
+    gain_nats: float
+
+
+@dataclass(frozen=True)
+class Remains:
+    """What is left after the named causes."""
+
+    linear_residual_N: float
+    noise_floor_N: float
+    location: Location | None = None
+    off_the_list: Unlisted | None = None
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One thing that was asked of a cause."""
+
+    name: str
+    passed: bool
+    nats: float | None
+    limit: float | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Decided:
+    """All that was asked of one cause."""
+
+    id: str
+    target: str
+    named: bool
+    odds_nats: float | None
+    checks: tuple[Checked, ...]
+
+
+@dataclass(frozen=True)
+class DirectCheck:
+    """What the files say without a model of the body."""
+
+    direct_check: str
+    sentence: str
+    nats: Mapping[str, float]  # by class of faults
+    speaks_for: tuple[str, ...] = ()
+    trial: str | None = None
+    target: str | None = None
+    figures: Mapping[str, float] = field(default_factory=dict)
+    against: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseResidual(ResidualSize):
+    """While one foot is loaded, several are, a load is on no foot, or no plate is loaded."""
+
+    phase: str
+    foot: str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisResidual(ResidualSize):
+    """Components along one axis of the ground."""
+
+    axis: str
+    direction: str | None
+    mean_force_N: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorstResidual(ResidualSize):
+    """The worst half second of a trial."""
+
+    frames: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class ResidualOverTime:
+    """Norms over time; `after` is what the named causes leave."""
+
+    time_s: tuple[float, ...]
+    force_N: tuple[float, ...]
+    force_after_N: tuple[float, ...]
+    force_floor_N: tuple[float, ...]
+    moment_Nm: tuple[float, ...]
+    moment_after_Nm: tuple[float, ...]
+    moment_floor_Nm: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialResidual(ResidualSize):
+    """One trial, and its worst half second."""
+
+    trial: str
+    worst: WorstResidual
+    time_history: ResidualOverTime
+
+
+@dataclass(frozen=True, kw_only=True)
+class Residual(ResidualSize):
+    """The residual of all trials together without any cause, and its parts."""
+
+    phases: tuple[PhaseResidual, ...]
+    axes: tuple[AxisResidual, ...]
+    trials: tuple[TrialResidual, ...]
+
+
+@dataclass(frozen=True)
+class DiagnosisReport:
+    """What is wrong: verdict, causes, rivals, gain and remainder."""
+
+    verdict: str
+    effects: tuple[Cause, ...]
+    alternatives: tuple[Rival, ...]
+    gain: Mapping[str, Gain]
+    remaining: Remains
+    trials: tuple[str, ...]
+    version: int = VERSION
+    at_fault: tuple[str, ...] = ()
+    chances: Chances | None = None
+    rates_Hz: Mapping[str, float] = field(default_factory=dict)
+    starts_s: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+    evidence_nats: float | None = None
+    certain_nats: float = DiagnosisSettings.certain_gain
+    ended_early: bool = False
+    detectable: tuple[Detectable, ...] = ()
+    decisions: tuple[Decided, ...] = ()
+    residual: Residual | None = None
+    direct_checks: tuple[DirectCheck, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain values, as `diagnose --json` has them."""
+        values: dict[str, Any] = plain(self)
+        for gain in values["gain"].values():
+            if gain["interval"] is None:
+                del gain["interval"]
+        return values
+
+
+def read_report(stored: Mapping[str, Any]) -> DiagnosisReport:
+    """The report of its plain values.
+
+    Raises:
+        ValueError: these are none, or of another version.
+    """
+    if stored.get("version") != VERSION:
+        raise ValueError(f"format {stored.get('version')}, this version reads {VERSION}")
+    return from_plain(stored, DiagnosisReport)
+
+
+def report(diagnosis: Diagnosis, why: str | None = None) -> DiagnosisReport:
+    """What is told of a diagnosis.
+
+    Args:
+        diagnosis: what was found.
+        why: id of a cause whose decisions are told in any case.
+    """
+    effects = tuple(map(_cause, diagnosis.effects))
+    return DiagnosisReport(
+        verdict=diagnosis.verdict,
+        effects=effects,
+        alternatives=tuple(
+            Rival(a.id, a.target, a.instead_of, a.why, a.separate_by, _finite(a.confidence))
+            for a in diagnosis.alternatives
+        ),
+        gain=diagnosis.gain,
+        remaining=_remains(diagnosis.remaining),
+        trials=diagnosis.trials,
+        at_fault=tuple(dict.fromkeys(effect.at_fault for effect in effects)),
+        chances=diagnosis.chances,
+        rates_Hz=diagnosis.rates_Hz,
+        starts_s=diagnosis.starts_s,
+        notes=diagnosis.notes,
+        evidence_nats=_finite(diagnosis.evidence_nats),
+        certain_nats=diagnosis.certain_nats,
+        ended_early=diagnosis.ended_early,
+        detectable=diagnosis.detectable,
+        decisions=_decisions(diagnosis, why),
+        residual=None if diagnosis.residual is None else _residual(diagnosis.residual),
+        direct_checks=tuple(map(_direct_check, diagnosis.direct_checks)),
+    )
+
+
+def extended_gain_json(gain: ExtendedGain) -> dict[str, object]:
+    """The figures as plain values, in the shape of `accept --json`."""
+    plain: dict[str, object] = {}
+    for name in ("held_out_linear_residual_N", "held_out_angular_residual_Nm", "marker_rms_m", "mass_kg"):
+        figure: Gain = getattr(gain, name)
+        known = math.isfinite(figure.before)  # JSON has no NaN
+        plain[name] = {k: getattr(figure, k) if known else None for k in ("before", "after")}
+        if figure.interval is not None:
+            plain[name] |= {"interval": list(figure.interval)}  # type: ignore[operator]
+    for name in ("held_out_linear_drop_N", "held_out_angular_drop_Nm"):
+        drop = getattr(gain, name)
+        plain[name] = None if drop is None else list(drop)
+    translations = {c.name for c in gain.fit.skeleton.free_coordinates if c.motion == "translation"}
+    most = [dof for dof in gain.joint_torque_change if dof not in translations][:MOST_CHANGED]
+    return plain | {
+        "held_out_frames": gain.held_out_frames,
+        "held_out_blocks": gain.held_out_blocks,
+        "joint_torque_change": {
+            "rms": gain.joint_torque_change,
+            "before_rms": gain.joint_torque_rms,
+            "most_changed": most,
+        },
+        "notes": list(gain.notes),
+    }
+
+
+def _cause(effect: NamedEffect) -> Cause:
+    trials = sorted({r.trial for r in effect.frames})
+    return Cause(
+        id=effect.id,
+        target=effect.target,
+        parameters={n: Figure(_finite(e.value), _finite(e.std)) for n, e in effect.parameters.items()},
+        confidence=effect.confidence,
+        frames=tuple((r.trial, r.start, r.end) for r in effect.frames),
+        sentence=effect.sentence,
+        remedy=effect.remedy,
+        at_fault=ABOUT[effect.id].at_fault.value,
+        in_its_class=_finite(effect.in_its_class),
+        outside_the_list=_finite(effect.outside_the_list),
+        told_as="tentative" if effect.is_tentative else "name",
+        trial=trials[0] if len(trials) == 1 else None,
+        time_histories=tuple(
+            ForceOverTime(c.trial, c.start, c.step, _rounded(c.force_ground)) for c in effect.time_histories
+        ),
+    )
+
+
+def _decisions(diagnosis: Diagnosis, why: str | None) -> tuple[Decided, ...]:
+    """Of what is named and of the best refused causes."""
+    refused = [c for c in diagnosis.decisions if not c.named][:MOST_REFUSED]
+    told = [c for c in diagnosis.decisions if c.named or c.id == why or c in refused]
+    return tuple(map(_decided, told))
+
+
+def _decided(cause: CauseDecisions) -> Decided:
+    checks = tuple(
+        Checked(d.name, d.passed, _finite(d.nats), _finite(d.limit), d.reason) for d in cause.decisions
+    )
+    return Decided(cause.id, cause.target, cause.named, _finite(cause.odds_nats), checks)
+
+
+def _remains(remaining: Remaining) -> Remains:
+    one = remaining.off_the_list
+    unlisted = None if one is None else _unlisted(one)
+    return Remains(remaining.linear_residual_N, remaining.noise_floor_N, remaining.location, unlisted)
+
+
+def _unlisted(one: OffTheList) -> Unlisted:
+    frames = tuple((r.trial, r.start, r.end) for r in one.frames)
+    return Unlisted(one.kind, one.target, one.trial, one.sentence, frames, one.rms_force_N, one.gain_nats)
+
+
+def _direct_check(statement: Statement) -> DirectCheck:
+    return DirectCheck(
+        direct_check=statement.direct_check,
+        sentence=statement.sentence,
+        nats={str(about): round(nats, NATS_DIGITS) for about, nats in statement.nats.items()},
+        speaks_for=tuple(map(str, statement.spoken_for(STATED_NATS))),
+        trial=statement.trial,
+        target=statement.target,
+        figures=statement.figures,
+        against=statement.against,
+    )
+
+
+def _residual(residual: ResidualDescription) -> Residual:
+    return Residual(
+        **vars(residual.whole),
+        phases=tuple(PhaseResidual(phase=p.phase, foot=p.foot, **vars(p.size)) for p in residual.phases),
+        axes=tuple(
+            AxisResidual(axis=a.axis, direction=a.direction, mean_force_N=a.mean_force_N, **vars(a.size))
+            for a in residual.axes
+        ),
+        trials=tuple(map(_in_trial, residual.trials)),
+    )
+
+
+def _in_trial(trial: InTrial) -> TrialResidual:
+    over_time = {name: _rounded(values) for name, values in vars(trial.time_history).items()}
+    return TrialResidual(
+        trial=trial.trial,
+        **vars(trial.size),
+        worst=WorstResidual(frames=(trial.worst.start, trial.worst.end), **vars(trial.worst_size)),
+        time_history=ResidualOverTime(**over_time),
+    )
+
+
+def _rounded(values: np.ndarray) -> Any:
+    return (
+        tuple(map(tuple, values.round(TIME_HISTORY_DIGITS).tolist()))
+        if values.ndim > 1
+        else tuple(values.round(TIME_HISTORY_DIGITS).tolist())
+    )
+
+
+def _finite(value: float | None) -> float | None:
+    """None for what the recording says nothing about."""
+    return value if value is not None and math.isfinite(value) else None

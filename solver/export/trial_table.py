@@ -1,0 +1,147 @@
+"""A trial as one table, a row a frame, the unit in each column's name: CSV or Parquet."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+from jaxtyping import Float
+
+from solver.capture.atomic import made_folder, whole_file
+from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.dynamics import Dynamics
+from solver.export.export_places import trial_stems
+from solver.export.gait_tables import POWER, UNITS, export_gait
+from solver.fitting.fit_result import Fit, TrialFit
+from solver.fitting.seen_part import without_guesses
+from solver.gait.trial_gait import joint_power
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.motion import Motion
+from solver.skeleton.skeleton import Skeleton
+
+Columns = dict[str, np.ndarray]
+CSV_OPTIONS = pa.csv.WriteOptions(quoting_style="needed")
+
+
+def export_csv(fit: Fit, folder: Path) -> list[Path]:
+    """Write TRIAL.csv for every trial; numbers keep every digit, a cell without a number stays empty.
+
+    Raises:
+        CaptureError: the folder cannot be made, or not written to.
+    """
+    return _export(fit, folder, ".csv", lambda table, file: pa.csv.write_csv(table, file, CSV_OPTIONS))
+
+
+def export_parquet(fit: Fit, folder: Path) -> list[Path]:
+    """Write TRIAL.parquet for every trial; a cell without a number is null.
+
+    Raises:
+        CaptureError: the folder cannot be made, or not written to.
+    """
+    return _export(fit, folder, ".parquet", pa.parquet.write_table)
+
+
+def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
+    """Everything about a trial that has one value a frame; NaN where there is none.
+
+    The motion is the one that torques and residuals were computed on.
+    """
+    trial = without_guesses(trial)
+    motion = trial.dynamics.motion if trial.dynamics else trial.motion
+    columns = {"frame": np.arange(motion.frames), "time_s": motion.times}
+    columns |= _of_motion(motion, skeleton)
+    if trial.dynamics is not None:
+        columns |= _of_dynamics(trial.dynamics, skeleton)
+        columns |= _of_power(trial, skeleton)
+        columns |= _of_predicted(trial)
+    if trial.contacts is not None and trial.mask is not None:
+        columns |= _of_contacts(trial.contacts, trial.mask)
+    return columns | _of_markers(trial.marker_errors)
+
+
+def _export(fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]) -> list[Path]:
+    written, stems = [], trial_stems(fit)
+    for trial in fit.trials:
+        path = made_folder(folder) / f"{stems[trial.capture.name]}{suffix}"
+        columns = trial_columns(trial, fit.skeleton)
+        table = pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()})
+        with whole_file(path) as file:
+            write(table, file)
+        written.append(path)
+    return [*written, *export_gait(fit, folder, suffix, write)]
+
+
+def _of_motion(motion: Motion, skeleton: Skeleton) -> Columns:
+    names = [f"{c.name}_{UNITS[c.motion][0]}" for c in skeleton.free_coordinates]
+    columns: Columns = {}
+    for values, per in ((motion.q, ""), (motion.velocity, "_s"), (motion.acceleration, "_s2")):
+        columns |= {f"{name}{per}": values[:, i] for i, name in enumerate(names)}
+    return columns
+
+
+def _of_dynamics(dynamics: Dynamics, skeleton: Skeleton) -> Columns:
+    names = [f"{c.name}_{UNITS[c.motion][1]}" for c in skeleton.free_coordinates]
+    torques = {name: dynamics.joint_torques[:, i] for i, name in enumerate(names)}
+    return {
+        **torques,
+        **_wrench("residual", dynamics.residual_root),
+        **_wrench("residual_raw", dynamics.residual_raw_root),
+        **_vector("root_joint", "m", dynamics.root_ground),
+        **_vector("com", "m", dynamics.com_ground),
+        "used": dynamics.used,
+    }
+
+
+def _of_power(trial: TrialFit, skeleton: Skeleton) -> Columns:
+    power = joint_power(trial)
+    names = [f"{c.name}_{POWER}" for c in skeleton.free_coordinates]
+    return {} if power is None else {name: power[:, i] for i, name in enumerate(names)}
+
+
+def _of_predicted(trial: TrialFit) -> Columns:
+    """Where the torques rest on a foot's wrench that was predicted from the motion, and that wrench."""
+    if trial.contacts is None or trial.dynamics is None:
+        return {}
+    is_predicted = trial.dynamics.wrench_is_predicted
+    if is_predicted is None:
+        is_predicted = np.zeros((trial.motion.frames, len(trial.contacts.foot_bodies)), dtype=bool)
+    feet = trial.contacts.foot_bodies
+    columns = {f"{foot}_predicted": is_predicted[:, f] for f, foot in enumerate(feet)}
+    predicted = trial.dynamics.wrench_predicted_ground
+    if predicted is not None:
+        for f, foot in enumerate(feet):
+            columns |= _wrench(f"{foot}_predicted", predicted[:, f])
+    return columns
+
+
+def _of_contacts(contacts: ContactWrenches, mask: FrameMask) -> Columns:
+    columns: Columns = {}
+    for f, foot in enumerate(contacts.foot_bodies):
+        columns |= _wrench(foot, contacts.wrench_ground[:, f])
+        columns |= _vector(f"{foot}_cop", "m", contacts.cop_ground[:, f])
+        columns[f"{foot}_counts"] = mask.counts[:, f]
+    return columns | {"missing_force": _reasons(mask)}
+
+
+def _of_markers(errors: MarkerErrors) -> Columns:
+    return {"marker_rms_m": errors.rms_per_frame, "marker_max_m": errors.maximum_per_frame}
+
+
+def _wrench(name: str, wrench: Float[np.ndarray, "frames 6"]) -> Columns:
+    return _vector(f"{name}_force", "N", wrench[:, :3]) | _vector(f"{name}_moment", "Nm", wrench[:, 3:])
+
+
+def _vector(name: str, unit: str, values: Float[np.ndarray, "frames 3"]) -> Columns:
+    return {f"{name}_{axis}_{unit}": values[:, i] for i, axis in enumerate("xyz")}
+
+
+def _reasons(mask: FrameMask) -> np.ndarray:
+    """Why a frame's force does not count; several reasons are joined, no reason is an empty text."""
+    texts: list[list[str]] = [[] for _ in mask.counts]
+    for start, end, foot, reason in mask.reasons:
+        for frame in range(start, end):
+            texts[frame].append(f"{foot}: {reason}" if foot else reason)
+    return np.array(["; ".join(dict.fromkeys(text)) for text in texts], dtype=object)
