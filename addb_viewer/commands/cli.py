@@ -46,7 +46,7 @@ COMMANDS = {
     "report": {
         "report": "Write a page that says how good a fit is, on which frames, and why not on others.",
     },
-    "reviewing": {
+    "decide": {
         "flag": "Flag frames of a trial whose force is missing or wrong; the next fit leaves it out.",
         "undo": "Take back your last edit of a trial, or the one with that number.",
         "redo": "Let the edit that you undid last count again.",
