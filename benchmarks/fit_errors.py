@@ -15,6 +15,7 @@ from solver.common.gravity import GRAVITY
 from solver.export.export_places import file_stem
 from solver.export.opensim import export_opensim
 from solver.fitting.fit_result import Fit, TrialFit
+from solver.fitting.fit_summary import ForceFigures, HeldOutFigures, MomentFigures, TrialFigures
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.summary import summary
@@ -91,6 +92,9 @@ def _opensim(model: Path, markers: Markers) -> OpenSimKinematics | None:
         return None  # no wheel here, or OpenSim refuses the model
 
 
+FitTrials = dict[str, TrialFigures]  # by name
+
+
 def residual_rows(name: str, fit: Fit, settings: Settings) -> list[tuple[str, ...]]:
     """A row for every trial of a fit that has forces."""
     measured = [t for t in fit.trials if t.dynamics is not None and t.dynamics.used.any()]
@@ -101,8 +105,7 @@ def residual_rows(name: str, fit: Fit, settings: Settings) -> list[tuple[str, ..
         conditioning=replace(settings.conditioning, cutoff_Hz=SLOW_CUTOFF_HZ),
         trajectory=replace(settings.trajectory, enabled=False),
     )
-    slow = {t["name"]: t for t in summary(solve(fit.subject, plain))["trials"]}  # type: ignore[attr-defined]
-    ours = {t["name"]: t for t in summary(fit)["trials"]}  # type: ignore[attr-defined]
+    slow, ours = ({t.name: t for t in summary(each).trials} for each in (solve(fit.subject, plain), fit))
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         export_opensim(fit, folder)
@@ -117,52 +120,51 @@ def residual_rows(name: str, fit: Fit, settings: Settings) -> list[tuple[str, ..
         ]
 
 
-def _cells(fit: Fit, trial: TrialFit, ours: dict, slow: dict) -> tuple[str, ...]:
+def _cells(fit: Fit, trial: TrialFit, ours: FitTrials, slow: FitTrials) -> tuple[str, ...]:
     own, plain = ours[trial.capture.name], slow[trial.capture.name]
-    before, held_out = own["kinematics_only"], own["held_out"]
+    before, held_out = own.kinematics_only, own.held_out
     entered = fit.subject.mass_kg
     return (
         trial.capture.name,
-        f"{own['frames_with_force_used']} of {own['frames']}",
-        own["mask_source"],
+        f"{own.frames_with_force_used} of {own.frames}",
+        own.mask_source,
         f"{fit.mass_kg:.1f} ({f'{entered:.1f}' if entered else 'none'})",
-        f"{100 * own['marker_rms_m']:.2f} / {100 * own['marker_max_m']:.1f}"
-        + (f" ({100 * before['marker_rms_m']:.2f} / {100 * before['marker_max_m']:.1f})" if before else ""),
-        _residual(own, "linear_residual", "angular_residual"),
-        _residual(own, "linear_residual_raw", "angular_residual_raw", short=True),
-        f"{_residual(held_out, 'linear_residual', 'angular_residual', short=True)} ({_before(held_out)})"
+        f"{100 * own.marker_rms_m:.2f} / {100 * own.marker_max_m:.1f}"
+        + (f" ({100 * before.marker_rms_m:.2f} / {100 * before.marker_max_m:.1f})" if before else ""),
+        _residual(own.linear_residual, own.angular_residual),
+        _residual(own.linear_residual_raw, own.angular_residual_raw, short=True),
+        f"{_residual(held_out.linear_residual, held_out.angular_residual, short=True)} ({_before(held_out)})"
         if held_out
         else "too short",
-        _residual(plain, "linear_residual", "angular_residual", short=True),
+        _residual(plain.linear_residual, plain.angular_residual, short=True),
     )
 
 
-def _residual(figures: dict, linear: str, angular: str, *, short: bool = False) -> str:
-    force, moment = figures[linear], figures[angular]
-    if force is None:
+def _residual(force: ForceFigures | None, moment: MomentFigures | None, *, short: bool = False) -> str:
+    if force is None or moment is None:
         return "no frames"
-    text = f"{force['rms_N']:.1f} N, {moment['rms_Nm']:.1f} N·m"
+    text = f"{force.rms_N:.1f} N, {moment.rms_Nm:.1f} N·m"
     if short:
         return text
     return (
-        f"{text} ({force['rms_BW']:.3f} BW, {moment['rms_BWh']:.4f} BW·h; "
-        f"mean norms {force['mean_norm_N']:.1f} N, {moment['mean_norm_Nm']:.1f} N·m)"
+        f"{text} ({force.rms_BW:.3f} BW, {moment.rms_BWh:.4f} BW·h; "
+        f"mean norms {force.mean_norm_N:.1f} N, {moment.mean_norm_Nm:.1f} N·m)"
     )
 
 
-def _before(held_out: dict) -> str:
+def _before(held_out: HeldOutFigures) -> str:
     return _residual(
-        held_out, "kinematics_only_linear_residual", "kinematics_only_angular_residual", short=True
+        held_out.kinematics_only_linear_residual, held_out.kinematics_only_angular_residual, short=True
     )
 
 
-def _rest(name: str, trial: TrialFit, ours: dict) -> tuple[str, ...]:
+def _rest(name: str, trial: TrialFit, ours: FitTrials) -> tuple[str, ...]:
     own = ours[trial.capture.name]
-    hicks, peers = own["hicks"], ENGINE.get((name, trial.capture.name))
-    passed = ("linear", "angular", "marker_rms", "marker_max")
+    hicks, peers = own.hicks, ENGINE.get((name, trial.capture.name))
+    passed = (hicks.linear, hicks.angular, hicks.marker_rms, hicks.marker_max)
     return (
-        " ".join("✓" if hicks.get(key) else "✗" for key in passed),
-        f"{sum(own['seconds'].values()):.1f}",
+        " ".join("✓" if each else "✗" for each in passed),
+        f"{sum(spent or 0.0 for spent in own.seconds.values()):.1f}",
         f"{peers.linear_residual_N} N, {peers.angular_residual_Nm} N·m" if peers else "",
     )
 

@@ -36,7 +36,7 @@ MOST = {
     "Lines of README.md": 120,
     "Words of docs": 50_000,
     "Settings": 120,
-    "Untyped dictionaries": 290,
+    "Untyped dictionaries": 232,
     "Names of two files or more": 0,
 }
 

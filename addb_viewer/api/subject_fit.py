@@ -13,7 +13,9 @@ from addb_viewer.api.cycle_curves import RESTS_ON_FORCES, CycleCurves, curves, f
 from addb_viewer.api.fitted_trial import FittedTrial
 from addb_viewer.api.labelled import Table, UnknownNameError
 from solver.common.notes import Note
+from solver.common.typed_json import plain
 from solver.export.gait_tables import CYCLE_COLUMNS, EVENT_COLUMNS, cycle_rows, event_rows, gaits_of
+from solver.fitting.fit_summary import FitSummary
 from solver.fitting.summary import all_notes, summary
 
 SERIES = ("coordinates", "velocities", "accelerations", *RESTS_ON_FORCES, "com")
@@ -43,7 +45,7 @@ class Fit:
         """The summary table, and what needs a decision: what `addb-viewer fit` prints."""
         from addb_viewer.text.summary_table import summary_text  # noqa: PLC0415 (draws tables; few ask)
 
-        return summary_text(self.figures)
+        return summary_text(self._summary)
 
     @property
     def trials(self) -> tuple[str, ...]:
@@ -77,9 +79,14 @@ class Fit:
         return self.solved.height_m
 
     @cached_property
+    def _summary(self) -> FitSummary:
+        """How good the fit is, typed."""
+        return summary(self.solved)
+
+    @cached_property
     def figures(self) -> Mapping[str, Any]:
         """How good the fit is, in the shape of `addb-viewer fit --json`; None where not computed."""
-        return summary(self.solved)
+        return plain(self._summary)
 
     @cached_property
     def notes(self) -> tuple[Note, ...]:

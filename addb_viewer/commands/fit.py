@@ -1,6 +1,6 @@
 """`addb-viewer fit`: kinematics and dynamics of a subject; the results are kept and summed up."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -36,8 +36,9 @@ from addb_viewer.text.held_out_words import rest_words
 from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.summary_table import print_held_out, print_summary
 from solver.capture.capture import UnusedFile
-from solver.common.notes import Note
+from solver.common.typed_json import from_plain, plain
 from solver.fitting.fit_result import Fit
+from solver.fitting.fit_summary import FitSummary
 from solver.fitting.results.store import write_json
 from solver.fitting.summary import summary
 
@@ -103,16 +104,16 @@ def fit(
         fit = replace(done.fit, subject=replace(done.fit.subject, unused=job.subject.unused))
         figures = summary(fit, files=[str(path) for path in done.files])
         if json is not None:
-            write_json(json, figures)
+            write_json(json, plain(figures))
         print_summary(
-            figures if done.new else figures | {"files": []},
+            figures if done.new else replace(figures, files=()),
             notes=notes,
             closing=[*unused_lines(fit.unused, whole=notes), *filter(None, [done.said])],
         )
         if not quick:
             held_out = _judged_on_all_layouts(job, done, notes)
             if json is not None:
-                write_json(json, figures | {"trials": summary(held_out)["trials"]})
+                write_json(json, plain(replace(figures, trials=summary(held_out).trials)))
         if fit.unread:
             for unread in fit.unread:
                 typer.echo(f"addb-viewer: {unread.file.file}: {unread.file.reason}", err=True)
@@ -121,28 +122,23 @@ def fit(
 
 
 def key_findings(figures: dict[str, Any], _: str = "") -> Row:
-    """A subject's figures in a row: of all trials, the worst."""
-    trials = figures["trials"]
+    """A subject's figures, as `fit --json` wrote them, in a row: of all trials, the worst."""
+    found = from_plain(figures, FitSummary)
+    trials = found.trials
 
-    def worst(*keys: str) -> float | None:
-        found = []
-        for trial in trials:
-            value: Any = trial
-            for key in keys:
-                value = (value or {}).get(key)
-            found.append(value)
-        return max((value for value in found if value is not None), default=None)
+    def worst(values: Iterable[float | None]) -> float | None:
+        return max((value for value in values if value is not None), default=None)
 
-    rms = worst("marker_rms_m")
+    rms = worst(trial.marker_rms_m for trial in trials)
     return {
-        "mass kg": figures["subject"]["mass_kg"],
+        "mass kg": found.subject.mass_kg,
         "trials": len(trials),
-        "frames": sum(trial["frames"] for trial in trials),
-        "used": sum(trial["frames_with_force_used"] for trial in trials),
+        "frames": sum(trial.frames for trial in trials),
+        "used": sum(trial.frames_with_force_used for trial in trials),
         "marker RMS cm": None if rms is None else 100 * rms,
-        "force BW": worst("linear_residual", "rms_BW"),
-        "moment BW·h": worst("angular_residual", "rms_BWh"),
-        "to decide": sum(found.needs_decision for found in by_kind(map(Note.from_json, figures["notes"]))),
+        "force BW": worst(trial.force_BW for trial in trials),
+        "moment BW·h": worst(trial.moment_BWh for trial in trials),
+        "to decide": sum(kind.needs_decision for kind in by_kind(found.notes)),
     }
 
 
@@ -157,9 +153,9 @@ def _judged_on_all_layouts(job: Job, done: KeptFit, notes: bool) -> Fit:
     except FitReplacedError:
         typer.echo("held-out forces: not judged any further; another fit has taken the place of this one")
     except KeyboardInterrupt as stop:
-        figures: dict[str, Any] = summary(holding_out.fit)
+        figures = summary(holding_out.fit)
         print_held_out(figures, notes=notes)
-        rest = rest_words(figures["trials"])
+        rest = rest_words(figures.trials)
         typer.echo(f"addb-viewer: stopped; the fit is kept. {rest or ''}".rstrip(), err=True)
         raise typer.Exit(STOPPED) from stop
     print_held_out(summary(holding_out.fit), notes=notes)

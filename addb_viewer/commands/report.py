@@ -1,6 +1,6 @@
 """`addb-viewer report`: a fit as one page to hand over; of many subjects, a page each and an overview."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -34,6 +34,7 @@ from solver.capture.formats.b3d.places import subject_folder_of
 from solver.capture.subject.measured_files import refuse_to_replace
 from solver.common.errors import Cancelled, SolverError
 from solver.common.small_files import json_content
+from solver.fitting.fit_summary import TrialFigures
 from solver.fitting.results.store import default_folder, has_fit, write_json
 
 Root = Annotated[
@@ -214,9 +215,9 @@ def _trials(report: SubjectReport) -> list[dict[str, Any]]:
     ]
 
 
-def _trial(figures: Mapping[str, Any], kept: Kept) -> dict[str, Any]:
+def _trial(figures: TrialFigures, kept: Kept) -> dict[str, Any]:
     return {
-        "name": figures["name"],
+        "name": figures.name,
         "frames": kept.frames,
         "usable_frames": kept.count,
         "usable_ranges": [list(r) for r in kept.ranges],
@@ -224,6 +225,6 @@ def _trial(figures: Mapping[str, Any], kept: Kept) -> dict[str, Any]:
             {"foot": cause.foot, "reason": cause.reason, "ranges": [list(r) for r in cause.ranges]}
             for cause in kept.causes
         ],
-        "mask_source": figures["mask_source"],
-        "hicks": dict(figures["hicks"]),
+        "mask_source": figures.mask_source,
+        "hicks": vars(figures.hicks),
     }

@@ -18,7 +18,7 @@ from solver.common.gravity import GRAVITY
 from solver.diagnosis.diagnosis_report import Cause
 from solver.dynamics.com_trajectory import MassEstimate, com_data
 from solver.dynamics.mass import mass_from_forces
-from solver.dynamics.thresholds import Figures, Thresholds, verdicts
+from solver.dynamics.thresholds import verdicts
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.fit_result import Fit
 from solver.fitting.seen_part import seen_part
@@ -58,8 +58,8 @@ def verdicts_of(row: Row) -> dict[str, bool | None]:
     Args:
         row: of `measures`.
     """
-    told = verdicts(Figures(row["linear_rms_bw"], row["angular_rms_bwh"], None, None), Thresholds())
-    linear, angular, paper = told["linear"], told["angular"], told["angular_paper"]
+    told = verdicts(row["linear_rms_bw"], row["angular_rms_bwh"])
+    linear, angular, paper = told.linear, told.angular, told.angular_paper
     unknown = linear is None or angular is None
     return {
         "linear": linear,

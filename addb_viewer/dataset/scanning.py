@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -30,9 +29,9 @@ from solver.capture.trial import ReadingSettings, read_trial
 from solver.common.errors import SolverError
 from solver.common.file_names import readable
 from solver.common.notes import Note
-from solver.common.small_files import json_content
 from solver.contact.wrenches import DETECTION
 from solver.diagnosis.diagnosis_report import Cause
+from solver.fitting.fit_summary import read_summary
 from solver.fitting.results.store import default_folder
 from solver.fitting.settings import settings_for
 
@@ -337,22 +336,21 @@ def triaged(one: ScannedSubject) -> Iterator[TriageRow]:
     entered = one.subject.mass_kg
     file = default_folder(one.subject.folder) / "fit.json"
     try:
-        figures: dict[str, Any] = json_content(file) if file.is_file() else {"trials": []}
+        figures = read_summary(file) if file.is_file() else None
         causes = named_causes(one.subject)
-        fitted = {trial["name"]: trial for trial in figures["trials"]}
         for trial in one.subject.trials:
-            trial_id, found = one.who.trial_id(trial.name), fitted.get(trial.name)
-            if found is None:
+            trial_id, found = one.who.trial_id(trial.name), figures and figures.trial(trial.name)
+            if figures is None or found is None:
                 yield TriageRow(trial_id, mass_entered_kg=entered, concerns=(NOT_FITTED,))
                 continue
-            undecided = (UNDECIDED,) if DETECTION in found["mask_source"].split(" + ") else ()
+            undecided = (UNDECIDED,) if DETECTION in found.masks else ()
             yield TriageRow(
                 trial_id,
-                figures["subject"]["mass_kg"],
+                figures.subject.mass_kg,
                 entered,
-                (found["linear_residual"] or {}).get("rms_BW"),
-                (found["angular_residual"] or {}).get("rms_BWh"),
-                (*undecided, *concerns_of(trial.name, map(Note.from_json, figures["notes"]), causes)),
+                found.force_BW,
+                found.moment_BWh,
+                (*undecided, *concerns_of(trial.name, figures.notes, causes)),
             )
     except (SolverError, ValueError, KeyError, TypeError, AttributeError, OSError) as error:
         yield TriageRow(one.who.subject_id, mass_entered_kg=entered, concerns=(f"{file}: {error}",))

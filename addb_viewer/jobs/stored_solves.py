@@ -22,6 +22,7 @@ from solver.capture.atomic import made_folder
 from solver.common.errors import ResultsError
 from solver.common.small_files import json_content
 from solver.fitting.fit_result import Fit
+from solver.fitting.fit_summary import FitSummary, read_summary
 from solver.fitting.results.named import named_in
 from solver.fitting.results.store import has_fit, load_fit, save_fit, write_json
 from solver.fitting.results.writing import writing
@@ -42,7 +43,7 @@ class Solve:
     when: datetime  # UTC
     seconds: float | None  # that it took; None where the app did not make it
     state: str  # NEW, KEPT, DISCARDED or REPLACED
-    figures: Mapping[str, Any]  # in the shape of `fit --json`
+    figures: FitSummary
     decided_by: str | None = None  # who kept or discarded it
 
 
@@ -53,7 +54,7 @@ def stored_solves(results: Path) -> tuple[Solve, ...]:
         folder = results / FOLDER / str(number)
         try:
             made = json_content(folder / MADE)
-            figures = json_content(folder / "fit.json")
+            figures = read_summary(folder / "fit.json")
             when = datetime.fromisoformat(made["when"])
             solve = Solve(
                 number,
@@ -65,7 +66,7 @@ def stored_solves(results: Path) -> tuple[Solve, ...]:
                 figures,
                 made.get("decided_by"),
             )
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, ResultsError):
             continue
         found.append(solve)
     return tuple(found)
@@ -199,7 +200,7 @@ def _put_aside(results: Path) -> Path:
     kept = [solve for solve in stored_solves(results) if solve.state == KEPT]
     for solve in kept:
         _marked(solve, REPLACED)
-    if kept and _same_fit(kept[-1].figures, head):
+    if kept and _same_fit(json_content(kept[-1].folder / "fit.json"), head):
         return kept[-1].folder
     when = datetime.fromtimestamp((results / "fit.json").stat().st_mtime, UTC)
     folder = new_folder(results)

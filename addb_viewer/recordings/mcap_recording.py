@@ -18,6 +18,7 @@ from annotations.events import Edit
 from annotations.review_json import KEY
 from solver.capture.atomic import whole_file
 from solver.common.errors import ModelError
+from solver.common.typed_json import plain
 from solver.fitting.fit_result import Fit
 from solver.fitting.settings import as_toml, from_dict
 from solver.fitting.summary import summary
@@ -101,7 +102,7 @@ def _attach_fit(mcap: McapFile, fit: Fit, time_ns: int) -> None:
         mcap.attach("model.osim", "application/xml", skeleton_text(fit.skeleton), time_ns)
     except ModelError as error:
         mcap.attach("model.txt", "text/plain", f"no OpenSim model: {error}\n", time_ns)
-    figures = json.dumps(summary(fit), indent=2, ensure_ascii=False)
+    figures = json.dumps(plain(summary(fit)), indent=2, ensure_ascii=False)
     mcap.attach("fit.json", "application/json", figures, time_ns)
     made_from = json.dumps(dict(fit.provenance), indent=2, ensure_ascii=False)
     mcap.attach("provenance.json", "application/json", made_from, time_ns)

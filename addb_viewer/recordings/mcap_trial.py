@@ -128,7 +128,7 @@ def write_fit(
         file.record(topics.topic("flags"), times[start], FLAG, flag | {"source": replay.forces.source_of(k)})
     for line in lines:
         _write_line(topics, line)
-    figures = {"trial": replay.name, "figures": dict(record.figures)}
+    figures = {"trial": replay.name, "figures": plain(record.figures)}
     file.record(topics.topic("metrics"), times[0], METRICS, figures)
 
 

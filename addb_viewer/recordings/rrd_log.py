@@ -6,15 +6,13 @@ summary                Markdown
 solver/report, figure  on the timeline `solver_step`
 """
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 import rerun as rr
 
 from addb_viewer.recordings.rrd_stream import RrdStream
 from addb_viewer.text.change_words import change_key_findings
 from addb_viewer.text.diagnosis_vocabulary import title
+from addb_viewer.text.judged_figures import Judged, judged_figures, length_words
 from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
 from addb_viewer.trial_view.trial_events import Lane, lanes_of, lines_of, states_of
@@ -78,33 +76,22 @@ def _said(step: SolverStep) -> str:
 def summary_page(record: TrialRecord, recording: Recording) -> str:
     """The trial's figures, and how to read the recording, as Markdown."""
     f, fit = record.figures, recording.fit
-    force, moment, alone = f["linear_residual"], f["angular_residual"], f["kinematics_only"]
     rows = [
-        ("frames used", f"{f['frames_with_force_used']} of {f['frames']}", "decided by " + f["mask_source"]),
-        ("marker RMS", _cm(f["marker_rms_m"]), _verdict(f, "marker_rms", "2 cm")),
-        ("largest marker error", _cm(f["marker_max_m"]), _verdict(f, "marker_max", "4 cm")),
-        (
-            "residual force, RMS",
-            _rms(force, "rms_N", "N", "rms_BW", "BW"),
-            _verdict(f, "linear", "0.05 BW"),
-        ),
-        (
-            "residual moment, RMS",
-            _rms(moment, "rms_Nm", "N·m", "rms_BWh", "BW·h"),
-            _verdict(f, "angular", "0.01 BW·h"),
-        ),
+        ("Frames used", f"{f.frames_with_force_used} of {f.frames}", "decided by " + f.mask_source),
+        *((each.label, each.words or "not computed", _verdict(each)) for each in judged_figures(f)),
     ]
-    if f.get("forces_predicted"):
-        rows.append(("forces and torques", "predicted from the motion", "no measurement confirms them"))
-    if alone is not None:
-        rows.append(("marker RMS of the markers alone", _cm(alone["marker_rms_m"]), "before forces counted"))
-    if changed := change_key_findings(f.get("change")):
-        rows.append(("joints moved by the fit to forces", changed, "no error by itself"))
+    if f.forces_predicted:
+        rows.append(("Forces and torques", "predicted from the motion", "no measurement confirms them"))
+    if f.kinematics_only is not None:
+        before = length_words(f.kinematics_only.marker_rms_m)
+        rows.append(("Marker error of the markers alone, RMS", before, "before forces counted"))
+    if changed := change_key_findings(f.change):
+        rows.append(("Joints moved by the fit to forces", changed, "no error by itself"))
     person = f"{fit.mass_kg:.1f} kg, {fit.height_m:.2f} m"
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     compared = f" Sky blue: *{record.before_name}*." if record.before is not None else ""
     return (
-        f"**{recording.subject}, {record.replay.name}**: {person}, {f['rate_hz']:.0f} Hz.\n\n"
+        f"**{recording.subject}, {record.replay.name}**: {person}, {f.rate_hz:.0f} Hz.\n\n"
         f"| figure | value | bound |\n|---|---|---|\n{table}\n\n"
         "Residuals: what the motion demands less what was measured, over the frames used; the moment is "
         "about the root joint's centre, in the ground frame.\n\n"
@@ -121,14 +108,5 @@ def _diagnosis(diagnosis: DiagnosisReport | None) -> str:
     return f"\n**Diagnosis:** {diagnosis.verdict}\n\n{named}"
 
 
-def _cm(length_m: float | None) -> str:
-    return "not computed" if length_m is None else f"{100 * length_m:.2f} cm"
-
-
-def _verdict(figures: Mapping[str, Any], name: str, bound: str) -> str:
-    within = figures["hicks"][name]
-    return "" if within is None else f"{'within' if within else 'BEYOND'} {bound}"
-
-
-def _rms(figures: Mapping[str, float] | None, name: str, unit: str, scaled: str, of: str) -> str:
-    return "not computed" if figures is None else f"{figures[name]:.1f} {unit} = {figures[scaled]:.4f} {of}"
+def _verdict(judged: Judged) -> str:
+    return "" if judged.within is None else f"{'within' if judged.within else 'BEYOND'} {judged.bound}"

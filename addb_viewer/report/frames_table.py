@@ -53,7 +53,7 @@ def frames_part(record: TrialRecord, kept: Kept, index: int) -> Safe:
     if kept.contacts is not None:
         measured, of = kept.contacts
         said.append(f"Plates carry the foot in {measured} of the {of} times that one stands on the ground.")
-    said.append(f"Who decided: {decided_by(str(record.figures['mask_source']), kept)}.")
+    said.append(f"Who decided: {decided_by(record.figures.mask_source, kept)}.")
     head = ("Frames are …", "Foot", "Frames", "Time", "Where: frames, seconds on the recording's clock")
     return joined((element("p", " ".join(said)), table(head, rows, "frames")))
 

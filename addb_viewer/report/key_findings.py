@@ -7,9 +7,9 @@ import numpy as np
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept, decided_by, frames_words, in_all, seconds_words
 from addb_viewer.report.markup import Safe, element, joined
-from addb_viewer.report.quality import LARGEST_MARKER, SOURCE, judged_figures
 from addb_viewer.text.change_words import change_sentence
 from addb_viewer.text.diagnosis_vocabulary import listed
+from addb_viewer.text.judged_figures import LARGEST_MARKER, SOURCE, judged_figures
 from addb_viewer.text.verdict_words import verdict
 from addb_viewer.trial_view.recorded_subject import TrialRecord
 from solver.contact.wrenches import DETECTION
@@ -130,7 +130,7 @@ def _frames(report: SubjectReport) -> Safe:
         lines.append(element("ul", *(element("li", reason) for reason in said)))
     if any(len(trial.causes) > 1 for trial in kept):
         lines.append("A frame is usable when the forces of both feet are; so reasons overlap.")
-    sources = [str(record.figures["mask_source"]) for record in report.recording.trials]
+    sources = [record.figures.mask_source for record in report.recording.trials]
     who = [decided_by(source, of) for source, of in zip(sources, kept, strict=True)]
     lines.append(f"Who decided: {listed(list(dict.fromkeys(who)))}.")
     unconfirmed = any(DETECTION in source for source in sources)
@@ -173,11 +173,11 @@ def _bounds(report: SubjectReport) -> Safe:
 
 def _changes(report: SubjectReport) -> list[str]:
     """What the residuals may have cost, of the trials that were changed most."""
-    records = [r for r in report.recording.trials if change_sentence(r.figures.get("change"))]
-    records.sort(key=lambda r: -r.figures["change"]["joints_rms_deg"])
+    records = [r for r in report.recording.trials if change_sentence(r.figures.change)]
+    records.sort(key=lambda r: -((r.figures.change and r.figures.change.joints_rms_deg) or 0.0))
     name = len(report.recording.trials) > 1
     told = [
-        f"{f'{r.replay.name}: ' if name else ''}{change_sentence(r.figures['change'])}."
+        f"{f'{r.replay.name}: ' if name else ''}{change_sentence(r.figures.change)}."
         for r in records[:MOST_CHANGES]
     ]
     if len(records) > MOST_CHANGES:

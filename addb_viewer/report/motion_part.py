@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from statistics import mean, stdev
-from typing import Any
 
 from addb_viewer.report.markup import Safe, element, joined, table
 from addb_viewer.text.change_words import (
@@ -14,6 +13,7 @@ from addb_viewer.text.change_words import (
     limit_in_words,
 )
 from annotations.foot_names import foot_words
+from solver.fitting.fit_summary import ChangeFigures, TrialFigures
 from solver.gait.cycles import Cycle
 from solver.gait.trial_gait import Gait
 
@@ -66,7 +66,7 @@ def _spread(cycles: Sequence[Cycle], figure: Callable[[Cycle], float | None], un
     return f"{mean(known):.{digits}f}{spread} {unit}"
 
 
-def changed_part(trials: Sequence[Mapping[str, Any]]) -> Safe:
+def changed_part(trials: Sequence[TrialFigures]) -> Safe:
     """A sentence a trial, and its table one click away; empty where no trial was fitted to forces.
 
     Args:
@@ -74,10 +74,10 @@ def changed_part(trials: Sequence[Mapping[str, Any]]) -> Safe:
     """
     pieces = []
     for figures in trials:
-        change = figures.get("change")
+        change = figures.change
         if change is None or not change_sentence(change):
             continue
-        name = f"{figures['name']}: " if len(trials) > 1 else ""
+        name = f"{figures.name}: " if len(trials) > 1 else ""
         pieces.append(element("p", f"{name}{change_sentence(change)}."))
         told = (
             "Root mean squares; the constant part and the bands add up as squares. Small: gain and phase "
@@ -99,7 +99,7 @@ def changed_part(trials: Sequence[Mapping[str, Any]]) -> Safe:
     return joined((heading, element("p", READING), *pieces))
 
 
-def _table(change: Mapping[str, Any]) -> Safe:
+def _table(change: ChangeFigures) -> Safe:
     head = ("Coordinate", "RMS", "constant", *bands_in_words(change), "Range", "Peak speed")
     return table(head, [_cells(row) for row in change_rows(change)], "changed")
 

@@ -7,9 +7,9 @@ from addb_viewer.report.frames_kept import Kept, in_all
 from addb_viewer.report.key_findings import bounds_of, frames_sentence, reasons, strip, verdict_kind
 from addb_viewer.report.made_from import person_rows
 from addb_viewer.report.markup import Safe, element, joined
-from addb_viewer.report.quality import SOURCE, Judged, judged_figures
 from addb_viewer.report.report_page import page_html
 from addb_viewer.text.diagnosis_vocabulary import amounts, short_title, sureness, tentative_of
+from addb_viewer.text.judged_figures import SOURCE, Judged, judged_figures
 from addb_viewer.text.use_words import use
 from addb_viewer.text.verdict_words import headline
 from addb_viewer.trial_view.recorded_subject import TrialRecord
@@ -122,7 +122,7 @@ def _badness(row: tuple[TrialRecord, Kept]) -> tuple[float, float]:
 
 def _cells(record: TrialRecord, kept: Kept) -> list[Safe]:
     usable = joined((f"{kept.count} of {kept.frames}", strip(kept)))
-    sources = str(record.figures["mask_source"]).split(" + ")
+    sources = record.figures.mask_source.split(" + ")
     who = ", ".join(DECIDED.get(source, source) for source in sources)
     return [
         element("td", usable),

@@ -11,8 +11,8 @@ from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept, decided_by, in_all
 from addb_viewer.report.key_findings import frames_sentence
 from addb_viewer.report.markup import Safe, element, joined
-from addb_viewer.report.quality import SOURCE, Judged, judged_figures
 from addb_viewer.report.report_page import page_html
+from addb_viewer.text.judged_figures import SOURCE, Judged, judged_figures
 from addb_viewer.trial_view.recorded_subject import TrialRecord
 from solver.capture.atomic import write_whole
 
@@ -109,7 +109,7 @@ def _rows(entry: Entry, file: Path) -> list[Safe]:
 
 def _row(entry: Entry, address: str, record: TrialRecord, kept: Kept) -> Safe:
     assert entry.report is not None
-    source = str(record.figures["mask_source"])
+    source = record.figures.mask_source
     short = ", ".join(DECIDED_SHORT.get(one, one) for one in source.split(" + "))
     diagnosis = entry.report.diagnosis.figures
     share = kept.count / max(kept.frames, 1)

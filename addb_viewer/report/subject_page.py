@@ -13,7 +13,6 @@ from addb_viewer.report.markup import Safe, data_script, element, joined, part, 
 from addb_viewer.report.moments import moments_of
 from addb_viewer.report.motion_part import changed_part, strides_part
 from addb_viewer.report.quality import (
-    SOURCE,
     bounds_of,
     held_out_table,
     quality_table,
@@ -26,6 +25,7 @@ from addb_viewer.report.still_picture import still_picture
 from addb_viewer.report.timeline import timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
 from addb_viewer.text.held_out_words import rest_words
+from addb_viewer.text.judged_figures import SOURCE
 from addb_viewer.trial_view.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
 from addb_viewer.trial_view.recorded_subject import TrialRecord
 from solver.capture.atomic import write_whole
@@ -115,7 +115,7 @@ def _quality(report: SubjectReport) -> Safe:
             class_="fine",
         ),
     ]
-    if predicted := [of["name"] for of in figures if of.get("forces_predicted")]:
+    if predicted := [of.name for of in figures if of.forces_predicted]:
         pieces.append(
             element(
                 "p",

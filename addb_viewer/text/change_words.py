@@ -1,13 +1,10 @@
-"""What the fit to forces changed in the motion, in words and rows.
+"""What the fit to forces changed in the motion, in words and rows."""
 
-Takes the plain values of a trial's `change` in `fit --json`.
-"""
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from addb_viewer.text.coordinate_words import coordinate_in_words
+from solver.fitting.fit_summary import ChangeFigures, CoordinateFigures
 
 MOST_NAMED = 2  # coordinates in the sentence
 LEAST = 0.05  # [° or mm] smaller changes round to nothing
@@ -17,8 +14,6 @@ READING = (
     "motion that was distorted to lower the residual shows here: a gain well below 1 where people move, "
     "smaller ranges, lower peak speeds."
 )
-
-Figures = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -34,50 +29,48 @@ class ChangeRow:
     peak_speed: str
 
 
-def change_sentence(change: Figures | None) -> str:
+def change_sentence(change: ChangeFigures | None) -> str:
     """In one line; empty where nothing was fitted to forces.
 
     Args:
         change: of a trial.
     """
-    if change is None or change["joints_rms_deg"] is None:
+    if change is None or change.joints_rms_deg is None:
         return ""
-    most = [c for c in largest_first(change) if not c["root"] and c["unit"] == "deg"][:MOST_NAMED]
-    named = ", ".join(f"{coordinate_in_words(c['name'])} {c['rms']:.1f}°" for c in most)
+    most = [c for c in largest_first(change) if not c.root and c.unit == "deg"][:MOST_NAMED]
+    named = ", ".join(f"{coordinate_in_words(c.name)} {c.rms:.1f}°" for c in most)
     parts = [
-        f"The fit to forces moved the joints by {change['joints_rms_deg']:.1f}° RMS "
-        f"({change['joints_offset_deg']:.1f}° of it constant)",
+        f"The fit to forces moved the joints by {change.joints_rms_deg:.1f}° RMS "
+        f"({change.joints_offset_deg:.1f}° of it constant)",
         f"most: {named}",
     ]
-    if gain := change["joints_gain"]:
-        parts.append(
-            f"{100 * gain['gain']:.0f} % of their movement at {band_in_words(gain['band_hz'])} is left"
-        )
+    if gain := change.joints_gain:
+        parts.append(f"{100 * gain.gain:.0f} % of their movement at {band_in_words(gain.band_hz)} is left")
     return "; ".join(parts)
 
 
-def change_key_findings(change: Figures | None) -> str:
+def change_key_findings(change: ChangeFigures | None) -> str:
     """The same in a few words."""
-    if change is None or change["joints_rms_deg"] is None:
+    if change is None or change.joints_rms_deg is None:
         return ""
-    gain = change["joints_gain"]
-    remains = f"; gain {gain['gain']:.2f} at {band_in_words(gain['band_hz'])}" if gain else ""
-    return f"{change['joints_rms_deg']:.1f}° RMS{remains}"
+    gain = change.joints_gain
+    remains = f"; gain {gain.gain:.2f} at {band_in_words(gain.band_hz)}" if gain else ""
+    return f"{change.joints_rms_deg:.1f}° RMS{remains}"
 
 
-def change_rows(change: Figures) -> list[ChangeRow]:
+def change_rows(change: ChangeFigures) -> list[ChangeRow]:
     """Of every coordinate that was changed, in the model's order."""
-    return [_row(c) for c in change["coordinates"] if c["rms"] >= LEAST]
+    return [_row(c) for c in change.coordinates if c.rms >= LEAST]
 
 
-def largest_first(change: Figures) -> Sequence[Figures]:
+def largest_first(change: ChangeFigures) -> Sequence[CoordinateFigures]:
     """The coordinates, those that were changed most at first: angles, then translations."""
-    return sorted(change["coordinates"], key=lambda c: (c["unit"] != "deg", -float(c["rms"])))
+    return sorted(change.coordinates, key=lambda c: (c.unit != "deg", -float(c.rms)))
 
 
-def bands_in_words(change: Figures) -> list[str]:
+def bands_in_words(change: ChangeFigures) -> list[str]:
     """The heads of the bands."""
-    return [band_in_words(band) for band in change["bands_hz"]]
+    return [band_in_words(band) for band in change.bands_hz]
 
 
 def band_in_words(band: Sequence[float | None]) -> str:
@@ -92,21 +85,21 @@ def signed(value: float, digits: int = 0) -> str:
     return told[1:] if float(told) == 0.0 else told
 
 
-def limit_in_words(change: Figures) -> str:
+def limit_in_words(change: ChangeFigures) -> str:
     """What ranges and peaks are held against."""
-    return f"the markers' motion, low-passed without lag at {change['limit_hz']:g} Hz"
+    return f"the markers' motion, low-passed without lag at {change.limit_hz:g} Hz"
 
 
-def _row(c: Figures) -> ChangeRow:
-    unit, speed, digits = ("°", "°/s", 1) if c["unit"] == "deg" else (" mm", " mm/s", 0)
+def _row(c: CoordinateFigures) -> ChangeRow:
+    unit, speed, digits = ("°", "°/s", 1) if c.unit == "deg" else (" mm", " mm/s", 0)
     return ChangeRow(
-        coordinate_in_words(c["name"]),
-        f"{c['rms']:.{digits}f}{unit}",
-        f"{signed(c['offset'], digits)}{unit}",
-        tuple(f"{band:.2f}°" if unit == "°" else f"{band:.1f}{unit}" for band in c["bands"]),
-        tuple("" if g is None else f"{g['gain']:.2f}, {signed(g['phase_deg'])}°" for g in c["gains"]),
-        _compared(c["range"], c["range_of_markers"], unit),
-        _compared(c["peak_speed"], c["peak_speed_of_markers"], speed),
+        coordinate_in_words(c.name),
+        f"{c.rms:.{digits}f}{unit}",
+        f"{signed(c.offset, digits)}{unit}",
+        tuple(f"{band:.2f}°" if unit == "°" else f"{band:.1f}{unit}" for band in c.bands),
+        tuple("" if g is None else f"{g.gain:.2f}, {signed(g.phase_deg)}°" for g in c.gains),
+        _compared(c.range, c.range_of_markers, unit),
+        _compared(c.peak_speed, c.peak_speed_of_markers, speed),
     )
 
 

@@ -1,66 +1,68 @@
 """Held-out forces in words: what fit and markers miss, and where the fit is the worse of the two."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
-KINDS = {"blocks": "blocks", "steps": "whole steps"}
-QUANTITIES = {"force": "N", "moment": "N·m"}
+from solver.fitting.fit_summary import HeldOutFigures, LayoutFigures, MissedFigures, TrialFigures
 
 
-def held_out_words(figures: Mapping[str, Any]) -> tuple[str, ...]:
-    """A sentence a kind of layout: what was predicted how well; none before the first layout.
+def layouts_judged(figures: TrialFigures) -> Iterator[tuple[str, LayoutFigures]]:
+    """What is held out in words, and its layouts so far; of a trial."""
+    layouts = figures.held_out_layouts
+    if layouts is not None:
+        for words, found in (("blocks", layouts.blocks), ("whole steps", layouts.steps)):
+            if found is not None:
+                yield words, found
 
-    Args:
-        figures: of a trial, in the shape of `fit --json`.
-    """
-    held_out_layouts = figures.get("held_out_layouts") or {}
+
+def quantities(found: LayoutFigures) -> tuple[tuple[str, str, MissedFigures], ...]:
+    """What was predicted, its unit, and how well."""
+    return (("force", "N", found.force), ("moment", "N·m", found.moment))
+
+
+def first_layout(found: HeldOutFigures | None) -> Iterator[tuple[str, str, float, float, float]]:
+    """What a solve judges itself: quantity, unit, missed by fit and by markers alone, whose cut-off [Hz]."""
+    if found is not None:
+        force, moment = found.kinematics_only_linear_residual, found.kinematics_only_angular_residual
+        force_hz, moment_hz = found.markers_cutoff_hz
+        yield "force", "N", found.linear_residual.rms_N, force.rms_N, force_hz
+        yield "moment", "N·m", found.angular_residual.rms_Nm, moment.rms_Nm, moment_hz
+
+
+def pieces_words(found: LayoutFigures, words: str) -> tuple[str, str]:
+    """How many pieces, and in how many layouts."""
+    pieces = words.removesuffix("s") if found.pieces == 1 else words
+    return f"{found.pieces} {pieces}", f"{found.layouts} layout{'s' * (found.layouts != 1)}"
+
+
+def held_out_words(figures: TrialFigures) -> tuple[str, ...]:
+    """A sentence a kind of layout: what was predicted how well; none before the first layout."""
     said = []
-    for kind, words in KINDS.items():
-        found = held_out_layouts.get(kind)
-        if found:
-            each = [_missed(found[quantity], unit) for quantity, unit in QUANTITIES.items()]
-            layouts = "layout" if found["layouts"] == 1 else "layouts"
-            pieces = words.removesuffix("s") if found["pieces"] == 1 else words
-            said.append(
-                f"{found['pieces']} {pieces} held out in {found['layouts']} {layouts}, "
-                f"{found['frames']} frames: errors {each[0]} and {each[1]}"
-            )
+    for words, found in layouts_judged(figures):
+        force, moment = (_missed(missed, unit) for _, unit, missed in quantities(found))
+        pieces, layouts = pieces_words(found, words)
+        said.append(f"{pieces} held out in {layouts}, {found.frames} frames: errors {force} and {moment}")
     return tuple(said)
 
 
-def worse_words(figures: Mapping[str, Any]) -> tuple[str, ...]:
-    """Where the markers alone predict held-out forces better than the fit, by how much and how surely.
-
-    Args:
-        figures: of a trial, in the shape of `fit --json`.
-    """
-    held_out_layouts = figures.get("held_out_layouts") or {}
-    said = []
-    for kind, words in KINDS.items():
-        found = held_out_layouts.get(kind) or {}
-        for quantity, unit in QUANTITIES.items():
-            of = found.get(quantity)
-            if of and of["ratio"] is not None and of["ratio"] > 1:
-                said.append(
-                    f"worse than markers alone on held-out {words}: {quantity} {of['rms']:.1f} {unit}, "
-                    f"markers at {cutoff_words(of['markers_cutoffs_hz'])} {of['markers_rms']:.1f} {unit}, "
-                    f"{of['ratio']:.2f} times; {_how_sure(of['ratio_90'], words)}"
-                )
-    return tuple(said)
+def worse_words(figures: TrialFigures) -> tuple[str, ...]:
+    """Where the markers alone predict held-out forces better than the fit, by how much and how surely."""
+    return tuple(
+        f"worse than markers alone on held-out {words}: {quantity} {of.rms:.1f} {unit}, "
+        f"markers at {cutoff_words(of.markers_cutoffs_hz)} {of.markers_rms:.1f} {unit}, "
+        f"{of.ratio:.2f} times; {_how_sure(of.ratio_90, words)}"
+        for words, found in layouts_judged(figures)
+        for quantity, unit, of in quantities(found)
+        if of.ratio is not None and of.ratio > 1
+    )
 
 
-def rest_words(figures: Sequence[Mapping[str, Any]]) -> str | None:
-    """That layouts are still to come; None where none is, or nothing was held out.
-
-    Args:
-        figures: of all trials, in the shape of `fit --json`.
-    """
-    for trial in figures:
-        held_out_layouts = trial.get("held_out_layouts")
-        if held_out_layouts and held_out_layouts["layouts"] < held_out_layouts["of"]:
+def rest_words(trials: Sequence[TrialFigures]) -> str | None:
+    """That layouts are still to come; None where none is, or nothing was held out."""
+    for trial in trials:
+        layouts = trial.held_out_layouts
+        if layouts and layouts.layouts < layouts.of:
             return (
-                f"held-out forces: {held_out_layouts['layouts']} of {held_out_layouts['of']} layouts are "
-                f"evaluated so far; "
+                f"held-out forces: {layouts.layouts} of {layouts.of} layouts are evaluated so far; "
                 "addb-viewer fit continues with the others"
             )
     return None
@@ -72,10 +74,10 @@ def cutoff_words(cutoffs_hz: Sequence[float]) -> str:
     return f"{low:g} Hz" if low == high else f"{low:g} to {high:g} Hz"
 
 
-def _missed(of: Mapping[str, Any], unit: str) -> str:
+def _missed(of: MissedFigures, unit: str) -> str:
     return (
-        f"{of['rms']:.1f} {unit} (markers alone at {cutoff_words(of['markers_cutoffs_hz'])} "
-        f"{of['markers_rms']:.1f} {unit})"
+        f"{of.rms:.1f} {unit} (markers alone at {cutoff_words(of.markers_cutoffs_hz)} "
+        f"{of.markers_rms:.1f} {unit})"
     )
 
 

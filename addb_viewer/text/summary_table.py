@@ -1,9 +1,8 @@
 """The summary of a fit in the terminal: units in the heads, ✓ and ✗ where Hicks et al. 2015 set a bound."""
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from io import StringIO
-from typing import Any
 
 from rich import box
 from rich.console import Console
@@ -11,11 +10,11 @@ from rich.table import Table
 from rich.text import Text
 
 from addb_viewer.text.change_words import change_sentence
-from addb_viewer.text.held_out_words import cutoff_words, held_out_words, worse_words
+from addb_viewer.text.held_out_words import cutoff_words, first_layout, held_out_words, worse_words
 from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.stored_words import stored_words
-from solver.common.notes import Note
 from solver.dynamics.thresholds import Thresholds
+from solver.fitting.fit_summary import FitSummary, HeldOutFigures, TrialFigures
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
 _MOST_DECISIONS = 5  # lines: with what is held out, noted, written and not used, a screen's end has ten
@@ -28,8 +27,8 @@ _MASKS = {
 _COLUMNS = ("used of\nframes", "marker\nRMS cm", "\nmax cm", "force\nN", "\nBW", "moment\nN·m", "\nBW·h")
 
 
-def print_summary(figures: dict[str, Any], *, notes: bool = False, closing: Sequence[str] = ()) -> None:
-    """Print what `solver.fitting.summary.summary` found: the table, and what needs a decision.
+def print_summary(figures: FitSummary, *, notes: bool = False, closing: Sequence[str] = ()) -> None:
+    """Print the figures of a fit: the table, and what needs a decision.
 
     Args:
         figures: of a subject.
@@ -44,106 +43,101 @@ def print_summary(figures: dict[str, Any], *, notes: bool = False, closing: Sequ
     )
 
 
-def summary_text(figures: Mapping[str, Any]) -> str:
+def summary_text(figures: FitSummary) -> str:
     """The same as a text: the table, and what needs a decision."""
     console = Console(highlight=False, width=_WIDTH_OF_A_PIPE, file=StringIO(), force_jupyter=False)
-    _print(console, dict(figures), notes=False, closing=())
+    _print(console, figures, notes=False, closing=())
     text: str = console.file.getvalue()  # type: ignore[attr-defined]
     return "\n".join(line.rstrip() for line in text.splitlines())
 
 
-def _print(console: Console, figures: dict[str, Any], notes: bool, closing: Sequence[str]) -> None:
+def _print(console: Console, figures: FitSummary, notes: bool, closing: Sequence[str]) -> None:
     console.print(_subject_line(figures))
-    console.print(_table(figures["trials"]))
+    console.print(_table(figures.trials))
     console.print(_legend(), style="dim")
     if notes:
         _print_all(console, figures)
     else:
         for line in after_table(figures):
             console.print(Text(line), soft_wrap=True)
-    if figures["files"]:
-        console.print(Text(f"written: {figures['files'][0]}"), soft_wrap=True)
+    if figures.files:
+        console.print(Text(f"written: {figures.files[0]}"), soft_wrap=True)
     for line in closing:
         console.print(Text(line), soft_wrap=True)
 
 
-def _print_all(console: Console, figures: dict[str, Any]) -> None:
-    for line in _honesty(figures["trials"]):
+def _print_all(console: Console, figures: FitSummary) -> None:
+    for line in _honesty(figures.trials):
         console.print(line, soft_wrap=True)
-    for trial in figures["trials"]:
-        if changed := change_sentence(trial.get("change")):
-            console.print(Text(f"{trial['name']}: {changed[0].lower()}{changed[1:]}"), soft_wrap=True)
-    for found in by_kind(map(Note.from_json, figures["notes"])):
+    for trial in figures.trials:
+        if changed := change_sentence(trial.change):
+            console.print(Text(f"{trial.name}: {changed[0].lower()}{changed[1:]}"), soft_wrap=True)
+    for found in by_kind(figures.notes):
         console.print(Text(f"{found.heading}:"), style="bold" if found.needs_decision else "")
         for note in found.notes:
             console.print(Text(f"  note: {note}"), soft_wrap=True)
 
 
-def after_table(figures: dict[str, Any]) -> list[str]:
-    """How well held-out forces are predicted, what needs a decision, what else is noted: seven lines at most.
-
-    Args:
-        figures: as `solver.fitting.summary.summary` found them.
-    """
-    kinds = by_kind(map(Note.from_json, figures["notes"]))
+def after_table(figures: FitSummary) -> list[str]:
+    """How well held-out forces are predicted, what needs a decision, what is noted: at most seven lines."""
+    kinds = by_kind(figures.notes)
     decisions = [
-        *_about_trials(figures["trials"]),
+        *_about_trials(figures.trials),
         *(found.key_findings for found in kinds if found.needs_decision),
     ]
     shown, left = decisions[:_MOST_DECISIONS], len(decisions) - _MOST_DECISIONS
     rest = [f"{left} more to decide"] if left > 0 else []
-    rest += _chosen_by_people(figures["trials"])
-    if any(trial.get("stored") for trial in figures["trials"]):
+    rest += _chosen_by_people(figures.trials)
+    if any(trial.stored for trial in figures.trials):
         rest.append("figures stored in the file")
     rest += [found.heading for found in kinds if not found.needs_decision]
     return [
-        *_held_out_at_worst(figures["trials"]),
+        *_held_out_at_worst(figures.trials),
         *(f"! {line}" for line in shown),
         *([f"also noted (--notes): {'; '.join(rest)}"] if rest else []),
     ]
 
 
-def _about_trials(trials: Sequence[dict[str, Any]]) -> Iterator[str]:
+def _about_trials(trials: Sequence[TrialFigures]) -> Iterator[str]:
     """What the figures themselves ask somebody to decide, for all trials at once."""
-    worse = [f"{trial['name']}: {said}" for trial in trials for said in worse_words(trial)]
+    worse = [f"{trial.name}: {said}" for trial in trials for said in worse_words(trial)]
     if worse:
         yield worse[0] + (f" (and {len(worse) - 1} more)" if len(worse) > 1 else "")
-    proposed = [trial["name"] for trial in trials if "proposals" in trial["mask_source"].split(" + ")]
+    proposed = [trial.name for trial in trials if "proposals" in trial.masks]
     if proposed:
         yield f"frames left out by detection that nobody has reviewed: {', '.join(proposed)}"
 
 
-def _chosen_by_people(trials: Sequence[dict[str, Any]]) -> list[str]:
+def _chosen_by_people(trials: Sequence[TrialFigures]) -> list[str]:
     """Whose review says which frames count, once for all trials."""
-    sources = dict.fromkeys(source for trial in trials for source in trial["mask_source"].split(" + "))
+    sources = dict.fromkeys(source for trial in trials for source in trial.masks)
     chose = [_MASKS[source] for source in sources if source not in ("none", "proposals")]
     return [f"frames chosen by {' and '.join(chose)}"] if chose else []
 
 
-def _held_out_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:
+def _held_out_at_worst(trials: Sequence[TrialFigures]) -> list[str]:
     """The trial whose held-out force is missed by most, against the markers alone."""
-    with_any = [trial for trial in trials if trial["held_out"] is not None]
-    if not with_any:
+    found = [(trial.name, trial.held_out) for trial in trials if trial.held_out is not None]
+    if not found:
         return []
-    worst = max(with_any, key=lambda trial: trial["held_out"]["linear_residual"]["rms_N"])
-    held_out = worst["held_out"]
-    of = f", worst of {len(with_any)}" if len(with_any) > 1 else ""
+    name, held_out = max(found, key=lambda each: each[1].linear_residual.rms_N)
+    of = f", worst of {len(found)}" if len(found) > 1 else ""
     return [
-        f"held-out forces ({worst['name']}{of}): error on {held_out['frames']} frames "
-        f"{held_out['linear_residual']['rms_N']:.1f} N, {held_out['angular_residual']['rms_Nm']:.1f} N·m"
+        f"held-out forces ({name}{of}): error on {held_out.frames} frames "
+        f"{held_out.linear_residual.rms_N:.1f} N, {held_out.angular_residual.rms_Nm:.1f} N·m"
         f"{_markers_alone(held_out, cutoffs=False)}"
     ]
 
 
-def print_held_out(figures: dict[str, Any], *, notes: bool = False) -> None:
+def print_held_out(figures: FitSummary, *, notes: bool = False) -> None:
     """Print how well forces were predicted on all layouts that have been judged.
 
     Args:
-        figures: as `solver.fitting.summary.summary` found them.
+        figures: of a subject.
         notes: of every trial, however many there are; else where the fit is the worse of the two comes first.
     """
     console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
-    lines = [line for trial in figures["trials"] for line in _held_out(trial)]
+    lines = [line for trial in figures.trials for line in _held_out(trial)]
     if not notes and len(lines) > _MOST_HELD_OUT:
         lines.sort(key=lambda line: not line.style)
         left = len(lines) - _MOST_HELD_OUT + 1
@@ -154,16 +148,16 @@ def print_held_out(figures: dict[str, Any], *, notes: bool = False) -> None:
         console.print(line, soft_wrap=True)
 
 
-def _subject_line(figures: dict[str, Any]) -> Text:
-    subject, model = figures["subject"], figures["model"]
-    entered = subject["mass_entered_kg"]
+def _subject_line(figures: FitSummary) -> Text:
+    subject, model = figures.subject, figures.model
+    entered = subject.mass_entered_kg
     of_scale = f" ({entered:.1f} kg entered)" if entered is not None else ""
-    mass = f"{subject['mass_kg']:.1f} kg" if subject["mass_kg"] is not None else "mass unknown"
-    height = f"{subject['height_m']:.2f} m" if subject["height_m"] is not None else "height unknown"
-    return Text(f"{mass}{of_scale}, {height}; {model['bodies']} bodies, {model['dofs']} degrees of freedom")
+    mass = f"{subject.mass_kg:.1f} kg" if subject.mass_kg is not None else "mass unknown"
+    height = f"{subject.height_m:.2f} m" if subject.height_m is not None else "height unknown"
+    return Text(f"{mass}{of_scale}, {height}; {model.bodies} bodies, {model.dofs} degrees of freedom")
 
 
-def _table(trials: list[dict[str, Any]]) -> Table:
+def _table(trials: Sequence[TrialFigures]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("trial", overflow="fold", min_width=8)
     for head in _COLUMNS:
@@ -173,70 +167,63 @@ def _table(trials: list[dict[str, Any]]) -> Table:
     return table
 
 
-def _row(trial: dict[str, Any]) -> list[Text]:
-    linear, angular, hicks = trial["linear_residual"] or {}, trial["angular_residual"] or {}, trial["hicks"]
-    moment = _judged(angular.get("rms_BWh"), ".4f", hicks["angular"])
-    if hicks["angular_paper"] is not None:
-        moment.append(f" ({_mark(hicks['angular_paper'])})")
+def _row(trial: TrialFigures) -> list[Text]:
+    linear, angular, hicks = trial.linear_residual, trial.angular_residual, trial.hicks
+    moment = _judged(trial.moment_BWh, ".4f", hicks.angular)
+    if hicks.angular_paper is not None:
+        moment.append(f" ({_mark(hicks.angular_paper)})")
     return [
-        Text(trial["name"]),
-        Text(f"{trial['frames_with_force_used']} of {trial['frames']}"),
-        _judged(_in_cm(trial["marker_rms_m"]), ".2f", hicks["marker_rms"]),
-        _judged(_in_cm(trial["marker_max_m"]), ".1f", hicks["marker_max"]),
-        _judged(linear.get("rms_N"), ".1f", None),
-        _judged(linear.get("rms_BW"), ".4f", hicks["linear"]),
-        _judged(angular.get("rms_Nm"), ".1f", None),
+        Text(trial.name),
+        Text(f"{trial.frames_with_force_used} of {trial.frames}"),
+        _judged(_in_cm(trial.marker_rms_m), ".2f", hicks.marker_rms),
+        _judged(_in_cm(trial.marker_max_m), ".1f", hicks.marker_max),
+        _judged(linear and linear.rms_N, ".1f", None),
+        _judged(trial.force_BW, ".4f", hicks.linear),
+        _judged(angular and angular.rms_Nm, ".1f", None),
         moment,
     ]
 
 
-def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
+def _honesty(trials: Sequence[TrialFigures]) -> Iterator[Text]:
     """What a low residual does not say: whose mask it is, and how well held-out forces are predicted."""
     for trial in trials:
         parts = []
-        if trial["mask_source"] != "none":
-            chose = [_MASKS[source] for source in trial["mask_source"].split(" + ")]
+        if trial.mask_source != "none":
+            chose = [_MASKS[source] for source in trial.masks]
             parts.append(f"frames chosen by {' and '.join(chose)}")
-        if trial.get("forces_predicted"):
+        if trial.forces_predicted:
             parts.append("no measured force: forces and torques are predicted from the motion, no residual")
-        held_out = trial["held_out"]
+        held_out = trial.held_out
         if held_out is not None:
-            linear, angular = held_out["linear_residual"], held_out["angular_residual"]
+            linear, angular = held_out.linear_residual, held_out.angular_residual
             parts.append(
-                f"error on {held_out['frames']} frames whose force was held out {linear['rms_N']:.1f} N, "
-                f"{angular['rms_Nm']:.1f} N·m{_markers_alone(held_out)}"
+                f"error on {held_out.frames} frames whose force was held out {linear.rms_N:.1f} N, "
+                f"{angular.rms_Nm:.1f} N·m{_markers_alone(held_out)}"
             )
-            if held_out.get("learnt"):
-                own = held_out["motion_only_linear_residual"], held_out["motion_only_angular_residual"]
+            if held_out.learnt:
+                own = held_out.motion_only_linear_residual, held_out.motion_only_angular_residual
                 parts.append(
-                    f"predicted with learnt {', '.join(held_out['learnt'])}; from the fit's own motion alone "
-                    f"{own[0]['rms_N']:.1f} N, {own[1]['rms_Nm']:.1f} N·m"
+                    f"predicted with learnt {', '.join(held_out.learnt)}; from the fit's own motion alone "
+                    f"{own[0].rms_N:.1f} N, {own[1].rms_Nm:.1f} N·m"
                 )
         if parts:
-            yield Text(f"{trial['name']}: {'; '.join(parts)}")
-        yield from (Text(f"{trial['name']}: {words}") for words in stored_words(trial.get("stored", ())))
+            yield Text(f"{trial.name}: {'; '.join(parts)}")
+        yield from (Text(f"{trial.name}: {words}") for words in stored_words(trial.stored))
         yield from _held_out(trial)
 
 
-def _held_out(trial: dict[str, Any]) -> Iterator[Text]:
+def _held_out(trial: TrialFigures) -> Iterator[Text]:
     """A trial's layouts of held-out forces so far, and where the fit is worse than the markers alone."""
     for said in held_out_words(trial):
-        yield Text(f"{trial['name']}: {said}")
+        yield Text(f"{trial.name}: {said}")
     for said in worse_words(trial):
-        yield Text(f"{trial['name']}: {said}", style="red")
+        yield Text(f"{trial.name}: {said}", style="red")
 
 
-def _markers_alone(held_out: dict[str, Any], *, cutoffs: bool = True) -> str:
-    """Of the first layout; an older version's markers are no fair comparison, and not shown."""
-    hz = held_out.get("markers_cutoff_hz")
-    if hz is None:
-        return ""
-    linear, angular = (
-        held_out["kinematics_only_linear_residual"],
-        held_out["kinematics_only_angular_residual"],
-    )
-    at = f" at {cutoff_words(hz)}" if cutoffs else ""
-    return f" (markers alone{at} {linear['rms_N']:.1f} N, {angular['rms_Nm']:.1f} N·m)"
+def _markers_alone(held_out: HeldOutFigures, *, cutoffs: bool = True) -> str:
+    (*_, force, _), (*_, moment, _) = first_layout(held_out)
+    at = f" at {cutoff_words(held_out.markers_cutoff_hz)}" if cutoffs else ""
+    return f" (markers alone{at} {force:.1f} N, {moment:.1f} N·m)"
 
 
 def _in_cm(metres: float | None) -> float | None:

@@ -143,8 +143,7 @@ def _mark(peak: Peak, share: float) -> str:
     shift = 0 if share < EDGE else -100 if share > 1 - EDGE else -50
     return (
         f"<div style='position:absolute;left:{100 * share:.2f}%;top:1px;transform:translateX({shift}%);"
-        f"line-height:1;white-space:nowrap;padding:0 2px;background:{PAPER};"
-        f"color:{peak.line.color.as_text}'>"
+        f"line-height:1;white-space:nowrap;padding:0 2px;background:{PAPER};color:{peak.line.color.as_text}'>"
         f"{BEYOND} {number(peak.value, peak.value)}</div>"
     )
 

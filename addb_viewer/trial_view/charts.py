@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from addb_viewer.trial_view.palette import BLUE, GREY, OTHER_CURVE, PLATES, RESIDUAL, Rgb
 from addb_viewer.trial_view.replay import Replay
-from solver.fitting.summary import Thresholds
+from solver.dynamics.thresholds import Thresholds
 
 BEFORE = "before"  # legend of the solve that is compared with
 

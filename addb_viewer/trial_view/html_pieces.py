@@ -47,8 +47,7 @@ def swatch(color: Rgb, text: str = "") -> str:
     return (
         "<span style='display:inline-block;min-width:1.1em;height:1.15em;line-height:1.15em;"
         "text-align:center;font-weight:700;font-size:.95em;border:1px solid gray;"
-        f"background:{color.css};color:{color.ink.css}'>"
-        f"{html.escape(text)}</span>"
+        f"background:{color.css};color:{color.ink.css}'>{html.escape(text)}</span>"
     )
 
 

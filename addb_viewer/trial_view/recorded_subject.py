@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import trimesh
@@ -15,6 +14,7 @@ from solver.common.notes import Note
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.fitting.fit_result import Fit, TrialFit
+from solver.fitting.fit_summary import TrialFigures
 from solver.fitting.settings import from_dict
 from solver.fitting.summary import all_notes, summary
 from solver.fitting.torques_stage import filter_as_forces
@@ -36,7 +36,7 @@ class TrialRecord:
     replay: Replay
     before: Replay | None  # the same frames; None: nothing to compare with
     before_name: str  # MARKERS_ALONE or PREVIOUS_FIT
-    figures: Mapping[str, Any]  # the trial's part of `fit --json`
+    figures: TrialFigures
     missing: tuple[bool, ...]  # by frame, as `review.json` has it: a foot's force does not count
     costs: tuple[float, ...] = ()  # of the trajectory fit: where it began, and after each iteration
 
@@ -76,7 +76,7 @@ def recording_of(
         edits: of the subject's review.
     """
     bones = body_meshes(fit.skeleton, fit.subject.folder / "Geometry")
-    figures: Any = summary(fit)["trials"]
+    figures = summary(fit).trials
     by_name = {} if previous is None else {trial.capture.name: trial for trial in previous.trials}
     records = []
     for trial, its_figures in zip(fit.trials, figures, strict=True):

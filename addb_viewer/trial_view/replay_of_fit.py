@@ -29,10 +29,10 @@ from solver.capture.plates.zero_level import zeroed
 from solver.common.gravity import GRAVITY
 from solver.contact.contact_phases import contact_phases
 from solver.dynamics.inverse_dynamics import counted_wrenches
+from solver.dynamics.thresholds import Thresholds
 from solver.fitting.fit_result import TrialFit
 from solver.fitting.seen_part import in_view, without_guesses
 from solver.fitting.settings import Settings, from_dict
-from solver.fitting.summary import Thresholds
 from solver.gait.trial_gait import joint_power
 from solver.skeleton.forward import body_poses
 from solver.skeleton.rotations import quaternions

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+
+from solver.fitting.fit_summary import TrialFigures
 
 
 @dataclass(frozen=True)
@@ -15,25 +16,26 @@ class SolverStep:
     values: Mapping[str, float] = field(default_factory=dict)  # figures of the stage, each with its unit
 
 
-def stages_of(figures: Mapping[str, Any], costs: Sequence[float] = ()) -> tuple[SolverStep, ...]:
+def stages_of(figures: TrialFigures, costs: Sequence[float] = ()) -> tuple[SolverStep, ...]:
     """What a kept fit still knows of its solve: seconds of each stage, cost of each iteration, marker errors.
 
     Seconds are of CPU; an iteration's time is its even share of the stage's.
 
     Args:
-        figures: a trial's part of `fit --json`.
+        figures: of the trial.
         costs: of the trajectory fit: where it began, and after each iteration.
     """
     steps, seconds = [], 0.0
-    total = sum(figures["seconds"].values()) or 1.0
-    errors = {"kinematics": figures["kinematics_only"] or figures, "dynamics": figures}
-    for stage, spent in figures["seconds"].items():
+    known = {stage: spent or 0.0 for stage, spent in figures.seconds.items()}
+    total = sum(known.values()) or 1.0
+    errors = {"kinematics": figures.kinematics_only or figures, "dynamics": figures}
+    for stage, spent in known.items():
         for k, cost in enumerate(costs if stage == "dynamics" else ()):
             at = seconds + spent * k / len(costs)
             said = f"dynamics, iteration {k}" if k else "dynamics, where the search begins"
             steps.append(SolverStep(said, at / total, at, {"cost": cost}))
         seconds += spent
-        rms = errors.get(stage, {}).get("marker_rms_m")
+        rms = errors[stage].marker_rms_m if stage in errors else None
         values = {} if rms is None else {"marker_rms_cm": 100 * rms}
         steps.append(SolverStep(stage, seconds / total, seconds, values))
     return tuple(steps)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from benchmarks.truth.ways import LABORATORY, OURS, TimeHistory, Ways
-from solver.dynamics.motion_change import band_gains
+from solver.dynamics.motion_change import spectra_of
 from solver.fitting.fit_result import Fit
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
@@ -141,7 +141,7 @@ def gains(time_history: TimeHistory, marker_fit: TimeHistory) -> dict[str, list[
                 "phase_deg": DEGREES * band.phase_rad,
                 "content_deg": DEGREES * band.content,
             }
-            for band in band_gains(ours, theirs, time_history.rate, BANDS_HZ)
+            for band in spectra_of(ours, theirs, time_history.rate).gains(BANDS_HZ, slice(None))
         ]
     return found
 
@@ -157,7 +157,7 @@ def error_by_band(time_history: TimeHistory, truth: TimeHistory) -> dict[str, li
         error = ours - true
         found[joint] = [
             {"low_Hz": g.low_Hz, "high_Hz": g.high_Hz, "error_deg": DEGREES * g.content}
-            for g in band_gains(error, error, truth.rate, BANDS_HZ)
+            for g in spectra_of(error, error, truth.rate).gains(BANDS_HZ, slice(None))
         ]
     return found
 

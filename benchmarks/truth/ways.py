@@ -120,7 +120,7 @@ def all_ways(
     cutoff = LABORATORY_HZ[activity]
     markers = low_passed_markers(work.match.observed(trial.capture.markers), before.rate, cutoff)
     q = inverse_kinematics(laboratory_skeleton, markers, before.rate, settings.kinematics)
-    motion = Motion(laboratory_skeleton.dofs, q, before.rate, before.start_time)
+    motion = Motion(laboratory_skeleton.dofs, q, before.rate, before.start_time).filled()
     laboratory_filter = replace(filters, cutoff_Hz=cutoff, order=LABORATORY_ORDER)
     time_histories[LABORATORY] = time_history_of(
         motion, _torques(motion, trial, laboratory_skeleton, laboratory_filter)

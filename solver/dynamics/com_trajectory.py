@@ -364,12 +364,6 @@ class ComTrajectory:
     mass: MassEstimate | None  # None likewise, or where μ is negative
     rate: float  # [Hz]
 
-    @property
-    def start_velocity_ground(self) -> Float[np.ndarray, "3"]:
-        """ż₁ [m/s], before the first step of semi-implicit Euler."""
-        step = self.com_ground[1] - self.com_ground[0]
-        return step * self.rate - self.acceleration_ground[0] / self.rate
-
 
 def fit_com_trajectory(data: ComData, settings: ComSettings, prior: MassPrior | None = None) -> ComTrajectory:
     """Fit the trajectory of one trial.

@@ -104,23 +104,6 @@ def spectra_of(
     return Spectra(frequency, own, cross)
 
 
-def band_gains(
-    motion: Float[np.ndarray, "frames columns"],
-    reference: Float[np.ndarray, "frames columns"],
-    rate: float,
-    bands_Hz: Sequence[tuple[float, float]],
-) -> list[BandGain]:
-    """Gain and phase by band, all columns together; see `Spectra.gains`.
-
-    Args:
-        motion: in any unit.
-        reference: on the same frames, in the same unit.
-        rate: [Hz].
-        bands_Hz: from and below.
-    """
-    return spectra_of(motion, reference, rate).gains(bands_Hz, slice(None))
-
-
 @dataclass(frozen=True)
 class CoordinateChange:
     """Of one coordinate, in rad or m."""

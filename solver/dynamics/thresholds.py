@@ -19,22 +19,32 @@ class Thresholds:
 
 
 @dataclass(frozen=True)
-class Figures:
-    """What the thresholds are held against; None where a figure was not computed."""
+class Verdicts:
+    """Whether each threshold is kept; None where the figure is missing."""
 
-    linear_BW: float | None
-    angular_BWh: float | None
-    marker_rms_m: float | None
-    marker_max_m: float | None
+    linear: bool | None
+    angular: bool | None
+    marker_rms: bool | None
+    marker_max: bool | None
+    angular_paper: bool | None
 
 
-def verdicts(figures: Figures, thresholds: Thresholds) -> dict[str, bool | None]:
-    """Pass or fail of each threshold; None where the figure is missing."""
-    pairs = {
-        "linear": (figures.linear_BW, thresholds.linear_BW),
-        "angular": (figures.angular_BWh, thresholds.angular_BWh),
-        "marker_rms": (figures.marker_rms_m, thresholds.marker_rms_m),
-        "marker_max": (figures.marker_max_m, thresholds.marker_max_m),
-        "angular_paper": (figures.angular_BWh, thresholds.angular_paper_BWh),
-    }
-    return {name: None if value is None else value <= limit for name, (value, limit) in pairs.items()}
+def verdicts(
+    linear_BW: float | None,
+    angular_BWh: float | None,
+    marker_rms_m: float | None = None,
+    marker_max_m: float | None = None,
+) -> Verdicts:
+    """Pass or fail of each threshold; arguments as they are called there."""
+    limits = Thresholds()
+
+    def kept(value: float | None, limit: float) -> bool | None:
+        return None if value is None else value <= limit
+
+    return Verdicts(
+        linear=kept(linear_BW, limits.linear_BW),
+        angular=kept(angular_BWh, limits.angular_BWh),
+        marker_rms=kept(marker_rms_m, limits.marker_rms_m),
+        marker_max=kept(marker_max_m, limits.marker_max_m),
+        angular_paper=kept(angular_BWh, limits.angular_paper_BWh),
+    )

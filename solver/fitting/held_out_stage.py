@@ -149,7 +149,7 @@ def judged_layout(
     trials = [seen_part(fit.trials[i]) for i in _fitted(fit.trials)]
     left_out = [_frames(trial, layout, settings, extension) for trial in trials]
     kept = [trial.held_out for trial in trials]
-    if layout == LAYOUTS[0] and all(held_out is not None and held_out.markers_hz for held_out in kept):
+    if layout == LAYOUTS[0] and all(held_out is not None for held_out in kept):
         judged = [held_out for held_out in kept if held_out is not None]
     else:
         began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
@@ -228,7 +228,7 @@ def _predicted(
             ours = with_extra_wrench(ours, extra, result.extra)
         heavier = with_mass(result.skeleton, gain * result.skeleton.mass)
         markers, cutoffs = _markers_alone(fit, frames, heavier, settings)
-        held_out = HeldOut(frames & ours.used, ours.residual_root, markers, markers_hz=cutoffs)
+        held_out = HeldOut(frames & ours.used, ours.residual_root, markers, cutoffs)
         if prediction_fit is not None:
             wrench = gain * prediction_fit.wrenches_ground[k]
             held_out = predicted_held_out(held_out, fit, prediction_fit, wrench, ours.root_ground)

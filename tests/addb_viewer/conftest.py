@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from addb_viewer import Subject
+from addb_viewer.jobs import review_store
+from addb_viewer.jobs.environment import ROOT, STORE
 from addb_viewer.trial_view.replay import (
     BodyReplay,
     ForceUse,
@@ -212,3 +214,12 @@ def _time_history():
     return {"time_s": time_s.tolist()} | {
         name: (share * force + floor.get(name, 0.0)).tolist() for name, share in names.items()
     }
+
+
+@pytest.fixture
+def own_files(monkeypatch):
+    """Whatever the tests' own environment says."""
+    monkeypatch.setenv(STORE, "")
+    monkeypatch.delenv(ROOT, raising=False)
+    yield
+    review_store._shared.cache_clear()

@@ -15,7 +15,7 @@ from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.subject_review import SubjectReview
 from addb_viewer.commands.cli import app
 from addb_viewer.jobs import review_store
-from addb_viewer.jobs.environment import ROOT, STORE
+from addb_viewer.jobs.environment import STORE
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.review_store import FILE, open_log
 from addb_viewer.jobs.reviewing import subject_in
@@ -46,16 +46,7 @@ INSERT = (
 )
 WHOLE = "SELECT number, trial, author, made_at, kind, CAST(content AS TEXT) FROM edits ORDER BY number"
 
-pytestmark = pytest.mark.real
-
-
-@pytest.fixture(autouse=True)
-def own_files(monkeypatch):
-    """Whatever the tests' own environment says."""
-    monkeypatch.setenv(STORE, "")
-    monkeypatch.delenv(ROOT, raising=False)
-    yield
-    review_store._shared.cache_clear()
+pytestmark = [pytest.mark.real, pytest.mark.usefixtures("own_files")]
 
 
 @pytest.fixture
@@ -67,7 +58,7 @@ def folder(real_data, tmp_path):
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def database(request, folder, monkeypatch):
+def database(request, folder, monkeypatch, own_files):
     """Where the subject's review is: in its own file, or in a laboratory's database."""
     if request.param == "postgresql":
         monkeypatch.setenv(STORE, request.getfixturevalue("postgresql").new_place())

@@ -13,6 +13,7 @@ from solver.capture.capture import Markers
 from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.progress import silent
+from solver.common.typed_json import plain
 from solver.diagnosis.diagnose_subject import repaired_balance
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.pipeline import resolve, solve
@@ -96,7 +97,7 @@ def test_notes_and_figures_tell(fits):
     notes = [note for note in all_notes(corrected) if "label" in note]
     assert any(note.startswith("walk: labels ") and "frames 60-129" in note for note in notes)
     assert any(f"label {CRASH} lay on the trajectory of {ONTO} in frames 150-189" in note for note in notes)
-    swap, crash = summary(corrected)["trials"][0]["label_faults"]
+    swap, crash = plain(summary(corrected))["trials"][0]["label_faults"]
     assert (swap["done"], swap["frames"], swap["frames_with_markers"]) == ("exchanged", [60, 130], 70)
     assert (crash["done"], crash["frames"], crash["onto"]) == ("masked", [150, 190], ONTO)
     column = corrected.trials[0].marker_errors.names.index(CRASH)

@@ -7,6 +7,7 @@ from solver.capture.capture import Markers
 from solver.capture.formats.trc import write_trc
 from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
+from solver.common.typed_json import plain
 from solver.export.c3d_file import _outputs
 from solver.export.trial_table import trial_columns
 from solver.fitting.pipeline import solve
@@ -47,7 +48,7 @@ def test_neither_mass_nor_height_nor_forces_are_synthetic(fit):
     assert "legs are not seen" in notes
     assert "no torques" in notes
     assert "people of" not in notes
-    figures = summary(fit)
+    figures = plain(summary(fit))
     assert figures["subject"]["mass_kg"] is None
     assert not figures["trials"][0]["forces_predicted"]
 

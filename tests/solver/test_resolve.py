@@ -19,11 +19,6 @@ from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
 from solver.fitting.settings import Settings, as_dict
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
-from solver.simulate.subject_folder import write_subject
 from tests.flagged import flagged
 
 FORCE_N, MOMENT_NM, TORQUE_NM = 0.5, 0.5, 2.0
@@ -45,14 +40,8 @@ class Case:
 
 
 @pytest.fixture(scope="module")
-def synthetic_subject(tmp_path_factory):
-    who, duration = Person(sex="female"), 2.3
-    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=duration), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, duration))
-    folder = tmp_path_factory.mktemp("walker")
-    write_subject(folder, who, [measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng)])
-    return open_subject(folder)
+def synthetic_subject(walking_woman):
+    return open_subject(walking_woman)
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.subject.opened_subject import open_subject
+from solver.common.typed_json import plain
 from solver.contact.mask import NOT_RECORDED, OUTSIDE_RANGES
 from solver.export.b3d.from_fit import fit_to_b3d, reason_number
 from solver.export.opensim import export_opensim
@@ -93,7 +94,7 @@ def test_everything_is_marked_as_predicted_and_no_residual_is_claimed(pair):
     assert not trial.dynamics.used.any()
     assert not trial.mask.counts.any()
     assert (0, trial.motion.frames, None, NOT_RECORDED) in trial.mask.reasons
-    (figures,) = summary(bare)["trials"]
+    (figures,) = plain(summary(bare))["trials"]
     assert figures["forces_predicted"]
     assert figures["torques_predicted_ranges"] == [[0, trial.motion.frames]]
     assert figures["linear_residual"] is None

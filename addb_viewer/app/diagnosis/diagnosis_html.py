@@ -57,8 +57,7 @@ def gain_html(section: Section) -> str:
     """Before and after, one figure a line."""
     rows = "".join(
         f"<tr><td style='opacity:.65;padding-right:.8em;vertical-align:top;white-space:nowrap'>"
-        f"{html.escape(label)}</td>"
-        f"<td>{_listed(label, text)}</td></tr>"
+        f"{html.escape(label)}</td><td>{_listed(label, text)}</td></tr>"
         for label, text in section.rows
     )
     return boxed(f"<table>{rows}</table>{_lines(section)}")

@@ -97,7 +97,7 @@ def row_words(row: Row) -> dict[str, Any]:
         "byMachine": row.undecided and row.figures is not None,
         "open": row.proposed,
         "frames": row.frames,
-        "used": [list(run) for run in (row.figures or {}).get("frames_used_ranges", ())],
+        "used": [list(run) for run in (row.figures.frames_used_ranges if row.figures else ())],
         "proposals": [[p.start, p.end, round(p.confidence, 2), p.state] for p in row.proposals],
         "reviewed": [list(run) for run in row.reviewed],
         "conflicts": [list(run) for run in row.conflicts],

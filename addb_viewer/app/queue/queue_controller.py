@@ -405,10 +405,8 @@ def residuals_words(screen: Screen) -> str:
     """Residual force of the trial in the kept fit and in the new solve; empty where one is not known."""
     fits, trial = screen.shared.fits, screen.replay.name if screen.replay else ""
     libraries = (fits.compared, fits.shown)
-    figures = [
-        library.figures(trial).get("linear_residual") or {} if library else {} for library in libraries
-    ]
-    before, now = (each.get("rms_N") for each in figures)
+    figures = (None if library is None else library.figures(trial) for library in libraries)
+    before, now = (each and each.linear_residual for each in figures)
     if before is None or now is None:
         return ""
-    return f" ({before:.1f} → {now:.1f} N of residual force)"
+    return f" ({before.rms_N:.1f} → {now.rms_N:.1f} N of residual force)"

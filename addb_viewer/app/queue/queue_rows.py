@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.jobs.kept_diagnosis import kept
@@ -18,11 +18,11 @@ from annotations.folding import folded
 from annotations.trial_review import TrialReview
 from annotations.work import TrialWork, work_of
 from solver.capture.capture import Subject, TrialFiles
-from solver.common.errors import ResultsError, SolverError
-from solver.common.small_files import json_content
+from solver.common.errors import ResultsError
 from solver.contact.detected_ranges import Proposal as Detected
 from solver.contact.wrenches import DETECTION, NOBODY
 from solver.dynamics.thresholds import Thresholds
+from solver.fitting.fit_summary import TrialFigures, read_summary
 from solver.fitting.results.kept_proposals import kept_proposals
 from solver.fitting.results.store import default_folder
 
@@ -56,7 +56,7 @@ class Row:
     trial: str
     status: Status = Status.UNSEEN
     by: str | None = None  # who set it
-    figures: Mapping[str, Any] | None = None  # in the shape of `fit --json`, of the trial; None: no fit
+    figures: TrialFigures | None = None  # None: no fit
     proposed: int = 0  # proposals of the detection that nobody has decided
     doubtful: float = 0.0  # share of the frames that they cover, each weighted by how sure it is
     waiting: tuple[str, ...] = ()  # whose new solves wait to be kept or discarded
@@ -74,7 +74,7 @@ class Row:
     @property
     def frames(self) -> int:
         """Of the trial; 0 without a fit."""
-        return 0 if self.figures is None else int(self.figures.get("frames") or 0)
+        return 0 if self.figures is None else self.figures.frames
 
     def left_to(self, me: str, here: Collection[str], now: float) -> str:
         """Whose the trial is, if not this person's: it is assigned, or somebody edited it elsewhere just now.
@@ -94,9 +94,7 @@ class Row:
     @property
     def sources(self) -> tuple[str, ...]:
         """Who said which forces count; none without a fit."""
-        if self.figures is None:
-            return ()
-        return tuple(str(self.figures.get("mask_source", NOBODY)).split(" + "))
+        return () if self.figures is None else self.figures.masks
 
     @property
     def finished(self) -> bool:
@@ -108,18 +106,17 @@ class Row:
         """The larger of force and moment in units of its bound; None where no forces were used."""
         if self.figures is None:
             return None
-        limits = Thresholds()
-        linear, angular = self.figures.get("linear_residual"), self.figures.get("angular_residual")
-        if not linear or not angular:
+        limits, force, moment = Thresholds(), self.figures.force_BW, self.figures.moment_BWh
+        if force is None or moment is None:
             return None
-        return float(max(linear["rms_BW"] / limits.linear_BW, angular["rms_BWh"] / limits.angular_BWh))
+        return max(force / limits.linear_BW, moment / limits.angular_BWh)
 
     @property
     def left_out(self) -> float | None:
         """Share of the frames whose forces the fit did not use; None without a fit."""
         if self.figures is None or not self.frames:
             return None
-        return 1.0 - float(self.figures["frames_with_force_used"]) / self.frames
+        return 1.0 - self.figures.frames_with_force_used / self.frames
 
     @property
     def undecided(self) -> bool:
@@ -295,12 +292,9 @@ def _causes(folder: Path) -> dict[str, tuple[str, ...]]:
     return {trial: tuple(dict.fromkeys(titles)) for trial, titles in named.items()}
 
 
-def _figures(path: Path) -> dict[str, Mapping[str, Any]]:
+def _figures(path: Path) -> dict[str, TrialFigures]:
     """The figures of each trial in a fit; none where there is no fit."""
     try:
-        trials = json_content(path)["trials"]
-        return {trial["name"]: trial for trial in trials}
+        return {trial.name: trial for trial in read_summary(path).trials}
     except FileNotFoundError:
         return {}
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise SolverError(f"{path}: cannot be read ({error}); fit the subject again") from error

@@ -112,8 +112,7 @@ def _ramp_html(low: str, colors: UInt8[np.ndarray, "stops 3"], high: str) -> str
     stops = ", ".join(Rgb(*color).css for color in colors.tolist())
     return (
         f"<div style='display:flex;align-items:center;gap:.5em'>{low} "
-        f"<span style='flex:1;height:.7em;background:linear-gradient(to right, {stops})'></span> "
-        f"{high}</div>"
+        f"<span style='flex:1;height:.7em;background:linear-gradient(to right, {stops})'></span> {high}</div>"
     )
 
 

@@ -1,7 +1,7 @@
 """The bar at the page's lower edge, as data: where one is, what the next key is about, solve and work."""
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from addb_viewer.app.jobs.fit_all import Fitting
@@ -25,6 +25,7 @@ from addb_viewer.trial_view.strip import ON_STRIP, curves_json, rows_json, trial
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words
+from solver.fitting.fit_summary import TrialFigures
 
 
 class TimelineController:
@@ -193,9 +194,9 @@ def _outcome(shared: SharedSubject, replay: Replay | None, other: Replay | None)
     return ", ".join(told)
 
 
-def _residual(figures: Mapping[str, Any]) -> str:
-    rms = (figures.get("linear_residual") or {}).get("rms_N")
-    return "" if rms is None else f"{rms:.1f}"
+def _residual(figures: TrialFigures | None) -> str:
+    linear = figures and figures.linear_residual
+    return "" if linear is None else f"{linear.rms_N:.1f}"
 
 
 def work_json(progress: TaskProgress | None, fitting: Fitting) -> list[dict[str, Any]]:

@@ -1,8 +1,7 @@
 """The Fit tab: how good the fit is, what forces changed, what was assumed."""
 
 import html
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import viser
 
@@ -15,12 +14,20 @@ from addb_viewer.text.change_words import (
     signed,
 )
 from addb_viewer.text.coordinate_words import coordinate_in_words
-from addb_viewer.text.held_out_words import KINDS, QUANTITIES, cutoff_words, worse_words
+from addb_viewer.text.held_out_words import (
+    cutoff_words,
+    first_layout,
+    layouts_judged,
+    quantities,
+    worse_words,
+)
+from addb_viewer.text.judged_figures import judged_figures
 from addb_viewer.text.note_words import NotesOfKind, by_kind
 from addb_viewer.text.plain_words import in_plain_words
 from addb_viewer.trial_view.html_pieces import boxed, table
 from addb_viewer.trial_view.replay import Replay
 from solver.common.notes import Note
+from solver.fitting.fit_summary import ChangeFigures, TrialFigures
 
 TITLE = "font-weight:700;margin-top:.4em"
 UNFOLDED = 3  # notes of a kind that are shown without a click
@@ -53,15 +60,15 @@ class FitTab:
         person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
         figures = library.figures(replay.name)
         self.summary.content = summary_html(figures, person, replay)
-        self.of_change.visible = bool(figures)
-        self.change.content = change_html(figures.get("change"))
+        self.of_change.visible = figures is not None
+        self.change.content = change_html(figures and figures.change)
         self.notes.content = notes_html((*library.notes, *replay.notes))
 
 
-def summary_html(figures: dict[str, Any], person: dict[str, float], replay: Replay) -> str:
+def summary_html(figures: TrialFigures | None, person: dict[str, float], replay: Replay) -> str:
     """The trial's figures, with a mark for each limit kept or passed; what was not computed is left out."""
     rows = [("Frames", f"{replay.frames} at {replay.rate:g} Hz"), *person_rows(person)]
-    if not figures:
+    if figures is None:
         return boxed(table(rows) + "<p>Not fitted yet.</p>")
     return boxed(table(rows + _figure_rows(figures)))
 
@@ -72,27 +79,27 @@ def person_rows(person: dict[str, float]) -> list[tuple[str, str]]:
     return [(units[k][0], units[k][1].format(v)) for k, v in person.items() if k in units and v is not None]
 
 
-def change_html(change: Mapping[str, Any] | None) -> str:
+def change_html(change: ChangeFigures | None) -> str:
     """What the fit to forces changed in the motion, the largest changes first.
 
     Args:
-        change: of the trial, in the shape of `fit --json`; None where nothing was fitted to forces.
+        change: of the trial; None where nothing was fitted to forces.
     """
     told = change_sentence(change)
     if change is None or not told:
         return boxed("The motion is that of the markers alone.")
-    band = next(i for i, (_, high) in enumerate(change["bands_hz"]) if high == change["limit_hz"])
-    gain_head = f"gain at {band_in_words(change['bands_hz'][band])}"
+    band = next(i for i, (_, high) in enumerate(change.bands_hz) if high == change.limit_hz)
+    gain_head = f"gain at {band_in_words(change.bands_hz[band])}"
     rows = []
     for c in largest_first(change)[:MOST_CHANGED]:
-        unit, digits = ("°", 1) if c["unit"] == "deg" else ("\u00a0mm", 0)
-        gain = c["gains"][band]
+        unit, digits = ("°", 1) if c.unit == "deg" else ("\u00a0mm", 0)
+        gain = c.gains[band]
         rows.append(
             (
-                coordinate_in_words(c["name"]),
-                f"{c['rms']:.{digits}f}{unit}",
-                f"{signed(c['offset'], digits)}{unit}",
-                f"{gain['gain']:.2f}" if gain else "–",
+                coordinate_in_words(c.name),
+                f"{c.rms:.{digits}f}{unit}",
+                f"{signed(c.offset, digits)}{unit}",
+                f"{gain.gain:.2f}" if gain else "–",
             )
         )
     return boxed(
@@ -128,66 +135,35 @@ def _items(notes: Sequence[Note]) -> str:
     return f"<ul style='padding-left:1.2em;margin:.1em 0 .3em;overflow-wrap:anywhere'>{items}</ul>"
 
 
-def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
-    verdicts: dict[str, bool | None] = figures.get("hicks") or {}
-
-    def mark(key: str) -> str:
-        verdict = verdicts.get(key)
-        return "" if verdict is None else " ✓" if verdict else " ✗"
-
-    rows = []
-    if figures.get("marker_rms_m") is not None:
-        rows.append(("Marker RMS", f"{100 * figures['marker_rms_m']:.2f} cm{mark('marker_rms')}"))
-        rows.append(("Marker maximum", f"{100 * figures['marker_max_m']:.2f} cm{mark('marker_max')}"))
-    if linear := figures.get("linear_residual"):
-        text = f"{linear['rms_N']:.1f} N = {100 * linear['rms_BW']:.1f} % BW{mark('linear')}"
-        rows.append(("Residual force", text))
-    if angular := figures.get("angular_residual"):
-        text = f"{angular['rms_Nm']:.1f} N·m = {100 * angular['rms_BWh']:.2f} % BW·h{mark('angular')}"
-        rows.append(("Residual moment", text))
-    if figures.get("forces_predicted"):
+def _figure_rows(figures: TrialFigures) -> list[tuple[str, str]]:
+    marks = {None: "", True: " ✓", False: " ✗"}
+    rows = [(each.label, each.words + marks[each.within]) for each in judged_figures(figures) if each.value]
+    if figures.forces_predicted:
         rows.append(("Forces and torques", "predicted from the motion: no residual"))
-    change = figures.get("change")
-    if change and change["joints_rms_deg"] is not None:
-        rows.append(("Joints moved", f"{change['joints_rms_deg']:.1f}° RMS by forces"))
-        if gain := change["joints_gain"]:
-            rows.append(
-                (f"Gain, {band_in_words(gain['band_hz'])}", f"{gain['gain']:.2f} of the markers' motion")
-            )
-    rows.append(("Frames counted", f"{figures.get('frames_with_force_used', 0)} (force known)"))
+    change = figures.change
+    if change and change.joints_rms_deg is not None:
+        rows.append(("Joints moved", f"{change.joints_rms_deg:.1f}° RMS by forces"))
+        if gain := change.joints_gain:
+            rows.append((f"Gain, {band_in_words(gain.band_hz)}", f"{gain.gain:.2f} of the markers' motion"))
+    rows.append(("Frames counted", f"{figures.frames_with_force_used} (force known)"))
     return rows + _held_out_rows(figures)
 
 
-def _held_out_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+def _held_out_rows(figures: TrialFigures) -> list[tuple[str, str]]:
     """Forces that the fit was not shown, beside what the markers alone predict; where these do better, ✗."""
-    held_out_layouts = figures.get("held_out_layouts") or {}
-    rows = [] if held_out_layouts else _first_layout_rows(figures)
-    for kind, words in KINDS.items():
-        found = held_out_layouts.get(kind) or {}
-        for quantity, unit in QUANTITIES.items():
-            if quantity not in found:
-                continue
-            of = found[quantity]
-            mark = "" if of["ratio"] is None else " ✗" if of["ratio"] > 1 else " ✓"
-            told = f"{of['rms']:.1f} {unit}{mark}"
-            told += f" (markers {of['markers_rms']:.1f} at {cutoff_words(of['markers_cutoffs_hz'])})"
+    layouts = figures.held_out_layouts
+    rows = [
+        (f"Held out, first layout, {quantity}", f"{own:.1f} {unit} (markers {markers:.1f} at {hz:g} Hz)")
+        for quantity, unit, own, markers, hz in first_layout(None if layouts else figures.held_out)
+    ]
+    for words, found in layouts_judged(figures):
+        for quantity, unit, of in quantities(found):
+            mark = "" if of.ratio is None else " ✗" if of.ratio > 1 else " ✓"
+            told = f"{of.rms:.1f} {unit}{mark}"
+            told += f" (markers {of.markers_rms:.1f} at {cutoff_words(of.markers_cutoffs_hz)})"
             rows.append((f"Held-out {words}, {quantity}", told))
     worse = "worse than markers alone "
     rows += [(worse.strip().capitalize(), said.removeprefix(worse)) for said in worse_words(figures)]
-    if held_out_layouts and held_out_layouts["layouts"] < held_out_layouts["of"]:
-        rows.append(("Held-out layouts", f"{held_out_layouts['layouts']} of {held_out_layouts['of']} so far"))
-    return rows
-
-
-def _first_layout_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
-    """Of the layout that a solve judges itself, until the others come."""
-    held_out = figures.get("held_out") or {}
-    if held_out.get("markers_cutoff_hz") is None:
-        return []
-    rows = []
-    of_both = (("force", "linear_residual", "rms_N", "N"), ("moment", "angular_residual", "rms_Nm", "N·m"))
-    for (quantity, section, key, unit), cutoff in zip(of_both, held_out["markers_cutoff_hz"], strict=True):
-        markers = held_out[f"kinematics_only_{section}"][key]
-        told = f"{held_out[section][key]:.1f} {unit} (markers {markers:.1f} at {cutoff:g} Hz)"
-        rows.append((f"Held out, first layout, {quantity}", told))
+    if layouts and layouts.layouts < layouts.of:
+        rows.append(("Held-out layouts", f"{layouts.layouts} of {layouts.of} so far"))
     return rows

@@ -1,14 +1,13 @@
 """What another solve changed in a trial: residuals, marker error, and joint torques near the edit."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from addb_viewer.trial_view.replay import Replay
 from solver.common.true_runs import runs
+from solver.fitting.fit_summary import TrialFigures
 
 NEAR_S = 0.15  # [s] around an edit: what a re-solve changes most lies there
 MOST_JOINTS = 6
@@ -35,14 +34,14 @@ class Comparison:
 
 
 def compared(
-    before: Replay, now: Replay, figures_before: Mapping[str, Any], figures_now: Mapping[str, Any]
+    before: Replay, now: Replay, figures_before: TrialFigures | None, figures_now: TrialFigures | None
 ) -> Comparison:
     """Put two solves of a trial side by side.
 
     Args:
         before: the trial in the solve that is compared with.
         now: in the one on the screen.
-        figures_before: in the shape of `fit --json`, of the trial.
+        figures_before: of the trial; None: that solve has none of it.
         figures_now: likewise.
     """
     changed = changed_frames(before, now)
@@ -103,26 +102,34 @@ def _left_out(replay: Replay, feet: tuple[str, ...]) -> Bool[np.ndarray, "frames
     return out
 
 
-def _rows(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, str, str]]:
-    was, is_now = (str(figures.get("frames_with_force_used", "–")) for figures in (before, now))
+def _rows(before: TrialFigures | None, now: TrialFigures | None) -> list[tuple[str, str, str]]:
+    was, is_now = ("–" if each is None else str(each.frames_with_force_used) for each in (before, now))
     rows = [("Frames counted", was, is_now)]
-    for label, section, key, unit, factor, digits in (
-        ("Residual force", "linear_residual", "rms_N", "N", 1.0, 1),
-        ("Residual moment", "angular_residual", "rms_Nm", "N·m", 1.0, 1),
-        ("Held-out force", "held_out.linear_residual", "rms_N", "N", 1.0, 1),
-        ("Held-out moment", "held_out.angular_residual", "rms_Nm", "N·m", 1.0, 1),
-        ("Marker error", "", "marker_rms_m", "cm", 100.0, 2),
-        ("Largest one", "", "marker_max_m", "cm", 100.0, 2),
-    ):
-        values = [_number(figures, section, key) for figures in (before, now)]
+    for (label, unit, digits), *values in zip(_TOLD, _values(before), _values(now), strict=True):
         if any(v is not None for v in values):
-            told = ["–" if v is None else f"{factor * v:.{digits}f} {unit}" for v in values]
+            told = ["–" if v is None else f"{v:.{digits}f} {unit}" for v in values]
             rows.append((label, told[0], told[1]))
     return rows
 
 
-def _number(figures: Mapping[str, Any], section: str, key: str) -> float | None:
-    for part in filter(None, section.split(".")):
-        figures = figures.get(part) or {}
-    value = figures.get(key)
-    return None if value is None else float(value)
+_TOLD = (
+    ("Residual force", "N", 1),
+    ("Residual moment", "N·m", 1),
+    ("Held-out force", "N", 1),
+    ("Held-out moment", "N·m", 1),
+    ("Marker error", "cm", 2),
+    ("Largest one", "cm", 2),
+)
+
+
+def _values(figures: TrialFigures | None) -> tuple[float | None, ...]:
+    if figures is None:
+        return (None,) * len(_TOLD)
+    linear, angular, held_out = figures.linear_residual, figures.angular_residual, figures.held_out
+    return (
+        linear and linear.rms_N,
+        angular and angular.rms_Nm,
+        held_out and held_out.linear_residual.rms_N,
+        held_out and held_out.angular_residual.rms_Nm,
+        *(m and 100 * m for m in (figures.marker_rms_m, figures.marker_max_m)),
+    )

@@ -73,15 +73,13 @@ def history_html(made: Sequence[Solve], trial: str) -> str:
         return boxed("No solves of this app yet; the fit on the screen was made on the command line, if any.")
     rows = []
     for solve in reversed(made):
-        figures: Mapping[str, Any] = next(
-            (t for t in solve.figures.get("trials", ()) if t["name"] == trial), {}
-        )
-        linear, angular = figures.get("linear_residual") or {}, figures.get("angular_residual") or {}
+        figures = solve.figures.trial(trial)
+        linear, angular = (figures.linear_residual, figures.angular_residual) if figures else (None, None)
         took = "" if solve.seconds is None else f" · {solve.seconds:.0f} s"
         rows.append(
             f"<div style='margin:.25em 0'><b>{html.escape(solve_words(solve))}</b>{took}"
             f"<div style='opacity:.8'>{_STATES[solve.state]}{_decided(solve)} · "
-            f"{_shown(linear.get('rms_N'))} N · {_shown(angular.get('rms_Nm'))} N·m</div></div>"
+            f"{_shown(linear and linear.rms_N)} N · {_shown(angular and angular.rms_Nm)} N·m</div></div>"
         )
     return boxed("".join(rows))
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import trimesh
 
@@ -16,12 +15,12 @@ from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
 from addb_viewer.trial_view.trial_curves import TrialCurves, trial_curves
 from solver.capture.capture import Capture, Subject, UnusedFile
-from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.notes import Kind, Note, noted
 from solver.export.export_places import file_stem, trial_stems
 from solver.export.gait_tables import trial_gait
 from solver.fitting.fit_result import Fit, TrialFit
+from solver.fitting.fit_summary import FitSummary, TrialFigures
 from solver.fitting.results.store import default_folder, has_fit, load_fit
 from solver.fitting.settings import settings_for
 from solver.fitting.summary import summary
@@ -45,7 +44,7 @@ class Library:
     results_folder: Path | None = None  # None: the default
     fit_folder: Path | None = None  # where the fit was read; None without one
     fit_time_ns: int = 0  # when it was written there: with the folder, which fit it is
-    summarized: tuple[Fit, Sequence[dict[str, Any]]] | None = None  # a fit, and the trials of its summary
+    summarized: tuple[Fit, FitSummary] | None = None
     lock: threading.RLock = field(default_factory=threading.RLock)  # several browsers share one library
 
     @property
@@ -128,15 +127,14 @@ class Library:
             self.gaits[name] = trial_gait(self.fit, trial)
         return self.gaits[name]
 
-    def figures(self, name: str) -> dict[str, Any]:
-        """The trial's part of the fit's summary; empty without a fit."""
+    def figures(self, name: str) -> TrialFigures | None:
+        """The trial's part of the fit's summary; None without a fit, and where it has no such trial."""
         if self.fit is None:
-            return {}
+            return None
         with self.lock:
             if self.summarized is None or self.summarized[0] is not self.fit:
-                trials: Any = summary(self.fit)["trials"]
-                self.summarized = self.fit, trials
-            return next((t for t in self.summarized[1] if t["name"] == name), {})
+                self.summarized = self.fit, summary(self.fit)
+            return self.summarized[1].trial(name)
 
     @cached_property
     def _large_torque(self) -> float | None:
@@ -186,13 +184,3 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
 
 def _unused(files: Sequence[UnusedFile]) -> tuple[Note, ...]:
     return noted(Kind.LEFT_OUT, *(f"Not used: {file.file}: {file.reason}" for file in files))
-
-
-def open_library(subject_folder: Path, results: Path | None = None) -> Library:
-    """Open a subject's folder, and its fit where there is one; arguments as for `library_of`.
-
-    Raises:
-        CaptureError: the folder is no subject's.
-        ResultsError: there is half a fit, or one of another version.
-    """
-    return library_of(open_subject(subject_folder), results)

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -34,6 +33,7 @@ from solver.common.true_runs import runs
 from solver.diagnosis.diagnose_subject import diagnose
 from solver.diagnosis.diagnosis_report import Cause, report
 from solver.fitting.fit_result import TrialFit
+from solver.fitting.fit_summary import StoredFigures, TrialFigures
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import settings_for
 from solver.fitting.summary import summary
@@ -260,23 +260,23 @@ def refitted(path: Path, progress: Progress = silent) -> tuple[list[Refitted], t
     settings = settings_for(path)
     subject = open_subject(path)
     fit = solve(subject, settings, reviews={}, progress=part(progress, 0.0, FITTED))
-    told: Any = summary(fit)["trials"]
-    rows = [_row(trial, figures) for trial, figures in zip(fit.trials, told, strict=True)]
+    rows = [_row(trial, figures) for trial, figures in zip(fit.trials, summary(fit).trials, strict=True)]
     found = diagnose(subject, settings, reviews={}, progress=part(progress, FITTED, 1.0))
     return rows, report(found).effects
 
 
-def _row(trial: TrialFit, figures: dict[str, Any]) -> Refitted:
-    stored = figures["stored"][-1] if figures["stored"] else {}
+def _row(trial: TrialFit, figures: TrialFigures) -> Refitted:
+    stored = figures.stored[-1] if figures.stored else StoredFigures("none", None, None, None, ())
+    linear, angular = figures.linear_residual, figures.angular_residual
     missing = trial.capture.imported_missing_force
     said = np.ones(trial.motion.frames, dtype=bool) if missing is None else ~np.asarray(missing)
     ours = trial.forces_known
     return Refitted(
         trial=trial.capture.name,
-        stored_pass=stored.get("pass", "none"),
-        marker_cm=(_times(stored.get("marker_rms_m"), 100), _times(figures["marker_rms_m"], 100)),
-        force_N=(stored.get("force_rms_N"), figures["linear_residual"]["rms_N"]),
-        moment_Nm=(stored.get("moment_rms_Nm"), figures["angular_residual"]["rms_Nm"]),
+        stored_pass=stored.kind,
+        marker_cm=(_times(stored.marker_rms_m, 100), _times(figures.marker_rms_m, 100)),
+        force_N=(stored.force_rms_N, linear and linear.rms_N),
+        moment_Nm=(stored.moment_rms_Nm, angular and angular.rms_Nm),
         counting=(int(said.sum()), int(ours.sum())),
         frames=trial.motion.frames,
         kappa=agreement(said[:, None], ours[:, None]).kappa,

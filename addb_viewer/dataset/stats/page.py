@@ -123,8 +123,7 @@ def page(name: str, frames: Frames, tables: Mapping[str, Rows], pictures: Mappin
         f"<title>{html.escape(name)}: what it holds</title><style>{STYLE}</style></head><body>"
         f"<h1>{html.escape(name)}</h1><p class='note'>Figures are about {FRAMES_WORDS[frames]}: "
         f"{shown:,} frames. Every table and figure lies beside this page as CSV, SVG and PNG.</p>"
-        f"{empty}<nav>{links}</nav>{body}"
-        f"</body></html>\n"
+        f"{empty}<nav>{links}</nav>{body}</body></html>\n"
     )
 
 

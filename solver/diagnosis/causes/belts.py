@@ -185,8 +185,7 @@ class BeltSlope(InTrials):
         entry=Entry(
             "`markers_and_forces`, `all_forces`",
             "markers and forces, or forces alone, in axes of a sloping belt or ramp: recorded = true "
-            "turned by "
-            "−slope about the lateral axis; positive: uphill",
+            "turned by −slope about the lateral axis; positive: uphill",
             "`slope_deg`",
         ),
         title="a slope of the belt that is missing in {target}",

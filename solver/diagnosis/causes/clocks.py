@@ -179,8 +179,7 @@ class PlateClock(ClockOffset):
         sentence="The forces of {target} alone come too late or too early.",
         remedy=(
             "Compare this plate's amplifier and converter with the others': a filter that runs one "
-            "way only, a "
-            "lost sample, another trigger."
+            "way only, a lost sample, another trigger."
         ),
         separate_by="a foot stamped on each plate in turn",
         branch="time/clock of one plate",

@@ -64,8 +64,7 @@ class FilterMismatch(Candidate):
         sentence="The forces were smoothed before they were exported: impacts are blunted.",
         remedy=(
             "Export the forces unfiltered. If they have to be smoothed, filter markers and forces "
-            "with the same "
-            "cutoff, and take peaks and impacts from neither."
+            "with the same cutoff, and take peaks and impacts from neither."
         ),
         separate_by="the same trial exported without a filter",
         branch="time/filter",

@@ -99,8 +99,7 @@ class PlateTurn(RearrangedPlate):
             "`plate_k`",
             (
                 "recorded force, moment and pressure turned by a quarter or a half about the vertical "
-                "through "
-                "the plate's middle"
+                "through the plate's middle"
             ),
             "`turn_deg`",
         ),
@@ -108,8 +107,7 @@ class PlateTurn(RearrangedPlate):
         sentence="In the files the axes of {target} are turned by 90° or 180° about the vertical.",
         remedy=(
             "Compare the order of the plate's corners, and its x and y, with how it lies in the "
-            "floor, and put "
-            "them right in the laboratory's files."
+            "floor, and put them right in the laboratory's files."
         ),
         separate_by="a push against the plate in a known direction, at a known place off its middle",
         branch="plate/geometry",
@@ -147,8 +145,7 @@ class PlateMirror(RearrangedPlate):
         sentence="One horizontal axis of {target} points the other way in the files, for force and pressure.",
         remedy=(
             "Compare the order in which the files list the plate's corners with how it lies in the "
-            "floor: they "
-            "go round the wrong way, or one axis has the wrong sign."
+            "floor: they go round the wrong way, or one axis has the wrong sign."
         ),
         separate_by="a push against the plate in a known direction, at a known place off its middle",
         branch="plate/geometry",
@@ -191,8 +188,7 @@ class PlateUnits(RearrangedPlate):
         ),
         remedy=(
             "Check the units of this plate's channels in the export (N, kg, lb) and the range that "
-            "its amplifier "
-            "is set to; put a known weight on it."
+            "its amplifier is set to; put a known weight on it."
         ),
         separate_by="a known weight on the plate",
         branch="plate/scale",

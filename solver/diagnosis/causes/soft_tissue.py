@@ -237,8 +237,7 @@ class SoftTissue(MarkerFinding):
             "body",
             (
                 "the segment's markers slide over the bone with the near joints' angles, more than "
-                "soft tissue "
-                "usually does"
+                "soft tissue usually does"
             ),
             "`rms_m`",
         ),

@@ -20,10 +20,9 @@ class HeldOut:
     frames: Bool[np.ndarray, " frames"]
     residual_root: Float[np.ndarray, "frames 6"]
     kinematics_only_root: Float[np.ndarray, "frames 6"]  # of the markers' motion at `markers_hz`
+    markers_hz: tuple[float, float]  # cut-offs of the markers' motion for force and moment
     motion_only_root: Float[np.ndarray, "frames 6"] | None = None  # of the fit's own motion; None: the same
     learnt: tuple[str, ...] = ()  # kinds of terms that predict hidden blocks better
-    markers_hz: tuple[float, float] | None = None  # cut-offs of the markers' motion for force and moment;
-    # None: an older version's, the forces' own, which is no fair comparison
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class HeldOutLayout:
 def judged_blocks(
     held_out: HeldOut, frames: Bool[np.ndarray, " frames"], first_frame: int = 0
 ) -> HeldOutBlocks | None:
-    """A layout's figures, block by block; None where no frame counts or the markers' cut-off is not known.
+    """A layout's figures, block by block; None where no frame counts.
 
     Args:
         held_out: of the fit that was blind to the layout.
@@ -57,7 +56,7 @@ def judged_blocks(
         first_frame: how the recording counts the first of these.
     """
     kept = [run for run in runs(frames) if held_out.frames[slice(*run)].any()]
-    if not kept or held_out.markers_hz is None:
+    if not kept:
         return None
     return HeldOutBlocks(
         np.array(kept) + first_frame,

@@ -115,7 +115,7 @@ def _without_figures(capture: Capture, skeleton: Skeleton, settings: Settings) -
             per_foot,
         ),
         kinematics_only=KinematicsOnly(motion, errors) if is_fitted else None,
-        held_out=HeldOut(flags, per_frame, per_frame, per_frame) if is_fitted else None,
+        held_out=HeldOut(flags, per_frame, per_frame, (0.0, 0.0), per_frame) if is_fitted else None,
         spline=_blank(frames // spacing + ORDER, dofs) if is_fitted else None,
     )
 

@@ -32,6 +32,7 @@ from solver.common.file_lock import abandoned
 from solver.common.file_names import distinct
 from solver.common.npz import stored_arrays
 from solver.common.small_files import json_content, json_of
+from solver.common.typed_json import plain
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.results.codec import Arrays, Decoder, Encoder, Tree
 from solver.fitting.results.held_out_file import read_held_out, write_held_out
@@ -39,7 +40,7 @@ from solver.fitting.results.named import named_in
 from solver.fitting.results.writing import writing
 from solver.fitting.summary import summary
 
-FORMAT = 3  # of everything below the results folder; raised when an old reader would misread it
+FORMAT = 4  # of everything below the results folder; raised when an old reader would misread it
 _SUBJECT_FIELDS = (
     "subject",
     "mass_kg",
@@ -112,7 +113,12 @@ def _put_in_place(fit: Fit, draft: Path, names: Sequence[Path], folder: Path) ->
             written = [solve / name for name in names]
             files = ["fit.json", *(path.relative_to(folder).as_posix() for path in written)]
             written_as = {path.name: _sha256(path) for path in written if path.suffix == ".json"}
-            head = {"format": FORMAT, "solve": solve.name, _SHA256: written_as, **summary(fit, files=files)}
+            head = {
+                "format": FORMAT,
+                "solve": solve.name,
+                _SHA256: written_as,
+                **plain(summary(fit, files=files)),
+            }
             write_json(folder / "fit.json", head)
         except BaseException:
             shutil.rmtree(solve, ignore_errors=True)

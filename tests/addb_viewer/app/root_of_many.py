@@ -11,8 +11,10 @@ import numpy as np
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
 from annotations.work import Assign, Comment
+from solver.common.typed_json import plain
 from solver.contact.detected_ranges import Proposal
 from solver.fitting.results.codec import Encoder
+from tests.addb_viewer.fit_figures import force, moment, of_subject, of_trial
 
 FRAMES, RATE = 400, 100
 PEOPLE = ("Anna", "Ben", "Chen")
@@ -53,7 +55,11 @@ def _markers() -> str:
 
 def _write_fit(results: Path, rng: np.random.Generator) -> None:
     """Figures as `fit --json` has them, and proposals as the fit's file keeps them."""
-    lost, force, moment = int(rng.integers(0, 150)), float(rng.gamma(2, 0.02)), float(rng.gamma(2, 0.003))
+    lost, force_BW, moment_BWh = (
+        int(rng.integers(0, 150)),
+        float(rng.gamma(2, 0.02)),
+        float(rng.gamma(2, 0.003)),
+    )
     places = sorted(int(place) for place in rng.integers(0, FRAMES - 40, rng.integers(0, 4)))
     proposals = tuple(
         Proposal((place, place + 30), "calcn_r", "notOverForcePlate", float(rng.uniform(0.3, 1)), {})
@@ -63,17 +69,16 @@ def _write_fit(results: Path, rng: np.random.Generator) -> None:
     tree = {"fields": {"capture": {"fields": {"name": "walk"}}, "proposals": encoder.encode(proposals)}}
     (results / "solve-1" / "trials").mkdir(parents=True)
     np.savez(results / "solve-1" / "trials" / "walk.npz", tree=np.array(json.dumps(tree)), **encoder.arrays)
-    trial = {
-        "name": "walk",
-        "frames": FRAMES,
-        "rate_hz": RATE,
-        "frames_with_force_used": FRAMES - lost,
-        "frames_used_ranges": [[lost // 2, FRAMES - (lost - lost // 2)]],
-        "mask_source": str(rng.choice(["proposals", "review + proposals", "review.json", "none"])),
-        "linear_residual": {"rms_BW": force},
-        "angular_residual": {"rms_BWh": moment},
-    }
-    head = {"trials": [trial], "files": ["fit.json", "solve-1/trials/walk.npz"]}
+    trial = of_trial(
+        frames=FRAMES,
+        rate_hz=RATE,
+        frames_with_force_used=FRAMES - lost,
+        frames_used_ranges=((lost // 2, FRAMES - (lost - lost // 2)),),
+        mask_source=str(rng.choice(["proposals", "review + proposals", "review.json", "none"])),
+        linear_residual=force(700.0 * force_BW, force_BW),
+        angular_residual=moment(1200.0 * moment_BWh, moment_BWh),
+    )
+    head = plain(of_subject(trial, files=("fit.json", "solve-1/trials/walk.npz")))
     (results / "fit.json").write_text(json.dumps(head))
 
 

@@ -1,10 +1,13 @@
 """Stands for the worker of a fit: writes a fit's head, or does what the subject's name says."""
 
+import json
 import sys
 import time
 from pathlib import Path
 
 from addb_viewer.jobs.processes import end_in_order, print_progress
+from solver.common.typed_json import plain
+from tests.addb_viewer.fit_figures import of_subject, of_trial
 
 FOREVER_S = 600.0
 
@@ -19,7 +22,7 @@ def main():
     if "long" in folder.name:
         time.sleep(FOREVER_S)
     results.mkdir()
-    (results / "fit.json").write_text('{"trials": [{"name": "walk", "frames": 5}]}')
+    (results / "fit.json").write_text(json.dumps(plain(of_subject(of_trial(frames=5)))))
     if "old" in folder.name:
         sys.stderr.write(f"addb-viewer: the kept fit is out of date ({folder}/walk.trc)\n")
     return 0

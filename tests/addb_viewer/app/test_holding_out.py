@@ -8,9 +8,10 @@ import pytest
 from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
-from addb_viewer.app.subjects.library import open_library
+from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.shared_subject import HOLDING_OUT
 from addb_viewer.jobs.solving import job_for, solved
+from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.cross_validation.held_out import HeldOutLayout
 from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS
 from solver.fitting.results.store import add_held_out, load_fit, present_solve
@@ -30,7 +31,7 @@ def app(fitted):
     results = fitted / "results"
     said = tuple(HeldOutLayout(kind, number) for kind, number in LAYOUTS if number > 0)
     add_held_out(replace(load_fit(results, fitted), held_out_layouts=said), results, present_solve(results))
-    app = ReviewApp(open_server(port=0), TrialQueue.of(open_library(fitted)), login="Zoë")
+    app = ReviewApp(open_server(port=0), TrialQueue.of(library_of(open_subject(fitted))), login="Zoë")
     yield app
     app.close()
 

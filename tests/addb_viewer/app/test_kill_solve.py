@@ -65,7 +65,7 @@ def test_what_is_shown_is_whole_and_the_fit_stays(small_fit, doing):
         assert sum(solve.state == KEPT for solve in made) <= 1
         for solve in made:
             fit = load_fit(solve.folder, folder)
-            assert solve.figures["subject"]["mass_kg"] == fit.mass_kg
+            assert solve.figures.subject.mass_kg == fit.mass_kg
         kept = load_fit(results, folder)
         if doing == "add":
             assert (results / "fit.json").read_bytes() == before

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from addb_viewer.app.subjects.library import open_library
+from addb_viewer.app.subjects.library import library_of
 from addb_viewer.commands.cli import app
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.jobs.root_folder import open_root
@@ -210,7 +210,7 @@ def test_the_fit_is_kept_the_broken_trial_told_and_the_status_is_one(fitted):
     left_out = "jump: left out, jump.trc cannot be used: line"
     assert any(note["text"].startswith(left_out) for note in figures["notes"])
     assert "1 file of the folder not used: jump.trc" in done.stdout
-    notes = open_library(folder).notes
+    notes = library_of(open_subject(folder)).notes
     assert any(note.startswith("Not used: jump.trc: line") for note in notes)
 
     again = CliRunner().invoke(app, ["fit", str(folder)])
@@ -256,7 +256,7 @@ def test_fit_counts_them_names_the_worst_and_lists_all_when_asked(folder):
     assert "  walk_ik.mot: no columns of ground forces" in again.stdout
     assert "  found later.csv: text of a kind that is not read here" in again.stdout
 
-    told = [note for note in open_library(folder).notes if note.startswith("Not used: ")]
+    told = [note for note in library_of(open_subject(folder)).notes if note.startswith("Not used: ")]
     assert [note.split(": ")[1] for note in told] == [
         "jump plates.mot",
         "walk_ik.mot",

@@ -4,7 +4,9 @@ import json
 import os
 import re
 import shutil
+from dataclasses import replace
 
+import jsonschema
 import pytest
 from typer.testing import CliRunner
 
@@ -12,8 +14,11 @@ from addb_viewer.commands.cli import app
 from addb_viewer.text.summary_table import print_held_out, print_summary
 from solver.common.errors import FitError
 from solver.common.notes import Kind, Note
+from solver.common.typed_json import from_plain, plain, schema_of
+from solver.fitting.fit_summary import FitSummary, LayoutFigures, LayoutsFigures, MissedFigures
 from solver.fitting.results.store import load_fit
 from solver.fitting.summary import summary
+from tests.addb_viewer.fit_figures import of_subject, of_trial
 
 
 def test_fit_keeps_the_results_and_prints_the_summary(command_line):
@@ -34,13 +39,13 @@ def test_fit_keeps_the_results_and_prints_the_summary(command_line):
 
 
 def test_all_layouts_of_held_out_forces_are_told_apart_from_the_first(capsys):
-    missed = {"rms": 48.2, "markers_rms": 152.2, "markers_cutoffs_hz": [12.0, 15.0], "ratio": None}
-    blocks = {"pieces": 13, "layouts": 6, "frames": 147, "force": missed, "moment": missed}
-    print_held_out({"trials": [{"name": "run", "held_out_layouts": {"blocks": blocks}}]})
+    missed = MissedFigures(48.2, 152.2, (12.0, 15.0), None, None)
+    layouts = LayoutsFigures(6, 9, LayoutFigures(6, 13, 147, missed, missed), None)
+    print_held_out(of_subject(of_trial(name="run", held_out_layouts=layouts)))
     head, line = capsys.readouterr().out.splitlines()
     assert "of the first one alone" in head
     assert line.startswith("run: 13 blocks held out in 6 layouts, 147 frames: errors 48.2 N")
-    print_held_out({"trials": [{"name": "run", "held_out_layouts": None}]})
+    print_held_out(of_subject(of_trial(name="run")))
     assert capsys.readouterr().out == ""
 
 
@@ -48,7 +53,8 @@ def test_json_is_the_contract(command_line, tmp_path):
     target = tmp_path / "figures.json"
     assert command_line("fit", command_line.subject.folder, "--json", target).exit_code == 0
     figures = json.loads(target.read_text(encoding="utf-8"))
-    assert set(figures) == {"subject", "model", "trials", "files", "notes", "unused"}
+    jsonschema.validate(figures, schema_of(FitSummary))
+    assert plain(from_plain(figures, FitSummary)) == figures
     assert [trial["name"] for trial in figures["trials"]] == ["walk", "no/forces"]
     assert figures["trials"][0]["linear_residual"]["rms_N"] == pytest.approx(7.50555, rel=1e-6)
     results = command_line.subject.folder / "results"
@@ -207,9 +213,9 @@ def test_a_fit_ends_with_the_table_and_at_most_ten_lines(real_data, tmp_path):
 
 def test_sixty_notes_and_seven_trials_end_in_ten_lines(small_fit, capsys):
     figures = summary(small_fit, files=["results/fit.json"])
-    figures["trials"] = [figures["trials"][0] | {"name": f"walk{k}"} for k in range(7)]
-    figures["notes"] = [
-        Note(kind, text, trial=f"walk{k % 7}", values={"marker": f"M{k}", "cm": k + 5}).as_json()
+    trials = tuple(replace(figures.trials[0], name=f"walk{k}") for k in range(7))
+    notes = [
+        Note(kind, text, trial=f"walk{k % 7}", values={"marker": f"M{k}", "cm": k + 5})
         for k in range(10)
         for kind, text in (
             (Kind.FORCES_AGAINST_BODY, f"plates read {k + 1}.0 % against the body's mass"),
@@ -220,6 +226,7 @@ def test_sixty_notes_and_seven_trials_end_in_ten_lines(small_fit, capsys):
             (Kind.GUESS, f"{k}: which axis points up is ambiguous"),
         )
     ]
+    figures = replace(figures, trials=trials, notes=tuple(notes))
     print_summary(figures, closing=["2 files of the folder not used: a, b", "unchanged: kept fit of"])
     after = capsys.readouterr().out.partition("dataset paper's bound).\n")[2].splitlines()
     assert len(after) <= 10

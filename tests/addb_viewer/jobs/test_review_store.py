@@ -6,7 +6,6 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
-from addb_viewer.jobs import review_store
 from addb_viewer.jobs.environment import ROOT, STORE
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.review_store import FILE, as_proposal, open_log, subject_key
@@ -16,16 +15,8 @@ from solver.contact.detected_ranges import Proposal as Found
 from tests.annotations.postgresql_server import postgresql  # noqa: F401 (a fixture)
 from tests.flagged import flagged
 
+pytestmark = pytest.mark.usefixtures("own_files")
 FLAG = FlagRange(1, 3, "notOverForcePlate", "thigh")
-
-
-@pytest.fixture(autouse=True)
-def own_files(monkeypatch):
-    """Whatever the tests' own environment says."""
-    monkeypatch.setenv(STORE, "")
-    monkeypatch.delenv(ROOT, raising=False)
-    yield
-    review_store._shared.cache_clear()
 
 
 @pytest.fixture

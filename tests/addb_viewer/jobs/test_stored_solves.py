@@ -54,7 +54,7 @@ def test_a_new_solve_leaves_the_kept_fit_alone(results, solved):
     new = solved(90.0)
     assert (new.by, new.state, new.seconds) == ("Zoë", NEW, 3.5)
     assert mass(results) == 100.0
-    assert new.figures["subject"]["mass_kg"] == 90.0
+    assert new.figures.subject.mass_kg == 90.0
 
 
 def test_half_a_solve_is_not_shown(results, small_fit):
@@ -82,12 +82,12 @@ def test_what_killed_programs_left_goes_but_neither_whole_solves_nor_one_being_w
 def test_keeping_replaces_the_fit_and_puts_the_one_before_aside(results, solved, small_fit):
     keep(solved(90.0), results, small_fit.subject.folder)
     assert mass(results) == 90.0
-    assert [(s.state, s.figures["subject"]["mass_kg"]) for s in stored_solves(results)] == [
+    assert [(s.state, s.figures.subject.mass_kg) for s in stored_solves(results)] == [
         (KEPT, 90.0),
         (REPLACED, 100.0),
     ]
     keep(solved(80.0), results, small_fit.subject.folder)
-    assert [(s.state, s.figures["subject"]["mass_kg"]) for s in stored_solves(results)] == [
+    assert [(s.state, s.figures.subject.mass_kg) for s in stored_solves(results)] == [
         (REPLACED, 90.0),
         (REPLACED, 100.0),
         (KEPT, 80.0),

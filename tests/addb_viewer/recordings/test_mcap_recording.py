@@ -18,6 +18,7 @@ from addb_viewer.trial_view.drawn_curves import METRES_PER_NEWTON
 from addb_viewer.trial_view.recorded_subject import recording_of
 from addb_viewer.trial_view.solver_steps import stages_of
 from annotations import event_codec
+from solver.common.typed_json import plain
 from solver.fitting.settings import Settings, as_toml, read_settings
 from solver.fitting.summary import summary
 from solver.skeleton.forward import body_poses
@@ -209,7 +210,7 @@ def test_attachments_repeat_the_fit(read, recording, skeleton, tmp_path):
     assert load_skeleton(tmp_path / "model.osim").mass == pytest.approx(skeleton.mass)
     missing = json.loads(read.attachments["walk/review.json"])["missing_grf_data"]
     assert missing == [30 <= frame < 36 for frame in range(FRAMES)]
-    assert json.loads(read.attachments["fit.json"]) == json.loads(json.dumps(summary(recording.fit)))
+    assert json.loads(read.attachments["fit.json"]) == json.loads(json.dumps(plain(summary(recording.fit))))
     assert json.loads(read.attachments["diagnosis.json"])["verdict"] == "explained"
 
 

@@ -22,7 +22,7 @@ def test_a_page_has_its_file_and_what_counts(plain, report, tmp_path):
     assert (trial["frames"], trial["usable_frames"]) == (40, 34)
     assert sum(end - start for start, end in trial["usable_ranges"]) == 34
     assert {"foot": "calcn_r", "reason": "notOverForcePlate", "ranges": [[30, 36]]} in trial["left_out"]
-    assert trial["hicks"] == report.recording.trials[0].figures["hicks"]
+    assert trial["hicks"] == vars(report.recording.trials[0].figures.hicks)
     assert plain["overview"] == str(tmp_path / "all.html")
 
 

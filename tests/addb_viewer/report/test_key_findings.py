@@ -24,16 +24,16 @@ def test_reasons_of_several_trials_are_added_up(report):
 def judged_as(report, **hicks):
     """The report with other verdicts."""
     (record,) = report.recording.trials
-    figures = {**record.figures, "hicks": {**record.figures["hicks"], **hicks}}
+    figures = replace(record.figures, hicks=replace(record.figures.hicks, **hicks))
     return SubjectReport(replace(report.recording, trials=(replace(record, figures=figures),)))
 
 
 def test_bounds_that_are_met_and_those_that_are_not(report):
     bounds = bounds_of(judged_as(report, linear=False, angular=True))
     assert bounds.words == "3 of 4 bounds are met"
-    force = report.recording.trials[0].figures["linear_residual"]["rms_N"]
+    force = report.recording.trials[0].figures.linear_residual.rms_N
     assert bounds.beyond == (f"Residual force, RMS, bound 0.05 BW: {force:.1f} N",)
-    fine = bounds_of(judged_as(report, **dict.fromkeys(report.recording.trials[0].figures["hicks"], True)))
+    fine = bounds_of(judged_as(report, **dict.fromkeys(vars(report.recording.trials[0].figures.hicks), True)))
     assert (fine.words, fine.beyond, fine.unknown) == ("All 4 bounds are met", (), ())
 
 

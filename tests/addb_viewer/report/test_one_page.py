@@ -32,8 +32,8 @@ def many(make_fit, diagnosis):
     fit = make_fit(*(f"trial {k:02d} with a name of some length, as laboratories like" for k in range(30)))
     recording = recording_of(fit, diagnosis=diagnosis)
     trials = list(recording.trials)
-    worst = dict(trials[17].figures)
-    worst["marker_max_m"], worst["hicks"] = 40.0, {**worst["hicks"], "marker_max": False}
+    worst = trials[17].figures
+    worst = replace(worst, marker_max_m=40.0, hicks=replace(worst.hicks, marker_max=False))
     trials[17] = replace(trials[17], figures=worst)
     cause = diagnosis.effects[0]
     effects = [cause, *(replace(cause, id="carried_mass", target=f"body_{k}_l") for k in range(5))]

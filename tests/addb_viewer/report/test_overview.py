@@ -36,8 +36,8 @@ def test_figures_sort_by_their_share_of_the_bound(entries, report, tmp_path):
     figures = report.recording.trials[0].figures
     shares = [float(value) for value in re.findall(r'data-value="([^"]+)"', page)]
     assert shares[:2] == [40.0, 0.85]
-    assert shares[2] == pytest.approx(figures["linear_residual"]["rms_BW"] / 0.05, rel=1e-5)
-    assert shares[4] == pytest.approx(figures["marker_rms_m"] / 0.02, rel=1e-5)
+    assert shares[2] == pytest.approx(figures.force_BW / 0.05, rel=1e-5)
+    assert shares[4] == pytest.approx(figures.marker_rms_m / 0.02, rel=1e-5)
 
 
 def test_it_is_written_whole(entries, tmp_path):

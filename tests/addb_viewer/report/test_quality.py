@@ -1,5 +1,7 @@
 """Figures against their bounds."""
 
+from dataclasses import replace
+
 import pytest
 
 from addb_viewer.report.quality import (
@@ -10,24 +12,25 @@ from addb_viewer.report.quality import (
     worse_than_markers,
 )
 from solver.fitting.summary import summary
+from tests.addb_viewer.fit_figures import first_layout, of_layouts
 
 
 @pytest.fixture
 def figures(small_fit):
-    return summary(small_fit)["trials"]
+    return summary(small_fit).trials
 
 
 def test_figures_of_a_trial_as_the_summary_has_them(figures):
     force, moment, rms, largest = judged_figures(figures[0])
     assert (force.value, force.scaled, force.bound, force.within) == ("7.5 N", "0.0077 BW", "0.05 BW", True)
-    assert force.share == pytest.approx(figures[0]["linear_residual"]["rms_BW"] / 0.05)
-    assert moment.share == pytest.approx(figures[0]["angular_residual"]["rms_BWh"] / 0.01)
+    assert force.share == pytest.approx(figures[0].force_BW / 0.05)
+    assert moment.share == pytest.approx(figures[0].moment_BWh / 0.01)
     assert (rms.value, rms.share) == ("1.50 cm", pytest.approx(0.75))
     assert (largest.value, largest.bound, largest.within) == ("2.10 cm", "4 cm", True)
 
 
 def test_a_figure_beyond_its_bound_says_so_in_words(figures):
-    bad = figures[0] | {"marker_max_m": 0.2131, "hicks": figures[0]["hicks"] | {"marker_max": False}}
+    bad = replace(figures[0], marker_max_m=0.2131, hicks=replace(figures[0].hicks, marker_max=False))
     page = quality_table([bad])
     assert page.count("✗ beyond") == 1
     assert page.count("✓ within") == 3
@@ -42,46 +45,23 @@ def test_what_was_not_computed_is_not_judged(figures):
 
 def test_held_out_forces_of_the_first_layout_beside_those_of_the_markers_alone(figures):
     assert held_out_table(figures) is None
-    of = {"linear_residual": {"rms_N": 24.4}, "angular_residual": {"rms_Nm": 11.4}}
-    alone = {f"kinematics_only_{name}": {k: 3 * v for k, v in value.items()} for name, value in of.items()}
-    held_out = {"frames": 22, "markers_cutoff_hz": [6.0, 8.0], **of, **alone}
-    page = held_out_table([figures[0] | {"held_out": held_out}])
+    page = held_out_table([replace(figures[0], held_out=first_layout(24.4, 11.4, 73.2, 34.2))])
     for said in ("24.4\u00a0N", "73.2\u00a0N at 6\u00a0Hz", "11.4\u00a0N·m", "34.2\u00a0N·m at 8\u00a0Hz"):
         assert said in page
 
 
-def test_markers_at_the_forces_own_cutoff_as_older_fits_have_them_are_not_shown(figures):
-    of = {"linear_residual": {"rms_N": 24.4}, "angular_residual": {"rms_Nm": 11.4}}
-    alone = {f"kinematics_only_{name}": {k: 3 * v for k, v in value.items()} for name, value in of.items()}
-    page = held_out_table([figures[0] | {"held_out": {"frames": 22, **of, **alone}}])
-    assert "24.4\u00a0N" in page
-    assert "73.2" not in page
-
-
-def of_layouts(ratio, interval):
-    force = {"rms": 20.0 * ratio, "markers_rms": 20.0, "markers_cutoffs_hz": [4.0, 6.0], "ratio": ratio}
-    moment = {"rms": 9.0, "markers_rms": 10.0, "markers_cutoffs_hz": [6.0, 6.0], "ratio": 0.9}
-    found = {"force": {**force, "ratio_90": interval}, "moment": {**moment, "ratio_90": [0.8, 1.1]}}
-    return {
-        "layouts": 9,
-        "of": 9,
-        "blocks": {"layouts": 6, "pieces": 19, "frames": 107, **found},
-        "steps": None,
-    }
-
-
 def test_all_layouts_take_the_place_of_the_first_and_a_worse_fit_is_said_to_be(figures):
-    page = held_out_table([figures[0] | {"held_out_layouts": of_layouts(1.5, [1.2, 1.9])}])
+    page = held_out_table([replace(figures[0], held_out_layouts=of_layouts(1.5, (1.2, 1.9)))])
     assert "19 blocks in 6 layouts" in page
     assert "20.0\u00a0N at 4 to 6\u00a0Hz" in page
-    worse = worse_than_markers([figures[0] | {"held_out_layouts": of_layouts(1.5, [1.2, 1.9])}])
+    worse = worse_than_markers([replace(figures[0], held_out_layouts=of_layouts(1.5, (1.2, 1.9)))])
     assert "force 30.0\u00a0N, markers at 4 to 6\u00a0Hz 20.0\u00a0N, 1.50 times" in worse
     assert "1.20 to 1.90: beyond chance" in worse
     assert "moment" not in worse
     assert "perhaps chance" in worse_than_markers(
-        [figures[0] | {"held_out_layouts": of_layouts(1.1, [0.9, 1.3])}]
+        [replace(figures[0], held_out_layouts=of_layouts(1.1, (0.9, 1.3)))]
     )
-    assert worse_than_markers([figures[0] | {"held_out_layouts": of_layouts(0.8, [0.7, 1.3])}]) is None
+    assert worse_than_markers([replace(figures[0], held_out_layouts=of_layouts(0.8, (0.7, 1.3)))]) is None
 
 
 def test_bounds_of_a_person():

@@ -1,6 +1,7 @@
 """What the fit to forces changed, in words."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -13,37 +14,37 @@ from addb_viewer.text.change_words import (
     change_sentence,
     signed,
 )
+from solver.fitting.fit_summary import ChangeFigures, CoordinateFigures, GainFigures
+from tests.addb_viewer.fit_figures import of_trial
 
 
 def gain(value, low=4.0, high=6.0):
-    return {"band_hz": [low, high], "gain": value, "phase_deg": -3.2, "content": 1.5}
+    return GainFigures((low, high), value, -3.2, 1.5)
 
 
-def coordinate(name, rms, unit="deg", root=False, **figures):
-    found = {"name": name, "unit": unit, "root": root, "rms": rms, "offset": -0.6 * rms}
-    found |= {"bands": [0.5 * rms, 0.4 * rms, 0.3 * rms, 0.2 * rms, 0.1 * rms], "gains": [None] * 5}
-    found |= {"range": 57.0, "range_of_markers": 60.0, "peak_speed": 420.0, "peak_speed_of_markers": 400.0}
-    return found | figures
+def coordinate(name, rms, unit="deg", root=False, gains=(None,) * 5):
+    bands = tuple(share * rms for share in (0.5, 0.4, 0.3, 0.2, 0.1))
+    return CoordinateFigures(name, unit, root, rms, -0.6 * rms, bands, gains, 57.0, 60.0, 420.0, 400.0)
 
 
 @pytest.fixture
 def change():
-    """In the shape of `fit --json`."""
-    return {
-        "limit_hz": 6.0,
-        "bands_hz": [[0.0, 2.0], [2.0, 4.0], [4.0, 6.0], [6.0, 10.0], [10.0, None]],
-        "joints_rms_deg": 0.82,
-        "joints_offset_deg": 0.31,
-        "joints_gain": gain(0.934),
-        "coordinates": [
+    """Of a walk."""
+    return ChangeFigures(
+        limit_hz=6.0,
+        bands_hz=((0.0, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 10.0), (10.0, None)),
+        joints_rms_deg=0.82,
+        joints_offset_deg=0.31,
+        joints_gain=gain(0.934),
+        coordinates=(
             coordinate("pelvis_tilt", 5.0, root=True),
             coordinate("pelvis_tx", 7.2, unit="mm", root=True),
             coordinate("hip_rotation_r", 2.14),
-            coordinate("knee_angle_l", 0.3, gains=[None, None, gain(0.88), None, None]),
+            coordinate("knee_angle_l", 0.3, gains=(None, None, gain(0.88), None, None)),
             coordinate("lumbar_extension", 1.06),
             coordinate("wrist_flex_l", 0.01),
-        ],
-    }
+        ),
+    )
 
 
 def test_one_line_tells_how_much_where_and_what_remains(change):
@@ -55,14 +56,14 @@ def test_one_line_tells_how_much_where_and_what_remains(change):
 
 
 def test_without_content_in_the_band_nothing_is_said_of_it(change):
-    assert change_sentence(change | {"joints_gain": None}).endswith("lumbar extension 1.1°")
+    assert change_sentence(replace(change, joints_gain=None)).endswith("lumbar extension 1.1°")
 
 
 def test_without_a_fit_to_forces_there_is_nothing_to_tell(change):
-    for nothing in (None, change | {"joints_rms_deg": None}):
+    for nothing in (None, replace(change, joints_rms_deg=None)):
         assert change_sentence(nothing) == change_key_findings(nothing) == ""
     assert "markers alone" in change_html(None)
-    assert changed_part([{"name": "old"}, {"name": "walk", "change": None}]) == ""
+    assert changed_part([of_trial()]) == ""
 
 
 def test_rows_have_units_and_what_range_and_peak_lost(change):
@@ -88,6 +89,6 @@ def test_the_app_shows_the_largest_first_with_the_gain_below_the_limit(change):
 
 
 def test_names_from_files_are_text(change):
-    spiteful = change | {"coordinates": [coordinate("<script>", 3.0)]}
+    spiteful = replace(change, coordinates=(coordinate("<script>", 3.0),))
     assert "<script>" not in change_html(spiteful)
-    assert "<script>" not in changed_part([{"name": "<script>", "change": spiteful}])
+    assert "<script>" not in changed_part([of_trial(name="<script>", change=spiteful)])

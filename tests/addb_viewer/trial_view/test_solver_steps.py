@@ -3,12 +3,14 @@
 import pytest
 
 from addb_viewer.trial_view.solver_steps import stages_of
+from solver.fitting.fit_summary import MarkersAloneFigures
+from tests.addb_viewer.fit_figures import of_trial
 
-FIGURES = {
-    "seconds": {"load": 0.5, "kinematics": 1.5, "dynamics": 2.0},
-    "marker_rms_m": 0.008,
-    "kinematics_only": {"marker_rms_m": 0.007},
-}
+FIGURES = of_trial(
+    seconds={"load": 0.5, "kinematics": 1.5, "dynamics": 2.0},
+    marker_rms_m=0.008,
+    kinematics_only=MarkersAloneFigures(0.007, 0.02, 0.01),
+)
 
 
 def test_stages_end_when_their_seconds_are_spent():

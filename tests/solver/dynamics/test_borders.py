@@ -34,11 +34,6 @@ from solver.fitting.settings import Settings
 from solver.fitting.trajectory_stage import trial_data
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
-from solver.simulate.subject_folder import write_subject
 from solver.skeleton.skeleton import Skeleton
 
 BOUND = 1.5
@@ -108,14 +103,8 @@ def walk_in(folder: Path) -> Walk:
 
 
 @pytest.fixture(scope="module")
-def synthetic_walk(tmp_path_factory) -> Walk:
-    who, duration = Person(sex="female"), 2.3
-    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=duration), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, duration))
-    folder = tmp_path_factory.mktemp("walker")
-    write_subject(folder, who, [measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng)])
-    return walk_in(folder)
+def synthetic_walk(walking_woman) -> Walk:
+    return walk_in(walking_woman)
 
 
 @pytest.fixture(scope="module")

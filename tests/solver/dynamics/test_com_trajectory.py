@@ -91,7 +91,8 @@ def test_its_own_unknowns_give_the_trajectory_back_through_the_papers_system(wal
     zeta = np.concatenate(
         [
             found.com_ground[0],
-            found.start_velocity_ground,
+            (found.com_ground[1] - found.com_ground[0]) * found.rate
+            - found.acceleration_ground[0] / found.rate,  # before the first step of semi-implicit Euler
             [found.inverse_mass],
             found.acceleration_ground[~data.observed].ravel(),
         ]

@@ -8,6 +8,7 @@ from scipy.signal import butter, csd, freqz
 
 from solver.capture.subject.opened_subject import open_subject
 from solver.common.filters import low_pass
+from solver.common.typed_json import plain
 from solver.dynamics.motion_change import AT_ONCE, BANDS_HZ, band_rms, motion_change, spectra_of
 from solver.fitting.fit_result import KinematicsOnly
 from solver.fitting.pipeline import solve
@@ -139,7 +140,7 @@ def test_a_bent_real_walk_shows_what_was_lost(real_data):
         motion=replace(markers, q=low_pass(markers.q, markers.rate, 3.0)),
         kinematics_only=KinematicsOnly(markers, trial.marker_errors),
     )
-    told = summary(replace(fit, trials=(bent,)))["trials"][0]["change"]
+    told = plain(summary(replace(fit, trials=(bent,))))["trials"][0]["change"]
     assert told["limit_hz"] == USUAL
     frequencies, response = freqz(*butter(3, 3.0, fs=markers.rate), worN=2048, fs=markers.rate)
     ends = np.interp([3.0, 7.0], frequencies, np.abs(response) ** 2)
@@ -149,6 +150,6 @@ def test_a_bent_real_walk_shows_what_was_lost(real_data):
     ankle = next(c for c in told["coordinates"] if c["name"] == "ankle_angle_r")
     assert ankle["peak_speed"] < 0.8 * ankle["peak_speed_of_markers"]
     assert ankle["range"] < ankle["range_of_markers"]
-    whole = summary(replace(fit, trials=(replace(bent, motion=markers),)))["trials"][0]["change"]
+    whole = plain(summary(replace(fit, trials=(replace(bent, motion=markers),))))["trials"][0]["change"]
     assert whole["joints_rms_deg"] == 0.0
     assert whole["joints_gain"]["gain"] == pytest.approx(1.0)

@@ -7,6 +7,7 @@ import pytest
 
 from solver.capture.subject.opened_subject import open_subject
 from solver.common.progress import silent
+from solver.common.typed_json import plain
 from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS
 from solver.fitting.held_out_stage import complete_held_out, judged_layout, layouts_due
 from solver.fitting.pipeline import solve
@@ -36,7 +37,7 @@ def test_every_known_frame_but_the_ends_is_held_out_and_the_markers_stand_beside
             seen[start:end] = True
     assert len(blocks) == 6
     assert seen[known[block:-block]].all()
-    figures = summary(judged)["trials"][0]["held_out_layouts"]
+    figures = plain(summary(judged))["trials"][0]["held_out_layouts"]
     for kind in ("blocks", "steps"):
         force, moment = figures[kind]["force"], figures[kind]["moment"]
         assert all(3 <= hz <= 30 for of in (force, moment) for hz in of["markers_cutoffs_hz"])

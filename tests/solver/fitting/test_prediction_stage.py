@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.subject.opened_subject import open_subject
+from solver.common import typed_json
 from solver.dynamics.cross_validation.held_out_layouts import every_third, frames_of, steps_of
 from solver.fitting import prediction_stage
 from solver.fitting.pipeline import resolve, solve
@@ -82,7 +83,7 @@ def test_held_out_blocks_are_judged_by_the_prediction_with_the_motion_beside_it(
     fit = fitted(folder, Settings())
     (trial,) = fit.trials
     assert "steps" in trial.held_out.learnt
-    figures = summary(fit)["trials"][0]["held_out"]
+    figures = typed_json.plain(summary(fit))["trials"][0]["held_out"]
     assert figures["linear_residual"]["rms_N"] < figures["motion_only_linear_residual"]["rms_N"]
     plain = fitted(folder, replace(Settings(), prediction=WITHOUT.prediction)).trials[0].held_out
     assert plain.motion_only_root is None

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.subject.opened_subject import open_subject, read_trials
+from solver.common import typed_json
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.export.opensim import export_opensim
 from solver.fitting.pipeline import resolve, solve
@@ -118,9 +119,9 @@ def test_notes_and_figures_tell_the_range(padded, plain):
     (told,) = (note for note in all_notes(padded) if "no pose on" in note)
     assert f"0-{BEFORE - 1}" in told
     assert f"{frames - AFTER}-{frames - 1}" in told
-    (trial,) = summary(padded)["trials"]
+    (trial,) = typed_json.plain(summary(padded))["trials"]
     assert trial["frames_without_pose_ranges"] == [[0, BEFORE], [frames - AFTER, frames]]
-    (whole,) = summary(plain)["trials"]
+    (whole,) = typed_json.plain(summary(plain))["trials"]
     assert whole["frames_without_pose_ranges"] == []
 
 

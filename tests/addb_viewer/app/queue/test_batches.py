@@ -9,6 +9,8 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.jobs.root_folder import RootFolder
 from solver.common.errors import SolverError
+from solver.common.typed_json import plain
+from tests.addb_viewer.fit_figures import of_subject, of_trial
 
 NAMES = ("S1", "S2", "S3")
 
@@ -21,8 +23,7 @@ def batches(tmp_path, monkeypatch):
         (tmp_path / name / "walk.trc").write_text("markers")
         (tmp_path / name / "subject.toml").write_text('[trials.walk]\nmarkers = "walk.trc"\n')
     (tmp_path / "S2" / "results").mkdir()
-    trial = {"name": "walk", "frames": 5, "frames_with_force_used": 5}
-    (tmp_path / "S2" / "results" / "fit.json").write_text(json.dumps({"trials": [trial], "files": []}))
+    (tmp_path / "S2" / "results" / "fit.json").write_text(json.dumps(plain(of_subject(of_trial()))))
     trials = TrialQueue(OpenSubjects(RootFolder(tmp_path, NAMES)))
     made = Batches(trials)
     made.started = []

@@ -9,14 +9,14 @@ from addb_viewer.app.queue.queue_rows import Mark, Row
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import ClearRange, FlagRange, Status
 from solver.capture.capture import Subject, TrialFiles
+from tests.addb_viewer.fit_figures import of_trial
 
 FIRST = 1_700_000_000.0
 
 
 def row(trial, *marks, finished_by=None, **more):
     status = Status.IN_WORK if finished_by is None else Status.FINISHED
-    figures = {"frames": 100, "frames_with_force_used": 100}
-    return Row("S1", trial, status, finished_by, figures, marks=tuple(marks), **more)
+    return Row("S1", trial, status, finished_by, of_trial(), marks=tuple(marks), **more)
 
 
 def test_time_at_work_leaves_out_pauses_and_is_counted_over_all_trials():

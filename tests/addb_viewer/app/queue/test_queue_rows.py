@@ -14,22 +14,23 @@ from addb_viewer.jobs.review_store import as_proposal, open_log
 from addb_viewer.jobs.root_folder import open_root
 from annotations.events import IMPORTED, RejectProposal, SetStatus, Status
 from solver.capture.capture import Subject, TrialFiles
+from solver.common.typed_json import plain
 from solver.contact.detected_ranges import Proposal
 from solver.fitting.results.store import has_fit, save_fit
 from tests.addb_viewer.app.test_app import write_subject
+from tests.addb_viewer.fit_figures import force, moment, of_subject, of_trial
 from tests.patience import PATIENCE_S
 
 SPITEFUL = "<script>alert(1)</script>"
 
 
 def row(trial, *, force_BW=0.01, moment_BWh=0.001, used=100, source="review", status=Status.UNSEEN, **more):
-    figures = {
-        "frames": 100,
-        "frames_with_force_used": used,
-        "mask_source": source,
-        "linear_residual": {"rms_BW": force_BW},
-        "angular_residual": {"rms_BWh": moment_BWh},
-    }
+    figures = of_trial(
+        frames_with_force_used=used,
+        mask_source=source,
+        linear_residual=force(7.0, force_BW),
+        angular_residual=moment(1.0, moment_BWh),
+    )
     return Row("S1", trial, status, None, figures, **more)
 
 
@@ -69,11 +70,13 @@ def test_status_and_figures_are_read_from_the_subjects_folder(tmp_path):
         TrialFiles("c", tmp_path / "c.trc"),
     )
     (tmp_path / "results").mkdir()
-    (tmp_path / "results" / "fit.json").write_text(json.dumps({"trials": [{"name": "a", "frames": 5}]}))
+    (tmp_path / "results" / "fit.json").write_text(
+        json.dumps(plain(of_subject(of_trial(name="a", frames=5))))
+    )
     with open_log(tmp_path) as log:
         log.append("a", SetStatus(Status.SECOND_LOOK), "Zoë")
     a, b, c = subject_rows("S1", Subject(tmp_path, trials))
-    assert (a.status, a.by, a.figures["frames"]) == (Status.SECOND_LOOK, "Zoë", 5)
+    assert (a.status, a.by, a.figures.frames) == (Status.SECOND_LOOK, "Zoë", 5)
     assert (b.status, b.by) == (Status.FINISHED, IMPORTED)
     assert (c.status, c.figures) == (Status.UNSEEN, None)
 
@@ -137,7 +140,7 @@ def test_what_is_still_to_be_reviewed_whoever_is_on_it():
 
 
 def test_one_that_is_fitted_comes_before_one_that_is_not():
-    rows = [*ROWS, Row("S4", "a", figures={"frames": 5}), Row("S4", "b", figures={"frames": 5})]
+    rows = [*ROWS, Row("S4", "a", figures=of_trial()), Row("S4", "b", figures=of_trial())]
     assert place(next_trial(rows, ("S1", "a"), ())) == ("S4", "a")
     assert place(next_trial(rows, ("S1", "a"), {("S4", "a")})) == ("S4", "b")
     assert place(next_trial(rows, ("S1", "a"), {("S4", "a"), ("S4", "b")})) == ("S1", "c")

@@ -2,32 +2,14 @@
 
 import numpy as np
 import pytest
-import trimesh
 
-from addb_viewer.app.scene.scene import TrialScene
-from addb_viewer.app.security.server import open_server
 from addb_viewer.trial_view.palette import BONE, CAUSE_SURFACE
-
-MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
-
-
-@pytest.fixture(scope="module")
-def server():
-    server = open_server(port=0)
-    yield server
-    server.stop()
+from tests.addb_viewer.app.scene.conftest import MESHES
 
 
 @pytest.fixture
 def push(effect):
     return effect("external_contact", "pelvis", ((20, 60),), force_x_N=50.0, force_y_N=0.0, force_z_N=0.0)
-
-
-@pytest.fixture
-def scene(server, make_replay):
-    scene = TrialScene(server)
-    scene.show(make_replay(), MESHES)
-    return scene
 
 
 def test_an_arrow_stands_at_the_body_on_its_frames_and_the_bone_is_marked(scene, figures, push):

@@ -6,17 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.scene.camera import Eye
 from addb_viewer.app.scene.labels import add_label, free_place, settle
-from addb_viewer.app.security.server import open_server
 
 PICTURE = np.array([800.0, 600.0])
 AHEAD = Eye(np.array([0.0, 0.0, -4.0]), np.diag([1.0, -1.0, 1.0]), 700.0, PICTURE)  # y of the ground is up
-
-
-@pytest.fixture(scope="module")
-def server():
-    server = open_server(port=0)
-    yield server
-    server.stop()
 
 
 def boxes(labels, eye=AHEAD, offset=0.0):

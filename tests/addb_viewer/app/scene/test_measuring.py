@@ -9,18 +9,10 @@ import trimesh
 from addb_viewer.app.scene.camera import Eye
 from addb_viewer.app.scene.measuring import Spot, angle, first_hit, from_vertical, joint_words
 from addb_viewer.app.scene.scene import TrialScene
-from addb_viewer.app.security.server import open_server
 from addb_viewer.trial_view.replay import JointCentre
+from tests.addb_viewer.app.scene.conftest import MESHES
 
-MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
 SIDEWAYS = Eye(np.array([0.0, 1.0, 3.0]), np.diag([1.0, -1.0, -1.0]), 900.0, np.array([1200.0, 800.0]))
-
-
-@pytest.fixture(scope="module")
-def server():
-    server = open_server(port=0)
-    yield server
-    server.stop()
 
 
 @pytest.fixture

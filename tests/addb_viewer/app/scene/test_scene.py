@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trimesh
 
 from addb_viewer.app.scene.camera import DISTANCE, VIEWS, eye
 from addb_viewer.app.scene.force_nodes import name_place, served_foot
 from addb_viewer.app.scene.legend import BY_RESIDUAL, BY_TORQUE
 from addb_viewer.app.scene.person_nodes import TRAIL_SEGMENTS, trail_rows
 from addb_viewer.app.scene.scene import TrialScene, followed_path, heading
-from addb_viewer.app.security.server import open_server
 from addb_viewer.trial_view.forces_in_use import contact_words
 from addb_viewer.trial_view.joint_loads import JointLoads
 from addb_viewer.trial_view.palette import (
@@ -26,22 +24,7 @@ from addb_viewer.trial_view.palette import (
     load_colors,
 )
 from addb_viewer.trial_view.replay import held
-
-MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
-
-
-@pytest.fixture(scope="module")
-def server():
-    server = open_server(port=0)
-    yield server
-    server.stop()
-
-
-@pytest.fixture
-def scene(server, make_replay):
-    scene = TrialScene(server)
-    scene.show(make_replay(), MESHES)
-    return scene
+from tests.addb_viewer.app.scene.conftest import MESHES
 
 
 def shown_color(arrow):

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 from addb_viewer.app.scene.camera import VIEWS
 from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.shell.commands import COMMANDS
@@ -6,7 +8,8 @@ from addb_viewer.app.shell.fit_tab import notes_html, summary_html
 from addb_viewer.app.shell.playback import SPEEDS
 from addb_viewer.app.subjects.library import Library
 from solver.common.notes import Kind, noted
-from tests.addb_viewer.report.test_quality import of_layouts
+from solver.fitting.fit_summary import ChangeFigures, GainFigures
+from tests.addb_viewer.fit_figures import first_layout, of_layouts, of_trial
 
 SPITEFUL = "<script>alert(1)</script>"
 
@@ -19,23 +22,18 @@ def test_the_summary_shows_figures_with_units_and_verdicts(small_fit, make_repla
         "2.00 m",
         "1.50 cm ✓",
         "2.10 cm ✓",
-        "7.5 N = 0.8 % BW ✓",
+        "7.5 N = 0.0077 BW ✓",
         "N·m",
-        "% BW·h",
+        "BW·h",
         "3 (force known)",
     ):
         assert part in text, part
 
 
 def test_held_out_forces_stand_beside_markers_and_a_worse_fit_is_said_to_be(make_replay):
-    residuals = {"linear_residual": {"rms_N": 24.4}, "angular_residual": {"rms_Nm": 11.4}}
-    markers = {"kinematics_only_linear_residual": {"rms_N": 30.5}}
-    markers |= {"kinematics_only_angular_residual": {"rms_Nm": 9.0}}
-    first = {"held_out": {"markers_cutoff_hz": [6.0, 8.0], **residuals, **markers}}
+    first = of_trial(held_out=first_layout(24.4, 11.4, 30.5, 9.0))
     assert "24.4 N (markers 30.5 at 6 Hz)" in summary_html(first, {}, make_replay())
-    older = {"held_out": {"markers_cutoff_hz": None, **residuals, **markers}}
-    assert "30.5" not in summary_html(older, {}, make_replay())
-    text = summary_html(first | {"held_out_layouts": of_layouts(1.5, [1.2, 1.9])}, {}, make_replay())
+    text = summary_html(replace(first, held_out_layouts=of_layouts(1.5, (1.2, 1.9))), {}, make_replay())
     assert "30.0 N ✗ (markers 20.0 at 4 to 6 Hz)" in text
     assert "9.0 N·m ✓ (markers 10.0 at 6 Hz)" in text
     assert "90 % interval over blocks 1.20 to 1.90: beyond chance" in text
@@ -43,9 +41,9 @@ def test_held_out_forces_stand_beside_markers_and_a_worse_fit_is_said_to_be(make
 
 
 def test_what_the_fit_to_forces_changed_stands_beside_the_residuals(small_fit, make_replay):
-    gain = {"band_hz": [4.0, 6.0], "gain": 0.934, "phase_deg": 0.0, "content": 1.5}
+    gain = GainFigures((4.0, 6.0), 0.934, 0.0, 1.5)
     figures = Library(small_fit.subject, small_fit).figures("walk")
-    changed = figures | {"change": {"joints_rms_deg": 0.82, "joints_gain": gain}}
+    changed = replace(figures, change=ChangeFigures(6.0, (), 0.82, 0.3, gain, ()))
     text = summary_html(changed, {}, make_replay())
     assert "0.8° RMS by forces" in text
     assert "Gain, 4–6 Hz" in text
@@ -56,11 +54,11 @@ def test_what_the_fit_to_forces_changed_stands_beside_the_residuals(small_fit, m
 def test_a_trial_without_dynamics_has_no_residual_rows(small_fit, make_replay):
     text = summary_html(Library(small_fit.subject, small_fit).figures("no/forces"), {}, make_replay())
     assert "Residual" not in text
-    assert "Marker RMS" in text
+    assert "Marker error, RMS" in text
 
 
 def test_without_a_fit_it_says_so(make_replay):
-    assert "Not fitted yet" in summary_html({}, {}, make_replay(fitted=False))
+    assert "Not fitted yet" in summary_html(None, {}, make_replay(fitted=False))
 
 
 def test_texts_from_files_are_escaped(make_replay):

@@ -5,13 +5,14 @@ import pytest
 
 from addb_viewer.app.solve.comparison import around, changed_frames, compared
 from addb_viewer.app.solve.solve_html import comparison_html
+from tests.addb_viewer.fit_figures import first_layout, force, of_trial
 
-FIGURES = {
-    "frames_with_force_used": 180,
-    "marker_rms_m": 0.0075,
-    "linear_residual": {"rms_N": 12.34},
-    "held_out": {"linear_residual": {"rms_N": 33.0}},
-}
+FIGURES = of_trial(
+    frames_with_force_used=180,
+    marker_rms_m=0.0075,
+    linear_residual=force(12.34),
+    held_out=first_layout(33.0, 5.0, 40.0, 6.0),
+)
 
 
 @pytest.fixture
@@ -58,7 +59,7 @@ def test_what_moves_the_root_is_the_residual_and_no_joint_torque(pair):
 
 
 def test_figures_stand_side_by_side_with_units(pair):
-    found = compared(*pair, FIGURES, FIGURES | {"linear_residual": {"rms_N": 9.0}})
+    found = compared(*pair, FIGURES, replace(FIGURES, linear_residual=force(9.0)))
     assert ("Residual force", "12.3 N", "9.0 N") in found.rows
     assert ("Marker error", "0.75 cm", "0.75 cm") in found.rows
     assert ("Held-out force", "33.0 N", "33.0 N") in found.rows

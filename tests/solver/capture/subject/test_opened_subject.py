@@ -6,6 +6,7 @@ import pytest
 
 from solver.capture.subject.opened_subject import NoSubjectError, open_subject, read_trials, subjects_in
 from solver.common.errors import CaptureError
+from solver.common.typed_json import plain
 from solver.fitting.fit_result import Groundwork
 from solver.fitting.summary import summary
 from solver.kinematics.marker_matching import MarkerMatch
@@ -378,5 +379,5 @@ def test_fit_json_lists_it_first_among_what_is_not_used(broken, small_fit):
     (broken / "emg.mat").write_text("x")
     groundwork = Groundwork(small_fit.skeleton, MarkerMatch((), (), ()), (), unread=unread)
     again = replace(open_subject(broken), trials=())
-    listed = summary(replace(small_fit, subject=again, groundwork=groundwork))["unused"]
+    listed = plain(summary(replace(small_fit, subject=again, groundwork=groundwork)))["unused"]
     assert [file["file"] for file in listed] == ["jump.trc", "emg.mat"]

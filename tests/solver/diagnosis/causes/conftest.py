@@ -263,3 +263,9 @@ def real_walk(real_data) -> tuple:
     recorded, skeleton = fit.trials[0].capture.markers, fit.skeleton
     columns = [recorded.names.index(marker.name) for marker in skeleton.markers]
     return recorded.positions_ground[:, columns], skeleton, recorded.rate
+
+
+@pytest.fixture(scope="module")
+def sound(long_walk, tracked):
+    """A walk in which nothing is wrong."""
+    return tracked(*long_walk)

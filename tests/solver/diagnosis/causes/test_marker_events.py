@@ -19,11 +19,6 @@ SLIP_M = np.array([0.0, 0.012, -0.009])
 FRAME = 180
 
 
-@pytest.fixture(scope="module")
-def sound(long_walk, tracked):
-    return tracked(*long_walk)
-
-
 def moved(scene, names, shift_body=SLIP_M, frame=FRAME):
     """Markers carried along their segment's axes from a frame on; the pose stays."""
     observed = scene.markers.observed_ground.copy()

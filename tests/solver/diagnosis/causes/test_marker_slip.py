@@ -10,11 +10,6 @@ def slipped(observed, R_ground, column, shift_body, frame):
     return altered
 
 
-@pytest.fixture(scope="module")
-def sound(long_walk, tracked):
-    return tracked(*long_walk)
-
-
 def test_a_sound_walk_has_none(sound):
     assert findings(sound) == []
 

@@ -19,11 +19,6 @@ def carried(scene, observed, joint, rms_m, seed=0):
     return altered
 
 
-@pytest.fixture(scope="module")
-def sound(long_walk, tracked):
-    return tracked(*long_walk)
-
-
 def test_a_sound_walk_has_none(sound):
     assert findings(sound) == []
 

@@ -49,11 +49,10 @@ def test_frames_that_do_not_count_are_in_no_block():
     layout, counts = np.zeros(60, dtype=bool), np.ones(60, dtype=bool)
     layout[0:10] = layout[20:30] = layout[50:60] = True
     counts[:25] = False
-    held_out = HeldOut(layout & counts, residual, 2 * residual, markers_hz=(6.0, 6.0))
+    held_out = HeldOut(layout & counts, residual, 2 * residual, (6.0, 6.0))
     found = judged_blocks(held_out, layout)
     assert found is not None
     assert found.ranges.tolist() == [[20, 30], [50, 60]]
     assert found.frames.tolist() == [5, 10]
     np.testing.assert_allclose(found.missed, [[125, 20], [250, 40]])
     np.testing.assert_allclose(found.markers_missed, 4 * found.missed)
-    assert judged_blocks(HeldOut(layout & counts, residual, residual), layout) is None  # an older fit's

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.common.errors import ResultsError
+from solver.common.typed_json import plain
 from solver.dynamics.cross_validation.held_out import HeldOutBlocks, HeldOutLayout
 from solver.fitting.results.store import add_held_out, default_folder, load_fit, present_solve, save_fit
 from solver.fitting.summary import summary
@@ -37,7 +38,7 @@ def test_layouts_that_come_later_are_read_with_the_fit(small_fit, folder):
     back = load_fit(folder, small_fit.subject.folder)
     assert_same(back.held_out_layouts[0].trials["walk"], fit.held_out_layouts[0].trials["walk"])
     assert_same(back.held_out_layouts[1].trials["walk"], fit.held_out_layouts[1].trials["walk"])
-    figures = summary(back)["trials"]
+    figures = plain(summary(back))["trials"]
     assert figures[0]["held_out_layouts"]["layouts"] == 2
     assert figures[0]["held_out_layouts"]["blocks"]["pieces"] == 4
     assert figures[1]["held_out_layouts"]["blocks"] is None  # a trial without forces
