@@ -50,11 +50,11 @@ LOADED_N = 20.0  # of both feet together: below it a difference is shared evenly
 
 
 def runs(folder: str) -> Iterator[dict[str, object]]:
-    """Both matched synthetics of every recording of a folder that was fitted to forces."""
+    """Both matched synthetics of every trial that shows somebody throughout and was fitted to forces."""
     fit, settings = solved(folder)
     for trial in fit.trials:
-        if trial.kinematics_only is None or fit.groundwork is None:
-            continue
+        if trial.kinematics_only is None or fit.groundwork is None or not trial.motion.posed.all():
+            continue  # nobody moves before somebody comes into view: there is no whole movement to repeat
         activity = ACTIVITY[folder][trial.capture.name]
         for kind in ("calm", "lively"):
             yield _run(folder, fit, trial, settings, activity=activity, kind=kind)
