@@ -126,7 +126,7 @@ class Subject(OpenedRecordings):
         only = None if causes is None else [cause.key for cause in causes]
         with watched(progress) as told:
             done = accepted(job, by=author or login_name(), only=only, progress=told)
-        return Acceptance(done.by, done.extension.sentence, done.told, done.left_out, done.file)
+        return Acceptance(done.by, done.extension.sentence, done.gain, done.left_out, done.file)
 
     def reject(
         self,

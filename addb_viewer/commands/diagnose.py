@@ -44,6 +44,7 @@ from addb_viewer.text.evidence_words import evidence_words
 from addb_viewer.text.extension_words import what_accepting_changes
 from addb_viewer.text.sections import Section, as_text
 from annotations.wording import sure_words
+from solver.common.typed_json import plain
 from solver.contact.detected_ranges import missing_force
 from solver.contact.detection import detect as proposals_for
 from solver.contact.detection_settings import DetectionSettings
@@ -271,9 +272,9 @@ def accept(
         with terminal_progress() as progress:
             done = accepted(job, by=by, only=_meant(cause, job.results), progress=progress)
         if json is not None:
-            write_json(json, done.told)
+            write_json(json, plain(done.gain))
         if done.file is not None:
-            for line in as_text([what_accepting_changes(done.told)]):
+            for line in as_text([what_accepting_changes(done.gain)]):
                 typer.echo(line)
             typer.echo()
         _tell(done, last_fit(job))

@@ -3,14 +3,15 @@
 What the trajectory fit gains by the second decision is in `extension-2.json`, beside `extension-2.npz`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from solver.capture.capture import Subject, TrialFiles
 from solver.common.errors import ResultsError
 from solver.common.notes import Kind, Note
 from solver.common.small_files import json_content
+from solver.common.typed_json import from_plain, plain
+from solver.diagnosis.diagnosis_report import AcceptedGain
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.provenance import other_recordings, provenance_of
 from solver.fitting.results.extension_log import Decision, accepted
@@ -44,11 +45,11 @@ def extension_for_solve(
     return extension, ()
 
 
-def keep_gain(figures: Mapping[str, Any], decision: Decision, results: Path) -> Path:
+def keep_gain(gain: AcceptedGain, decision: Decision, results: Path) -> Path:
     """Write what an accepted extension gains beside its wrenches; all of it or nothing.
 
     Args:
-        figures: in the shape of `accept --json`.
+        gain: as it is told.
         decision: that accepted it.
         results: the results folder.
 
@@ -57,11 +58,11 @@ def keep_gain(figures: Mapping[str, Any], decision: Decision, results: Path) -> 
     """
     path = _gain_file(decision, results)
     assert path is not None
-    write_json(path, figures)
+    write_json(path, plain(gain))
     return path
 
 
-def kept_gain(decision: Decision, results: Path) -> dict[str, Any] | None:
+def kept_gain(decision: Decision, results: Path) -> AcceptedGain | None:
     """What an accepted extension gains; None of a rejection, and where nobody looked.
 
     Raises:
@@ -71,12 +72,11 @@ def kept_gain(decision: Decision, results: Path) -> dict[str, Any] | None:
     if path is None or not path.is_file():
         return None
     try:
-        figures: dict[str, Any] = json_content(path)
+        return from_plain(json_content(path), AcceptedGain)
     except (ValueError, OSError) as error:
         raise ResultsError(
             f"{path}: not what an extension gains ({error}). Make it anew: addb-viewer accept"
         ) from error
-    return figures
 
 
 def _gain_file(decision: Decision, results: Path) -> Path | None:

@@ -4,7 +4,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,8 +17,8 @@ from solver.diagnosis.accepted_causes import extension_for
 from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import MARKER_IDS, cannot_be_accepted
 from solver.diagnosis.causes.effect import Range
+from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport, accepted_gain, told_exchanges
 from solver.diagnosis.diagnosis_report import Cause as Named
-from solver.diagnosis.diagnosis_report import DiagnosisReport, extended_gain_json
 from solver.diagnosis.extended_fit import extended_fit
 from solver.dynamics.trajectory.extension import Cause, Extension
 from solver.fitting.fit_result import Fit
@@ -77,7 +76,7 @@ class Accepted:
 
     extension: Extension
     by: str
-    told: dict[str, Any]  # in the shape of `accept --json`; of exchanged labels alone, no gain
+    gain: AcceptedGain
     left_out: tuple[str, ...]  # causes that lie in the markers alone
     undone: tuple[tuple[str, str], ...] = ()  # id and target of causes that reading the files puts right
     flagged: tuple[tuple[str, str], ...] = ()  # likewise of causes whose frames are flagged
@@ -140,8 +139,7 @@ def _accepted(job: Job, wanted: Wanted, by: str, progress: Progress) -> Accepted
     if not causes:
         labels_alone = Extension((), np.zeros(0), np.zeros(0), exchanges=exchanges)
         record(labels_alone)
-        told: dict[str, Any] = {"causes": [], "exchanges": _exchanges(exchanges)}
-        return Accepted(labels_alone, by, told, left_out)
+        return Accepted(labels_alone, by, AcceptedGain((), told_exchanges(exchanges)), left_out)
     ranges = {(e.id, e.target): [Range(*r) for r in e.frames] for e in figures.effects}
     found = extension_for(
         job.subject,
@@ -152,11 +150,7 @@ def _accepted(job: Job, wanted: Wanted, by: str, progress: Progress) -> Accepted
         progress=part(progress, 0.0, FOUND),
     )
     gain = extended_fit(found.fit, found.extension, job.settings, part(progress, FOUND, 1.0))
-    told = {
-        "causes": extension_log.plain_causes(found.causes_at(gain.fit.extra)),
-        "exchanges": _exchanges(exchanges),
-        **extended_gain_json(gain),
-    }
+    told = accepted_gain(gain, found.causes_at(gain.fit.extra), exchanges)
     extension = replace(found.extension, exchanges=exchanges)
     decision = record(extension)
     kept_in = keep_gain(told, decision, job.results)
@@ -258,10 +252,6 @@ def _only(figures: DiagnosisReport, wanted: Collection[tuple[str, str]], results
 def _without_tentative(figures: DiagnosisReport) -> DiagnosisReport:
     """The diagnosis without what is likelier wrong than right, where anything else is named."""
     return replace(figures, effects=tuple(names_of(figures)) or figures.effects)
-
-
-def _exchanges(exchanges: Sequence[Exchange]) -> list[dict[str, object]]:
-    return [{"trial": e.trial, "labels": list(e.labels), "frames": [e.start, e.end]} for e in exchanges]
 
 
 def _split(

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cached_property
-from typing import Any
 
 from addb_viewer.report.frames_kept import Kept, kept_frames
 from addb_viewer.trial_view.recorded_subject import Recording
-from solver.diagnosis.diagnosis_report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport
 from solver.fitting.results.extension_log import Standing
 
 
@@ -20,7 +19,7 @@ class DiagnosisShown:
     absent: str = "Nobody has asked for a diagnosis: `addb-viewer report SUBJECT --diagnose` makes one."
     decision: str = ""  # who accepted or rejected it
     standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause
-    gain: Mapping[str, Any] | None = None  # of an accepted one, in the shape of `accept --json`
+    gain: AcceptedGain | None = None
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,23 @@
 """The report of one subject: one file that opens offline, plays and prints."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Float
+
 from addb_viewer.report.content import SubjectReport
-from addb_viewer.report.diagnosis_part import diagnosis_part
-from addb_viewer.report.frames_table import frames_part
+from addb_viewer.report.frames_kept import (
+    Kept,
+    decided_by,
+    duration_s,
+    frames_words,
+    seconds_words,
+)
 from addb_viewer.report.joints_part import joints_part
 from addb_viewer.report.key_findings import key_findings
 from addb_viewer.report.made_from import recorded, repeat_part
-from addb_viewer.report.markup import Safe, data_script, element, joined, part, swatch
+from addb_viewer.report.markup import Safe, bar, data_script, element, joined, part, swatch, table, told
 from addb_viewer.report.moments import moments_of
 from addb_viewer.report.motion_part import changed_part, strides_part
 from addb_viewer.report.quality import (
@@ -22,14 +30,156 @@ from addb_viewer.report.quality import (
 from addb_viewer.report.report_page import page_html
 from addb_viewer.report.scene_data import arrows_of, plates_of, scene_of
 from addb_viewer.report.still_picture import still_picture
-from addb_viewer.report.timeline import timeline
+from addb_viewer.report.timeline import diagnosed_timeline, timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
+from addb_viewer.text.diagnosis_words import NOTES, page
+from addb_viewer.text.extension_words import what_accepting_changes
 from addb_viewer.text.held_out_words import rest_words
+from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.judged_figures import SOURCE
-from addb_viewer.trial_view.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
+from addb_viewer.text.residual_words import what_is_wrong
+from addb_viewer.trial_view.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL, reason_color
 from addb_viewer.trial_view.recorded_subject import TrialRecord
 from solver.capture.atomic import write_whole
+from solver.diagnosis.diagnosis import Gain
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.export.gait_tables import gaits_of
+
+
+def frames_part(record: TrialRecord, kept: Kept, index: int) -> Safe:
+    """A sentence and a table.
+
+    Args:
+        record: the trial.
+        kept: its frames.
+        index: of it in the report.
+    """
+    replay = record.replay
+    rows = [
+        (
+            joined((swatch(GREEN), Safe(" "), "usable")),
+            "both feet",
+            *_sizes(kept.ranges, kept.count, kept.frames, replay.rate),
+            _places(kept.ranges, replay.times, index),
+        )
+    ]
+    for cause in kept.causes:
+        rows.append(
+            (
+                joined(
+                    (
+                        swatch(reason_color(cause.reason)),
+                        Safe(" "),
+                        f"left out: {cause.words}",
+                        _meaning(cause.meaning),
+                    )
+                ),
+                cause.foot_words,
+                *_sizes(cause.ranges, cause.frames, kept.frames, replay.rate),
+                _places(cause.ranges, replay.times, index),
+            )
+        )
+    said = [f"{kept.count} of {kept.frames} frames are usable ({_seconds(kept.ranges, replay.rate)})."]
+    if kept.contacts is not None:
+        measured, of = kept.contacts
+        said.append(f"Plates carry the foot in {measured} of the {of} times that one stands on the ground.")
+    said.append(f"Who decided: {decided_by(record.figures.mask_source, kept)}.")
+    head = ("Frames are …", "Foot", "Frames", "Time", "Where: frames, seconds on the recording's clock")
+    return joined((element("p", " ".join(said)), table(head, rows, "frames")))
+
+
+def _meaning(words: str) -> Safe:
+    return element("small", words) if words else Safe("")
+
+
+def _sizes(ranges: tuple[tuple[int, int], ...], count: int, of: int, rate: float) -> tuple[Safe, str]:
+    share = element("small", f"{100 * count / max(of, 1):.0f} %")
+    return joined((str(count), Safe(" "), share)), _seconds(ranges, rate)
+
+
+def _seconds(ranges: tuple[tuple[int, int], ...], rate: float) -> str:
+    return f"{duration_s(ranges, rate):.2f} s"
+
+
+def _places(ranges: tuple[tuple[int, int], ...], times: Float[np.ndarray, " frames"], index: int) -> Safe:
+    """Each range with a link to its first frame."""
+    if not ranges:
+        return Safe("nowhere")
+    return joined(
+        (
+            element(
+                "span",
+                seek_link(index, start, frames_words(start, end)),
+                Safe(" "),
+                element("small", seconds_words(start, end, times)),
+                class_="range",
+            )
+            for start, end in ranges
+        ),
+        between=" ",
+    )
+
+
+BARS = (  # what, its key, unit, factor, decimals
+    ("Force missed", "held_out_linear_residual_N", "N", 1.0, 0),
+    ("Moment missed", "held_out_angular_residual_Nm", "N·m", 1.0, 1),
+    ("Marker error", "marker_rms_m", "mm", 1e3, 1),
+)
+
+
+def diagnosis_part(report: SubjectReport) -> Safe:
+    """All that a stored diagnosis says; or that there is none."""
+    shown = report.diagnosis
+    if shown.figures is None:
+        return element("p", shown.absent)
+    after: dict[str, list[Safe]] = {
+        what_is_wrong(shown.figures).heading: _timelines(report, shown.figures),
+        what_it_gains(shown.figures).heading: [gain_bars(shown.figures.gain)],
+    }
+    pieces: list[Safe] = []
+    for section in page(shown.figures):
+        if section.heading != NOTES:  # those stand among the report's own
+            pieces += [told(section), *after.get(section.heading, ())]
+    if shown.decision:
+        pieces.append(element("p", shown.decision))
+    if shown.gain is not None:
+        pieces.append(told(what_accepting_changes(shown.gain)))
+    return joined(pieces)
+
+
+def gain_bars(gain: Mapping[str, Gain]) -> Safe:
+    """Each figure on hidden stretches without and with the causes, as bars of a common scale."""
+    groups = []
+    for label, key, unit, factor, digits in BARS:
+        if key not in gain:
+            continue
+        before, after = (factor * figure for figure in (gain[key].before, gain[key].after))
+        most = max(before, after, 1e-12)
+        bars = [
+            element(
+                "div",
+                element("span", words),
+                bar(v / most, kind),
+                element("b", f"{v:.{digits}f} {unit}"),
+            )
+            for words, kind, v in (("without", "before", before), ("with", "after", after))
+        ]
+        groups.append(element("figure", element("figcaption", label), *bars))
+    return element("div", *groups, class_="gains")
+
+
+def _timelines(report: SubjectReport, figures: DiagnosisReport) -> list[Safe]:
+    drawn: list[Safe] = []
+    several = len(report.recording.trials) > 1
+    for index, record in enumerate(report.recording.trials):
+        chart = diagnosed_timeline(record, index, figures)
+        if chart is not None:
+            name = f"{record.replay.name}. " if several else ""
+            beside = "without and with the named causes" if figures.effects else "against what is ordinary"
+            words = f"{name}The recording's own residual over time, {beside}"
+            drawn.append(element("figure", element("figcaption", words), chart))
+    return drawn
+
 
 PARTS = (
     ("recorded", "What was recorded"),

@@ -4,14 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
-from typing import Any
 
 from addb_viewer.jobs.accepted_extension import kept_gain
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.text.diagnosis_vocabulary import title
 from solver.capture.capture import Subject
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
-from solver.diagnosis.diagnosis_report import DiagnosisReport, Rival
+from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport, Rival
 from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import extension_in, other_recordings, provenance_of
 from solver.fitting.results import extension_log
@@ -36,7 +35,7 @@ class DiagnosisState:
     decision: Decision | None = None  # the last one
     in_fit: InFit = InFit.NO_FIT
     standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause
-    gain: Mapping[str, Any] | None = None  # by the accepted causes, in the shape of `accept --json`
+    gain: AcceptedGain | None = None  # by the accepted causes
 
     @property
     def acceptable(self) -> bool:

@@ -5,7 +5,7 @@ Frames are 0-based, the end excluded, at the markers' rate. JSON has no NaN: wha
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -27,7 +27,9 @@ from solver.diagnosis.diagnosis import (
 from solver.diagnosis.direct_checks.statement import STATED_NATS, Statement
 from solver.diagnosis.extended_fit import ExtendedGain
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
+from solver.dynamics.trajectory import extension
 from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.kinematics.label_faults.fault import Exchange
 
 VERSION = 1  # of what a report holds; raised when an old reader would misread it
 MOST_CHANGED = 5  # joint torques that are listed
@@ -232,11 +234,52 @@ class DiagnosisReport:
 
     def as_json(self) -> dict[str, Any]:
         """Plain values, as `diagnose --json` has them."""
-        values: dict[str, Any] = plain(self)
-        for gain in values["gain"].values():
-            if gain["interval"] is None:
-                del gain["interval"]
-        return values
+        return plain(self)
+
+
+@dataclass(frozen=True)
+class AcceptedCause:
+    """As the trajectory fit found it."""
+
+    id: str
+    target: str
+    parameters: Mapping[str, Figure]
+
+
+@dataclass(frozen=True)
+class AcceptedExchange:
+    """Labels that are exchanged back."""
+
+    trial: str
+    labels: tuple[str, ...]
+    frames: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class TorqueChanges:
+    """RMS by dof [N·m, or N for translations]."""
+
+    rms: Mapping[str, float]  # of the change
+    before_rms: Mapping[str, float]  # of the torque itself
+    most_changed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class AcceptedGain:
+    """What accepting causes changes, `accept --json`; of exchanged labels alone there are no figures."""
+
+    causes: tuple[AcceptedCause, ...]
+    exchanges: tuple[AcceptedExchange, ...]
+    held_out_linear_residual_N: Gain | None = None  # None: no block is held out
+    held_out_angular_residual_Nm: Gain | None = None
+    held_out_linear_drop_N: tuple[float, float] | None = None  # None: too few blocks to tell
+    held_out_angular_drop_Nm: tuple[float, float] | None = None
+    marker_rms_m: Gain | None = None
+    mass_kg: Gain | None = None
+    held_out_frames: int = 0
+    held_out_blocks: int = 0
+    joint_torque_change: TorqueChanges | None = None
+    notes: tuple[Note, ...] = ()
 
 
 def read_report(stored: Mapping[str, Any]) -> DiagnosisReport:
@@ -283,30 +326,50 @@ def report(diagnosis: Diagnosis, why: str | None = None) -> DiagnosisReport:
     )
 
 
-def extended_gain_json(gain: ExtendedGain) -> dict[str, object]:
-    """The figures as plain values, in the shape of `accept --json`."""
-    plain: dict[str, object] = {}
-    for name in ("held_out_linear_residual_N", "held_out_angular_residual_Nm", "marker_rms_m", "mass_kg"):
-        figure: Gain = getattr(gain, name)
-        known = math.isfinite(figure.before)  # JSON has no NaN
-        plain[name] = {k: getattr(figure, k) if known else None for k in ("before", "after")}
-        if figure.interval is not None:
-            plain[name] |= {"interval": list(figure.interval)}  # type: ignore[operator]
-    for name in ("held_out_linear_drop_N", "held_out_angular_drop_Nm"):
-        drop = getattr(gain, name)
-        plain[name] = None if drop is None else list(drop)
+def accepted_gain(
+    gain: ExtendedGain, causes: Sequence[extension.Cause], exchanges: Sequence[Exchange]
+) -> AcceptedGain:
+    """What accepting causes changes, as it is told.
+
+    Args:
+        gain: of the trajectory fit with them.
+        causes: as that fit found them.
+        exchanges: of labels, accepted with them.
+    """
     translations = {c.name for c in gain.fit.skeleton.free_coordinates if c.motion == "translation"}
     most = [dof for dof in gain.joint_torque_change if dof not in translations][:MOST_CHANGED]
-    return plain | {
-        "held_out_frames": gain.held_out_frames,
-        "held_out_blocks": gain.held_out_blocks,
-        "joint_torque_change": {
-            "rms": gain.joint_torque_change,
-            "before_rms": gain.joint_torque_rms,
-            "most_changed": most,
-        },
-        "notes": list(gain.notes),
-    }
+    return AcceptedGain(
+        causes=told_causes(causes),
+        exchanges=told_exchanges(exchanges),
+        held_out_linear_residual_N=_known(gain.held_out_linear_residual_N),
+        held_out_angular_residual_Nm=_known(gain.held_out_angular_residual_Nm),
+        held_out_linear_drop_N=gain.held_out_linear_drop_N,
+        held_out_angular_drop_Nm=gain.held_out_angular_drop_Nm,
+        marker_rms_m=_known(gain.marker_rms_m),
+        mass_kg=_known(gain.mass_kg),
+        held_out_frames=gain.held_out_frames,
+        held_out_blocks=gain.held_out_blocks,
+        joint_torque_change=TorqueChanges(gain.joint_torque_change, gain.joint_torque_rms, tuple(most)),
+        notes=gain.notes,
+    )
+
+
+def told_causes(causes: Sequence[extension.Cause]) -> tuple[AcceptedCause, ...]:
+    """As they are told; what the recording says nothing about is None."""
+
+    def told(parameters: Mapping[str, tuple[float, float]]) -> dict[str, Figure]:
+        return {name: Figure(_finite(value), _finite(std)) for name, (value, std) in parameters.items()}
+
+    return tuple(AcceptedCause(cause.id, cause.target, told(cause.parameters)) for cause in causes)
+
+
+def told_exchanges(exchanges: Sequence[Exchange]) -> tuple[AcceptedExchange, ...]:
+    """Of labels, as they are told."""
+    return tuple(AcceptedExchange(e.trial, e.labels, (e.start, e.end)) for e in exchanges)
+
+
+def _known(gain: Gain) -> Gain | None:
+    return gain if math.isfinite(gain.before) else None
 
 
 def _cause(effect: NamedEffect) -> Cause:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from addb_viewer.report.content import DiagnosisShown
-from addb_viewer.report.diagnosis_part import diagnosis_part, gain_bars
+from addb_viewer.report.subject_page import diagnosis_part, gain_bars
 
 
 def test_the_cause_in_words_and_figures_with_the_residual_before_and_after(report):

@@ -1,6 +1,6 @@
 """Usable frames as a table."""
 
-from addb_viewer.report.frames_table import frames_part
+from addb_viewer.report.subject_page import frames_part
 
 
 def test_every_range_with_frames_and_seconds(report):

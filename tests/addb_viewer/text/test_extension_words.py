@@ -1,34 +1,37 @@
 """What accepting changes, in words: no surer than the held-out blocks allow."""
 
+from dataclasses import replace
+
 import pytest
 
 from addb_viewer.text.extension_words import what_accepting_changes
+from solver.common.notes import Kind, Note
+from solver.diagnosis.diagnosis import Gain
+from solver.diagnosis.diagnosis_report import AcceptedCause, AcceptedGain, Figure, TorqueChanges
 
-CLOCK = {"id": "clock_offset", "target": "all", "parameters": {"offset_s": {"value": 0.012, "std": 0.0004}}}
-
-
-def told(**changes):
-    return {
-        "causes": [CLOCK],
-        "held_out_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
-        "held_out_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
-        "held_out_linear_drop_N": [20.0, 30.0],
-        "held_out_angular_drop_Nm": [8.0, 13.0],
-        "marker_rms_m": {"before": 0.0121, "after": 0.0120},
-        "mass_kg": {"before": 71.0, "after": 71.01},
-        "held_out_frames": 110,
-        "held_out_blocks": 5,
-        "joint_torque_change": {
-            "rms": {"hip_flexion_r": 12.34, "tx": 9.0, "ankle_angle_r": 3.0},
-            "before_rms": {"hip_flexion_r": 40.0, "tx": 90.0, "ankle_angle_r": 30.0},
-            "most_changed": ["hip_flexion_r", "ankle_angle_r"],
-        },
-        "notes": ["a note"],
-    } | changes
+CLOCK = AcceptedCause("clock_offset", "all", {"offset_s": Figure(0.012, 0.0004)})
+GAIN = AcceptedGain(
+    causes=(CLOCK,),
+    exchanges=(),
+    held_out_linear_residual_N=Gain(41.0, 12.2, (11.0, 13.9)),
+    held_out_angular_residual_Nm=Gain(19.5, 8.1, (7.2, 9.0)),
+    held_out_linear_drop_N=(20.0, 30.0),
+    held_out_angular_drop_Nm=(8.0, 13.0),
+    marker_rms_m=Gain(0.0121, 0.0120),
+    mass_kg=Gain(71.0, 71.01),
+    held_out_frames=110,
+    held_out_blocks=5,
+    joint_torque_change=TorqueChanges(
+        {"hip_flexion_r": 12.34, "tx": 9.0, "ankle_angle_r": 3.0},
+        {"hip_flexion_r": 40.0, "tx": 90.0, "ankle_angle_r": 30.0},
+        ("hip_flexion_r", "ankle_angle_r"),
+    ),
+    notes=(Note(Kind.OTHER, "a note"),),
+)
 
 
 def test_every_figure_is_there_before_and_after():
-    section = what_accepting_changes(told())
+    section = what_accepting_changes(GAIN)
     rows = dict(section.rows)
     assert rows["force"].startswith("41 → 12 N")
     assert "between 7.2 and 9.0" in rows["moment"]
@@ -40,7 +43,7 @@ def test_every_figure_is_there_before_and_after():
     assert "body mass" not in rows
     assert "110 frames in 5 blocks" in section.lines[0]
     assert section.lines[1] == "a note"
-    assert dict(what_accepting_changes(told(mass_kg={"before": 71.0, "after": 70.2})).rows)["body mass"] == (
+    assert dict(what_accepting_changes(replace(GAIN, mass_kg=Gain(71.0, 70.2))).rows)["body mass"] == (
         "71.0 → 70.2 kg"
     )
 
@@ -48,21 +51,22 @@ def test_every_figure_is_there_before_and_after():
 @pytest.mark.parametrize(
     ("linear", "angular", "says"),
     [
-        ([20.0, 30.0], [8.0, 13.0], "more than by chance: the residual force and moment."),
-        ([20.0, 30.0], [-1.0, 13.0], "Falls, more than by chance: the residual force."),
-        ([-2.0, 30.0], [-1.0, 13.0], "On these the gain is not certain."),
-        ([20.0, 30.0], [-9.0, -1.0], "Rises, more than by chance: the residual moment. Reconsider"),
+        ((20.0, 30.0), (8.0, 13.0), "more than by chance: the residual force and moment."),
+        ((20.0, 30.0), (-1.0, 13.0), "Falls, more than by chance: the residual force."),
+        ((-2.0, 30.0), (-1.0, 13.0), "On these the gain is not certain."),
+        ((20.0, 30.0), (-9.0, -1.0), "Rises, more than by chance: the residual moment. Reconsider"),
         (None, None, "too few held-out blocks to tell whether that is chance"),
     ],
 )
 def test_chance_is_called_chance(linear, angular, says):
-    section = what_accepting_changes(told(held_out_linear_drop_N=linear, held_out_angular_drop_Nm=angular))
+    section = what_accepting_changes(
+        replace(GAIN, held_out_linear_drop_N=linear, held_out_angular_drop_Nm=angular)
+    )
     assert says in section.lines[0]
 
 
 def test_where_nothing_could_be_held_out_that_is_said():
-    nothing = {"before": None, "after": None}
-    changes = dict.fromkeys(("held_out_linear_residual_N", "held_out_angular_residual_Nm"), nothing)
-    section = what_accepting_changes(told(held_out_blocks=0, held_out_frames=0, **changes))
+    none = dict.fromkeys(("held_out_linear_residual_N", "held_out_angular_residual_Nm"))
+    section = what_accepting_changes(replace(GAIN, held_out_blocks=0, held_out_frames=0, **none))
     assert "force" not in dict(section.rows)
     assert "Too few frames have forces" in section.lines[0]

@@ -9,6 +9,7 @@ from addb_viewer.jobs.accepted_extension import keep_gain
 from addb_viewer.jobs.kept_diagnosis import keep
 from addb_viewer.trial_view.diagnosis_state import decision_in_words, read_state
 from solver.common.errors import ResultsError
+from solver.diagnosis.diagnosis_report import AcceptedGain
 from solver.dynamics.trajectory.extension import Cause, Extension
 from solver.fitting.provenance import provenance_of
 from solver.fitting.results import extension_log
@@ -108,8 +109,8 @@ def test_what_accepting_gained_is_kept_with_the_decision(diagnosed):
     subject, results, fit = diagnosed
     decision = extension_log.accept(results, extension(), by="Zoë", made_from={})
     assert read_state(subject, results, fit).gain is None
-    path = keep_gain({"causes": []}, decision, results)
-    assert read_state(subject, results, fit).gain == {"causes": []}
+    path = keep_gain(AcceptedGain((), ()), decision, results)
+    assert read_state(subject, results, fit).gain == AcceptedGain((), ())
     path.write_text("{")
     with pytest.raises(ResultsError, match=r"extension-1\.json.*addb-viewer accept"):
         read_state(subject, results, fit)

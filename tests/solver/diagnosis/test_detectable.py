@@ -9,7 +9,7 @@ from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.checks import DECIDED, PAYS, POSSIBLE, Decision
-from solver.diagnosis.detectable import find_detectable
+from solver.diagnosis.diagnose_subject import find_detectable
 from solver.diagnosis.search.contenders import TEMPER_NATS
 from solver.diagnosis.search.selection import select
 from solver.fitting.diagnosis_settings import DiagnosisSettings

@@ -23,7 +23,7 @@ def accepted():
         decision = extension_log.accept(
             results, Extension((late,), np.ones(1), np.zeros(1)), by="Zoë", made_from={}
         )
-        keep_gain(GAIN | {"causes": []}, decision, results)
+        keep_gain(GAIN, decision, results)
 
     return write
 
