@@ -136,7 +136,7 @@ def _items(notes: Sequence[Note]) -> str:
 
 
 def _figure_rows(figures: TrialFigures) -> list[tuple[str, str]]:
-    marks = {None: "", True: " ✓", False: " ✗"}
+    marks = {None: "", True: "\u00a0✓", False: "\u00a0✗"}
     rows = [(each.label, each.words + marks[each.within]) for each in judged_figures(figures) if each.value]
     if figures.forces_predicted:
         rows.append(("Forces and torques", "predicted from the motion: no residual"))

@@ -20,9 +20,9 @@ def test_the_summary_shows_figures_with_units_and_verdicts(small_fit, make_repla
     for part in (
         "100.0 kg",
         "2.00 m",
-        "1.50 cm ✓",
-        "2.10 cm ✓",
-        "7.5 N = 0.0077 BW ✓",
+        "1.50 cm\u00a0✓",
+        "2.10 cm\u00a0✓",
+        "7.5 N = 0.0077 BW\u00a0✓",
         "N·m",
         "BW·h",
         "3 (force known)",
