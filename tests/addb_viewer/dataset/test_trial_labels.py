@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -20,6 +21,8 @@ from annotations.suggested_activity import SuggestedActivity
 from solver.capture.capture import Markers
 from solver.capture.formats.trc import write_trc
 from solver.common.notes import Kind, Note
+from solver.common.typed_json import plain
+from tests.addb_viewer.fit_figures import force, of_subject, of_trial
 from tests.addb_viewer.told_diagnosis import told_cause
 
 FEET = ("calcn_r", "calcn_l")
@@ -106,15 +109,10 @@ def test_every_trial_has_a_row_fitted_or_not(walks, tmp_path):
     assert row.concerns == (NOT_FITTED,)
     results = one.subject.folder / "results"
     results.mkdir()
-    trial = {
-        "name": "walk",
-        "mask_source": "proposals",
-        "linear_residual": {"rms_BW": 0.2},
-        "angular_residual": None,
-    }
-    figures = {"subject": {"mass_kg": 80.0}, "trials": [trial], "notes": [note.as_json() for note in NOTES]}
+    trial = of_trial(mask_source="proposals", linear_residual=force(160.0, 0.2))
+    figures = replace(of_subject(trial, mass_kg=80.0), notes=tuple(NOTES))
     try:
-        (results / "fit.json").write_text(json.dumps(figures))
+        (results / "fit.json").write_text(json.dumps(plain(figures)))
         (row,) = triaged(one)
         assert (row.mass_kg, row.linear_rms_bw, row.angular_rms_bwh) == (80.0, 0.2, None)
         assert row.concerns == (UNDECIDED, CLOCK)
