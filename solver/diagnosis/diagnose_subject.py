@@ -43,64 +43,6 @@ from solver.fitting.summary import all_notes
 
 NINE_IN_TEN = 1.28  # standard deviations by which an estimate falls short at most
 GRID = np.geomspace(0.05, 50.0, 200)  # of standard deviations, among which a size to act on is sought
-
-
-def find_detectable(
-    balance: Balance, null: Solved, candidates: Sequence[Candidate]
-) -> tuple[Detectable, ...]:
-    """Sizes for each parameter of the most usual causes.
-
-    Args:
-        balance: of all trials.
-        null: its fit without any cause.
-        candidates: the catalogue; others than those asked are left out.
-    """
-    found = []
-    for candidate in candidates:
-        if candidate.about.asked_up_to is None:
-            continue
-        least_eta = min(candidate.starts(balance.scenes), key=lambda eta: float(np.square(eta).sum()))
-        term = balance.term(candidate, least_eta)
-        if term is None:
-            continue
-        solved = balance.solve_at([refine(balance, term, [], null.noise_scale)], null.noise_scale)
-        needed = least_first_gain(candidate, null.noise_scale.scale, balance.settings)
-        needed += handicap(candidate, balance.settings)
-        cost = float(np.log(np.diag(solved.root)).sum())  # ½ log det M
-        prior = _estimates_at_nothing(candidate, balance, solved.terms[0], solved.terms[0].prior_std)
-        for name, estimate in solved.estimates(0, balance.scenes).items():
-            p, left = prior[name].std, estimate.std
-            if not 0 < left < p:
-                continue
-            alone = (left**-2 - p**-2) ** -0.5
-            by_evidence = alone * np.sqrt(2 * max(0.0, needed + cost) * (1 + (alone / p) ** 2))
-            to_act_on = _to_act_on(candidate, balance, solved.terms[0], name, alone)
-            size = max(float(by_evidence), to_act_on) + NINE_IN_TEN * alone
-            if np.isfinite(size):
-                found.append(Detectable(candidate.id, candidate.target, name, size))
-    return tuple(found)
-
-
-def _estimates_at_nothing(
-    candidate: Candidate, balance: Balance, term: Term, std: Float[np.ndarray, " parameters"]
-) -> dict[str, Estimate]:
-    """The catalogue's parameters where there is nothing, with given standard deviations of x and η."""
-    linear = len(std) - len(term.tangent_mean)
-    x, covariance = np.zeros(linear), np.diag(std[:linear] ** 2)
-    no_eta = tuple(0.0 for _ in term.eta)
-    return candidate.estimates(balance.scenes, Fitted(no_eta, tuple(std[linear:].tolist()), x, covariance))
-
-
-def _to_act_on(candidate: Candidate, balance: Balance, term: Term, name: str, std: float) -> float:
-    """The least size of one parameter, all others at nothing, that anybody would act on."""
-    nothing = _estimates_at_nothing(candidate, balance, term, np.zeros(len(term.prior_std)))
-    for size in GRID * std:
-        larger = replace(nothing[name], value=nothing[name].value + size)
-        if candidate.is_notable({**nothing, name: larger}):
-            return float(size)
-    return float("inf")
-
-
 HOP_S = 0.03  # half a window: nothing is lost between them
 FITTED = 0.6  # share of the work that is done once the markers are fitted
 
@@ -350,3 +292,59 @@ def _with_the_filters_ends(
     """Frames beside them as well: what is read there lies at the recording's end."""
     reach = round(END_S * trial.scene.rate)
     return np.convolve(lost, np.ones(2 * reach + 1), mode="same") > 0
+
+
+def find_detectable(
+    balance: Balance, null: Solved, candidates: Sequence[Candidate]
+) -> tuple[Detectable, ...]:
+    """Sizes for each parameter of the most usual causes.
+
+    Args:
+        balance: of all trials.
+        null: its fit without any cause.
+        candidates: the catalogue; others than those asked are left out.
+    """
+    found = []
+    for candidate in candidates:
+        if candidate.about.asked_up_to is None:
+            continue
+        least_eta = min(candidate.starts(balance.scenes), key=lambda eta: float(np.square(eta).sum()))
+        term = balance.term(candidate, least_eta)
+        if term is None:
+            continue
+        solved = balance.solve_at([refine(balance, term, [], null.noise_scale)], null.noise_scale)
+        needed = least_first_gain(candidate, null.noise_scale.scale, balance.settings)
+        needed += handicap(candidate, balance.settings)
+        cost = float(np.log(np.diag(solved.root)).sum())  # ½ log det M
+        prior = _estimates_at_nothing(candidate, balance, solved.terms[0], solved.terms[0].prior_std)
+        for name, estimate in solved.estimates(0, balance.scenes).items():
+            p, left = prior[name].std, estimate.std
+            if not 0 < left < p:
+                continue
+            alone = (left**-2 - p**-2) ** -0.5
+            by_evidence = alone * np.sqrt(2 * max(0.0, needed + cost) * (1 + (alone / p) ** 2))
+            to_act_on = _to_act_on(candidate, balance, solved.terms[0], name, alone)
+            size = max(float(by_evidence), to_act_on) + NINE_IN_TEN * alone
+            if np.isfinite(size):
+                found.append(Detectable(candidate.id, candidate.target, name, size))
+    return tuple(found)
+
+
+def _estimates_at_nothing(
+    candidate: Candidate, balance: Balance, term: Term, std: Float[np.ndarray, " parameters"]
+) -> dict[str, Estimate]:
+    """The catalogue's parameters where there is nothing, with given standard deviations of x and η."""
+    linear = len(std) - len(term.tangent_mean)
+    x, covariance = np.zeros(linear), np.diag(std[:linear] ** 2)
+    no_eta = tuple(0.0 for _ in term.eta)
+    return candidate.estimates(balance.scenes, Fitted(no_eta, tuple(std[linear:].tolist()), x, covariance))
+
+
+def _to_act_on(candidate: Candidate, balance: Balance, term: Term, name: str, std: float) -> float:
+    """The least size of one parameter, all others at nothing, that anybody would act on."""
+    nothing = _estimates_at_nothing(candidate, balance, term, np.zeros(len(term.prior_std)))
+    for size in GRID * std:
+        larger = replace(nothing[name], value=nothing[name].value + size)
+        if candidate.is_notable({**nothing, name: larger}):
+            return float(size)
+    return float("inf")
