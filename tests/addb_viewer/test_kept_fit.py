@@ -152,7 +152,7 @@ def test_another_fit_is_made_beside_the_kept_one_where_that_is_asked_for(stale):
     assert "without squat (trials/squat/markers.trc: line" in done.stderr
     assert kept(stale) == before
     (made,) = stored_solves(stale / "results")
-    assert [trial["name"] for trial in made.figures["trials"]] == ["walk"]
+    assert [trial.name for trial in made.figures.trials] == ["walk"]
     assert not (stale / "results/csv/squat.csv").exists()
 
 
