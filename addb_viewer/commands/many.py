@@ -222,10 +222,11 @@ def _one(
     began, folder = time.monotonic(), root.path / name
     try:
         figures = work.kept(folder)
+        row = {} if figures is None else work.row(figures, "")
     except Exception:  # the command itself says what is wrong, in its own process
         figures = None
     if figures is not None:
-        return Outcome(name, Status.KEPT, time.monotonic() - began, "", work.row(figures, ""), figures)
+        return Outcome(name, Status.KEPT, time.monotonic() - began, "", row, figures)
     figures_file = scratch / f"{root.names.index(name)}.json"
     words = ["addb_viewer", work.command, str(folder), *work.words]
     if work.out is not None:

@@ -41,7 +41,10 @@ def schema_of(kind: type) -> dict[str, Any]:
 
 def _made_of(kind: type, stored: Any) -> Any:
     if kind is Note:
-        return Note.from_json(stored)
+        try:
+            return Note.from_json(stored)
+        except (AttributeError, KeyError, TypeError) as error:
+            raise ValueError(f"no note of this version ({error})") from error
     raise NotImplementedError(f"no way to read a {kind.__name__}")
 
 

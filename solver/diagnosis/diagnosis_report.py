@@ -29,6 +29,7 @@ from solver.diagnosis.extended_fit import ExtendedGain
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
 from solver.dynamics.trajectory import extension
 from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.fitting.results.extension_log import plain_causes
 from solver.kinematics.label_faults.fault import Exchange
 
 VERSION = 1  # of what a report holds; raised when an old reader would misread it
@@ -356,11 +357,7 @@ def accepted_gain(
 
 def told_causes(causes: Sequence[extension.Cause]) -> tuple[AcceptedCause, ...]:
     """As they are told; what the recording says nothing about is None."""
-
-    def told(parameters: Mapping[str, tuple[float, float]]) -> dict[str, Figure]:
-        return {name: Figure(_finite(value), _finite(std)) for name, (value, std) in parameters.items()}
-
-    return tuple(AcceptedCause(cause.id, cause.target, told(cause.parameters)) for cause in causes)
+    return tuple(from_plain(cause, AcceptedCause) for cause in plain_causes(causes))
 
 
 def told_exchanges(exchanges: Sequence[Exchange]) -> tuple[AcceptedExchange, ...]:

@@ -44,3 +44,6 @@ def test_what_is_written_obeys_the_schema_and_other_things_do_not():
 def test_what_is_of_another_kind_is_named():
     with pytest.raises(ValueError, match=r"parts\[0\]\.size"):
         from_plain({"parts": [{"size": "large"}]}, Whole)
+    for other in ("as an older version wrote it", {"kind": "other"}, {"kind": "none of ours"}):
+        with pytest.raises(ValueError, match=r"no note of this version.*notes\[0\]"):
+            from_plain(plain(WHOLE) | {"notes": [other]}, Whole)
