@@ -22,6 +22,14 @@ class Status(StrEnum):
     SECOND_LOOK = "needs a second look"
 
 
+class Unusable(StrEnum):
+    """What a trial must not be used for, whatever its figures say."""
+
+    TORQUES = "torques"
+    ANGLES = "angles"
+    BOTH = "angles and torques"
+
+
 @dataclass(frozen=True)
 class FrameRange:
     """Frames start to end − 1 of a trial, counted from 0."""
@@ -129,6 +137,11 @@ class SetStatus:
     left_out: tuple[Proposal, ...] | None = None
     """Of a finished trial: what a detector left out and nobody had decided; it stays left out. None: nothing
     had been detected yet, and what will be stays left out."""
+    unusable: Unusable | None = None  # of a finished trial; the note says why
+
+    def __post_init__(self) -> None:
+        if self.unusable is not None and not (self.status is Status.FINISHED and self.note.strip()):
+            raise ReviewError("a trial is marked unusable when it is finished, and with a reason")
 
 
 @dataclass(frozen=True)

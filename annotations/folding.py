@@ -29,6 +29,7 @@ from annotations.events import (
     SetActivity,
     SetStatus,
     Status,
+    Unusable,
 )
 from annotations.label_runs import labelled_runs, true_runs
 from annotations.reasons import FORCE_COUNTS, MANUAL_REVIEW
@@ -169,6 +170,7 @@ def folded(
         rejected=tuple(e.event.proposal for e in kept if isinstance(e.event, RejectProposal)),
         refused_activities=tuple(e.event for e in kept if isinstance(e.event, RefuseActivity)),
         file_counts=_file_counts(kept),
+        unusable=_unusable(kept),
         unreadable=tuple(unreadable),
     )
     return replace(review, stays_out=_stays_out(kept, review))
@@ -372,6 +374,12 @@ def _status(kept: Sequence[Edit]) -> tuple[Status, str | None, str]:
             return status, IMPORTED, note
         case _:
             return Status.UNSEEN, None, ""
+
+
+def _unusable(kept: Sequence[Edit]) -> Unusable | None:
+    """What the last person who said how far the review is called it unusable for."""
+    said = [e.event for e in kept if e.author != IMPORTED and isinstance(e.event, SetStatus)]
+    return said[-1].unusable if said else None
 
 
 def _decided(kept: Sequence[Edit]) -> bool:

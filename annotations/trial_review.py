@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Shaped
 
 from annotations.activities import ERRONEOUS, activity_words
-from annotations.events import IMPORTED, Proposal, RefuseActivity, Status
+from annotations.events import IMPORTED, Proposal, RefuseActivity, Status, Unusable
 from annotations.review_errors import ReviewError
 from annotations.unreadable import UnreadableRow
 
@@ -109,6 +109,7 @@ class TrialReview:
     status_author: str | None  # None while nobody has said anything
     decided: bool  # a person, or a table that one took in, has judged forces or taken the trial in hand
     status_note: str = ""
+    unusable: Unusable | None = None  # what the trial must not be used for; the note says why
     flags: tuple[FlaggedRange, ...] = ()  # a foot's ranges do not overlap
     cleared: tuple[ClearedRange, ...] = ()  # nor do these, nor the two with each other
     activities: tuple[ActivityRange, ...] = ()  # nor do these

@@ -52,8 +52,9 @@ def said_by(event: Event) -> str:
         case RefuseActivity(start, end, activity, subclass):
             named = activity_words(activity, subclass)
             line = f"frames {start} to {end - 1}: the suggestion {named} refused"
-        case SetStatus(status, left_out=left_out):
-            line = str(status) + (f", {len(left_out)} undecided proposals stay left out" if left_out else "")
+        case SetStatus(status, left_out=left_out, unusable=unusable):
+            line = str(status) + (f", unusable for {unusable}" if unusable else "")
+            line += f", {len(left_out)} undecided proposals stay left out" if left_out else ""
         case ImportLabels(missing):
             labelled = sum(end - start for start, end in missing)
             line = f"review.json imported, {labelled} frames without force"

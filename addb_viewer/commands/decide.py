@@ -14,7 +14,7 @@ from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.force_reviews import undecided
 from addb_viewer.jobs.review_store import has_log, open_log, record, take_in, unreadable_notes
 from addb_viewer.jobs.reviewing import capture_of, foot_meant, login_name, noted, subject_in, trial_of
-from annotations.events import ClearRange, Edit, FlagRange, Proposal, SetStatus, Status, Undo
+from annotations.events import ClearRange, Edit, FlagRange, Proposal, SetStatus, Status, Undo, Unusable
 from annotations.log import ReviewLog
 from annotations.ranges_csv import tables_from_csv
 from annotations.reasons import MANUAL_REVIEW, reason_named, reason_words
@@ -176,6 +176,10 @@ StayOut = Annotated[
 Unseen = Annotated[
     bool, typer.Option("--unseen", help="Finish a trial of which the log has no edit by anybody.")
 ]
+UnusableFor = Annotated[
+    Unusable | None,
+    typer.Option("--unusable-for", help="Finish, and keep the trial out of releases; --note says why."),
+]
 Wanted = Annotated[StatusWord, typer.Argument(metavar="STATUS", help=", ".join(StatusWord))]
 
 
@@ -184,6 +188,7 @@ def mark(
     trial: TrialName,
     status: Wanted,
     note: Note = "",
+    unusable_for: UnusableFor = None,
     undecided_stay_out: StayOut = False,
     unseen: Unseen = False,
     author: Author = None,
@@ -205,7 +210,9 @@ def mark(
                 left_out = undecided(opened, files, capture, log.history(trial))
                 if left_out and not undecided_stay_out:
                     raise ReviewError(_asked(trial, left_out))
-            number = record(log, files, capture, SetStatus(Status[status.name], note, left_out), name)
+            number = record(
+                log, files, capture, SetStatus(Status[status.name], note, left_out, unusable_for), name
+            )
             tell_unreadable(log, trial)
         typer.echo(f"{trial}: {Status[status.name]} (edit {number})")
         if status is StatusWord.FINISHED and left_out is None:

@@ -30,6 +30,7 @@ REASONS = {
         "unreadable": "its files cannot be read",
         "no_forces": "no force plate was recorded",
         "too_short": "fewer than 12 frames",
+        "unusable": "a person marked it unusable; the detail says for what, and why",
         "not_reviewed": "nobody has finished its review, and --unreviewed was not given",
         "duplicate_trial": "the same recording as another trial",
         "no_dynamics": "too few frames count for a fit to the forces",

@@ -19,7 +19,7 @@ from addb_viewer.dataset.release_subject import (
     release_subject,
 )
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
-from addb_viewer.dataset.trial_labels import labels_of, named_causes
+from addb_viewer.dataset.trial_labels import TrialLabels, labels_of, named_causes
 from addb_viewer.text.note_words import by_kind
 from annotations.review_errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
@@ -142,20 +142,21 @@ def _scanned(subject: Subject, who: ReleaseSubject, options: BuildOptions, shown
             files.append(trial)
             captures.append(capture)
     try:
-        finished = {name: labels.finished for name, labels in labels_of(subject, files, captures).items()}
+        labels = labels_of(subject, files, captures)
     except (ReviewError, SolverError) as error:
         return ScannedSubject(
             subject, who, left_out=(LeftOut("subject", who.subject_id, "unreadable", str(error)),)
         )
     kept = []
     for trial, capture in zip(files, captures, strict=True):
-        own = _scanned_trial(subject, who, capture, finished=finished[trial.name])
-        reason = _trial_gate(capture, finished[trial.name], options)
+        said = labels[trial.name]
+        own = _scanned_trial(subject, who, capture, finished=said.finished)
+        reason = _trial_gate(capture, said, options)
         if reason is None:
             kept.append(own)
             shown.add(own.trial_id, subject, trial, capture.markers)
         else:
-            left.append(_of(who, trial.name, reason, frames=own.frames, hours=own.hours))
+            left.append(_of(who, trial.name, reason, said.unusable, frames=own.frames, hours=own.hours))
     return ScannedSubject(subject, who, tuple(kept), tuple(left))
 
 
@@ -219,13 +220,15 @@ def _subject_gate(subject: Subject, who: ReleaseSubject, options: BuildOptions) 
     return None
 
 
-def _trial_gate(capture: Capture, finished: bool, options: BuildOptions) -> str | None:
+def _trial_gate(capture: Capture, said: TrialLabels, options: BuildOptions) -> str | None:
     if not capture.plates:
         return "no_forces"
     markers = capture.markers
     if grid_of(markers.frames, markers.rate, 0.0, options.rate_hz).frames < SHORTEST:
         return "too_short"
-    if not finished and not options.unreviewed:
+    if said.unusable:
+        return "unusable"
+    if not said.finished and not options.unreviewed:
         return "not_reviewed"
     return None
 

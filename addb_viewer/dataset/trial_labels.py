@@ -75,6 +75,12 @@ class TrialLabels:
         """Whether somebody has finished its review."""
         return self.review.status is Status.FINISHED
 
+    @property
+    def unusable(self) -> str:
+        """For what somebody called it unusable, and why; empty where nobody did."""
+        review = self.review
+        return f"{review.unusable}: {review.status_note}" if review.unusable else ""
+
     def with_suggestions(self, suggested: Sequence[SuggestedActivity]) -> "TrialLabels":
         """Also what rules suggest; it holds where nobody has labelled, and nobody has refused it.
 

@@ -84,15 +84,15 @@ def undecided(
     Raises:
         SolverError: the fit, or the subject's settings.toml, cannot be read.
     """
-    from solver.fitting.results.kept_proposals import kept_proposals  # noqa: PLC0415 (slow; few who read reviews ask)
+    from solver.fitting.results.kept_trials import kept_trials  # noqa: PLC0415 (slow; few who read reviews ask)
     from solver.fitting.results.store import default_folder  # noqa: PLC0415 (likewise)
 
-    found = kept_proposals(default_folder(subject.folder))
+    found = kept_trials(default_folder(subject.folder))
     if files.name not in found:
         return None
     review = folded(files.name, with_own_file(files, capture, history), subject.foot_bodies)
     confidence = settings_for(subject.folder).detection.confidence
-    return left_undecided(review, found[files.name], capture.markers.frames, confidence, {})
+    return left_undecided(review, found[files.name].proposals, capture.markers.frames, confidence, {})
 
 
 def reviews_for_solve(

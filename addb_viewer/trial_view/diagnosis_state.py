@@ -8,6 +8,7 @@ from pathlib import Path
 from addb_viewer.jobs.accepted_extension import kept_gain
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.text.diagnosis_vocabulary import title
+from addb_viewer.trial_view.trial_verdict import CauseKey
 from solver.capture.capture import Subject
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport, Rival
@@ -34,6 +35,7 @@ class DiagnosisState:
     changed: tuple[str, ...] = ()  # recordings that are others than those it was made of
     decision: Decision | None = None  # the last one
     in_fit: InFit = InFit.NO_FIT
+    taken_in: frozenset[CauseKey] = frozenset()  # causes that the fit on the screen has in its model
     standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause
     gain: AcceptedGain | None = None  # by the accepted causes
 
@@ -49,6 +51,22 @@ class DiagnosisState:
         """Whether there is anything to reject."""
         held = self.decision is not None and self.decision.kind == ACCEPT
         return held or (self.figures is not None and bool(self.figures.effects))
+
+
+def taken_in(results: Path, extension: str | None) -> frozenset[CauseKey]:
+    """Causes that a fit has in its model; none where its extension is not the accepted one.
+
+    Args:
+        results: where the decisions are kept.
+        extension: fingerprint that the fit was made with.
+
+    Raises:
+        ResultsError: the log of decisions cannot be read.
+    """
+    held = None if extension is None else extension_log.accepted(results)
+    if held is None or held[1].fingerprint != extension:
+        return frozenset()
+    return frozenset((cause.id, cause.target) for cause in held[0].causes)
 
 
 def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisState:
@@ -67,6 +85,7 @@ def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisSta
     state = DiagnosisState(
         decision=decision,
         in_fit=_in_fit(results, fit),
+        taken_in=taken_in(results, None if fit is None else extension_in(fit.provenance)),
         standings=standings(made),
         gain=None if decision is None else kept_gain(decision, results),
     )

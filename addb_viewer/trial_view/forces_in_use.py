@@ -40,22 +40,22 @@ def contact_words(replay: Replay, frame: int, foot: str | None) -> str:
     return " and ".join(f"{foot_words(foot)} {start}–{end - 1}" for start, end, foot in contacts)
 
 
-def mask_now(replay: Replay, review: TrialReview) -> FrameMask | None:
+def mask_now(feet: tuple[str, ...], forces: ForceUse, review: TrialReview) -> FrameMask | None:
     """The mask that the next solve obeys, as far as the present fit tells: detection may look again.
 
     Args:
-        replay: the trial, fitted.
+        feet: of the trial.
+        forces: that the fit used.
         review: what people decided, its review.json included.
 
     Returns:
         None where the trial has no forces, or where a label does not fit the recording.
     """
-    forces = replay.forces
-    if forces.counts is None or set(review.feet) - set(replay.feet):
+    if forces.counts is None or set(review.feet) - set(feet):
         return None
     sure = sure_ranges(forces.proposals, forces.confidence)
     try:
-        return mask_of(replay.feet, len(forces.counts), gaps_of(forces), force_review(review), sure)
+        return mask_of(feet, len(forces.counts), gaps_of(forces), force_review(review), sure)
     except FitError:  # a solve says which and what to do
         return None
 
@@ -67,10 +67,7 @@ def gaps_of(forces: ForceUse) -> tuple[MissingRange, ...]:
     return tuple(m for m in forces.missing if m[3] in _OF_THE_RECORDING)  # a fit of an earlier version
 
 
-def stale(replay: Replay, review: TrialReview) -> bool:
-    """Whether the next solve counts other forces than the fit on the screen did."""
-    now = mask_now(replay, review)
-    used = replay.forces.counts
-    if now is None or used is None or replay.residual is None:
-        return False
-    return not np.array_equal(now.counts, used)
+def is_changed(feet: tuple[str, ...], forces: ForceUse, review: TrialReview) -> bool:
+    """Whether the next solve counts other forces than the fit did; arguments as for `mask_now`."""
+    now, used = mask_now(feet, forces, review), forces.counts
+    return now is not None and used is not None and not np.array_equal(now.counts, used)

@@ -137,7 +137,7 @@ def _contacts(replay: Replay, foot: int) -> tuple[Block, ...]:
 def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...]:
     """What the next solve leaves out: of the recording's own, by detection, by files, by people."""
     flags = (*review.flags, *(review.stays_out or ()))
-    mask = mask_now(replay, review)
+    mask = mask_now(replay.feet, replay.forces, review)
     told = [
         Block(
             flag.start,

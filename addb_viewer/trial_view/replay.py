@@ -19,7 +19,7 @@ from solver.common.notes import Note
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.detected_ranges import Proposal
 from solver.contact.detection_settings import DetectionSettings
-from solver.contact.wrenches import NOBODY, MissingRange
+from solver.contact.wrenches import NOBODY, FrameMask, MissingRange
 from solver.kinematics.label_faults.fault import LabelFault
 
 
@@ -194,6 +194,19 @@ class ForceUse:
     sources: tuple[str, ...] = ()  # who left each of `missing` out; empty: not known
     counts: Bool[np.ndarray, "frames feet"] | None = None  # the fit's mask; None: the trial has no forces
     confidence: float = DetectionSettings.confidence  # from which on a proposal is left out
+
+    @classmethod
+    def of(
+        cls,
+        mask: FrameMask | None,
+        proposals: tuple[Proposal, ...],
+        confidence: float,
+        contacts: tuple[ContactPhase, ...] = (),
+    ) -> "ForceUse":
+        """What a mask says; None: the trial has no forces."""
+        if mask is None:
+            return cls(contacts, proposals=proposals, confidence=confidence)
+        return cls(contacts, mask.reasons, mask.source, proposals, mask.sources, mask.counts, confidence)
 
     def source_of(self, k: int) -> str:
         """Who left the k-th of `missing` out."""

@@ -240,10 +240,7 @@ def _force_use(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> Force
         rate=trial.motion.rate,
         settings=settings.contact,
     )
-    mask = trial.mask
-    if mask is None:
-        return ForceUse(phases, proposals=trial.proposals, confidence=confidence)
-    return ForceUse(phases, mask.reasons, mask.source, trial.proposals, mask.sources, mask.counts, confidence)
+    return ForceUse.of(trial.mask, trial.proposals, confidence, phases)
 
 
 def _missing(

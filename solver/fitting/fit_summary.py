@@ -13,7 +13,8 @@ from solver.common.errors import ResultsError
 from solver.common.notes import Note
 from solver.common.small_files import json_content
 from solver.common.typed_json import from_plain
-from solver.dynamics.thresholds import Verdicts
+from solver.dynamics.thresholds import Thresholds, Verdicts
+from solver.fitting.verdict import Reason, Use, Verdict, Why
 
 Span = tuple[int, int]  # [frame]
 Pair = tuple[float, float]
@@ -200,6 +201,41 @@ class TrialFigures:
     stored: tuple[StoredFigures, ...]
     seconds: Mapping[str, float | None]
     held_out_layouts: LayoutsFigures | None
+    marker_max_label: str | None = None  # of the marker with the largest error; None: an earlier fit
+    verdict: Verdict | None = None  # by these figures alone
+
+    def judged(self) -> Verdict:
+        """The verdict that these figures allow by themselves.
+
+        Residuals beyond their limit leave the angles, as do forces that were not measured. The error of all
+        markers beyond its limit leaves nothing. A single marker beyond its limit only spoils what is near it.
+        """
+        limits = Thresholds()
+        known = [
+            Reason(why, leaves, value / limit, of)
+            for why, value, limit, leaves, of in (
+                (Why.MARKERS, self.marker_rms_m, limits.marker_rms_m, Use.NOTHING, ""),
+                (Why.MOMENT, self.moment_BWh, limits.angular_BWh, Use.ANGLES, ""),
+                (Why.FORCE, self.force_BW, limits.linear_BW, Use.ANGLES, ""),
+                (
+                    Why.MARKER,
+                    self.marker_max_m,
+                    limits.marker_max_m,
+                    Use.TORQUES,
+                    self.marker_max_label or "",
+                ),
+            )
+            if value is not None
+        ]
+        posed = self.frames - sum(end - start for start, end in self.frames_without_pose_ranges)
+        counting = self.frames_with_force_used
+        nearest = max(known, key=lambda reason: reason.share or 0.0, default=None)
+        whole = Verdict(Use.TORQUES, (), nearest, self.frames, counting, posed)
+        if not posed or self.marker_rms_m is None:
+            return whole.also([Reason(Why.NO_POSE, Use.NOTHING)])
+        none = Why.NO_FORCES if self.forces_predicted or self.mask_source == "none" else Why.NO_FRAMES
+        lacking = [] if counting else [Reason(none, Use.ANGLES)]
+        return whole.also([*lacking, *(reason for reason in known if (reason.share or 0.0) > 1.0)])
 
     @property
     def force_BW(self) -> float | None:

@@ -1,7 +1,7 @@
 """The figures of a fit, computed from what was solved."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -82,7 +82,7 @@ def _trial(trial: TrialFit, fit: Fit) -> TrialFigures:
     (linear, angular), (linear_raw, angular_raw) = residuals
     seen = np.isfinite(errors.distance).any()
     rms, largest = (_number(errors.rms), _number(errors.maximum)) if seen else (None, None)
-    return TrialFigures(
+    figures = TrialFigures(
         name=trial.capture.name,
         frames=trial.motion.frames,
         rate_hz=_number(trial.motion.rate),
@@ -108,7 +108,9 @@ def _trial(trial: TrialFit, fit: Fit) -> TrialFigures:
         stored=tuple(_stored(found, used) for found in trial.capture.stored),
         seconds={stage: _number(seconds) for stage, seconds in trial.seconds.items()},
         held_out_layouts=_held_out_layouts(fit, trial.capture.name),
+        marker_max_label=errors.names[int(errors.maximum_per_marker.argmax())] if seen else None,
     )
+    return replace(figures, verdict=figures.judged())
 
 
 @dataclass(frozen=True)

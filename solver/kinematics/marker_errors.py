@@ -56,6 +56,11 @@ class MarkerErrors:
         return np.where(np.isfinite(largest), largest, np.nan)
 
     @property
+    def maximum_per_marker(self) -> Float[np.ndarray, " markers"]:
+        """Largest distance of each marker [m]; −∞ for one that is never seen."""
+        return np.where(np.isfinite(self.distance), self.distance, -np.inf).max(axis=0, initial=-np.inf)
+
+    @property
     def rms_frame_mean(self) -> float:
         """Mean over frames of the per-frame RMS, as peers print it [m]."""
         return float(np.nanmean(self.rms_per_frame))

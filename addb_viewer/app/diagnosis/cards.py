@@ -1,6 +1,6 @@
 """The diagnosis on one screen, as the page's script draws it: verdict, one card a cause, before and after."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,49 +25,21 @@ from addb_viewer.trial_view.diagnosis_state import FIT_AGAIN, DiagnosisState, fi
 from addb_viewer.trial_view.palette import GREY
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.residual_charts import residual_charts, worst_frame
+from addb_viewer.trial_view.trial_verdict import Reviews, flags_of, is_flagged
 from annotations.events import FlagRange
 from annotations.foot_names import foot_named
 from annotations.reasons import reason_words
-from annotations.trial_review import TrialReview
-from solver.diagnosis.causes.about import CorrectedBy, TimeHistory
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 MOST_POINTS = 400  # of a curve: more than pixels
 FILES_ONLY = "It lies in the markers alone: no fit can take it in. Correct the markers."
-Reviews = Mapping[str, TrialReview]
 
 
 def key_of_cause(effect: Cause) -> str:
     """Names a cause between page and server."""
     return f"{effect.id} {effect.target}"
-
-
-def flags_of(figures: DiagnosisReport, effect: Cause, trials: Sequence[str]) -> list[tuple[str, FlagRange]]:
-    """By trial, the flags that take a cause's frames out of all fits; none where it acts all the time.
-
-    Args:
-        figures: of the diagnosis.
-        effect: of `figures`.
-        trials: of the subject.
-    """
-    known = about(effect)
-    if known.corrected_by is CorrectedBy.FLAGGED:
-        reason = "notOverForcePlate"
-        several = effect.target.startswith("plate_") or "+" in effect.target
-        foot = None if several else effect.target
-    elif known.time_history is TimeHistory.NOW_AND_THEN:
-        reason, foot = "unmeasuredExternalForceDetected", None
-    else:
-        return []
-    found = sorted(effect.frames)
-    return [(trial, FlagRange(start, end, reason, foot)) for trial, start, end in found if trial in trials]
-
-
-def is_flagged(flags: Sequence[tuple[str, FlagRange]], reviews: Reviews) -> bool:
-    """Whether people have flagged all of these frames, for whatever reason."""
-    return all(_covered(flag, reviews[trial]) for trial, flag in flags if trial in reviews)
 
 
 def screen_json(state: DiagnosisState, trials: Sequence[str], reviews: Reviews) -> dict[str, Any] | None:
@@ -177,15 +149,6 @@ def _share(rival: Rival) -> str:
 def _flag_words(trial: str, flag: FlagRange, of: int) -> str:
     where = f"{trial} " if of > 1 else ""
     return f"{where}{flag.start}–{flag.end - 1}, {foot_named(flag.foot)}: {reason_words(flag.reason)}"
-
-
-def _covered(flag: FlagRange, review: TrialReview) -> bool:
-    frames = np.arange(flag.start, flag.end)
-    out = np.zeros(len(frames), dtype=bool)
-    for start, end, foot, _ in review.missing_ranges:
-        if foot is None or foot == flag.foot:
-            out |= (frames >= start) & (frames < end)
-    return bool(out.all())
 
 
 def _rms(values: Float[np.ndarray, " frames"]) -> float | None:

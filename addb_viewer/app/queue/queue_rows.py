@@ -11,8 +11,12 @@ from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import finished_by_file, whole_logs
 from addb_viewer.jobs.stored_solves import stored_solves, waiting_solves
 from addb_viewer.text.diagnosis_vocabulary import title
+from addb_viewer.trial_view.diagnosis_state import taken_in
+from addb_viewer.trial_view.forces_in_use import is_changed
 from addb_viewer.trial_view.lanes import reviewed_ranges
 from addb_viewer.trial_view.proposals import Pending, State, pending
+from addb_viewer.trial_view.replay import ForceUse
+from addb_viewer.trial_view.trial_verdict import TrialVerdict, trial_verdict
 from annotations.events import IMPORTED, Edit, SetStatus, Status
 from annotations.folding import folded
 from annotations.trial_review import TrialReview
@@ -21,13 +25,16 @@ from solver.capture.capture import Subject, TrialFiles
 from solver.common.errors import ResultsError
 from solver.contact.detected_ranges import Proposal as Detected
 from solver.contact.wrenches import DETECTION, NOBODY
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.dynamics.thresholds import Thresholds
 from solver.fitting.fit_summary import TrialFigures, read_summary
-from solver.fitting.results.kept_proposals import kept_proposals
+from solver.fitting.results.kept_trials import KeptTrial, kept_trials
 from solver.fitting.results.store import default_folder
+from solver.fitting.settings import settings_for
 
 RECENT_S = 900.0  # who edited a trial so short a time ago is still on it, in whichever app
 
+NOTHING_KEPT = KeptTrial((), (), None)
 Range = tuple[int, int]  # frames: the first, and the first after it
 
 
@@ -70,6 +77,7 @@ class Row:
     open_comments: int = 0  # comments that are not settled
     comments: int = 0
     marks: tuple[Mark, ...] = ()  # people's edits
+    verdict: TrialVerdict | None = None  # None: the subject cannot be read
 
     @property
     def frames(self) -> int:
@@ -204,7 +212,8 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
         SolverError: its figures cannot.
     """
     folder = results or default_folder(subject.folder)
-    figures, proposals, causes = _figures(folder / "fit.json"), _proposals(folder), _causes(folder)
+    figures, fitted, report = _figures(folder / "fit.json"), _fitted(folder), _report(folder)
+    least = settings_for(subject.folder).detection.confidence
     whose = tuple(solve.by for solve in waiting_solves(stored_solves(folder)))
     log, work = whole_logs(subject.folder)
     rows = []
@@ -212,11 +221,23 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
         said = log.about(files.name)
         known = bool(said.edits) or any(row.trial == files.name for row in said.unreadable)
         review = folded(files.name, said.edits, subject.foot_bodies, said.unreadable) if known else None
-        found = () if files.has_review and review is None else proposals.get(files.name, ())
+        fit = fitted.get(files.name, NOTHING_KEPT)
+        found = () if files.has_review and review is None else fit.proposals
         row = Row(name, files.name, *_status(files, review), figures.get(files.name), waiting=whose)
         row = _with_review(row, review or folded(files.name, (), subject.foot_bodies), found)
         row = _with_work(row, work_of([item for item in work if item.trial == files.name]))
-        rows.append(replace(row, causes=causes.get(files.name, ()), marks=_marks(said.edits)))
+        forces = ForceUse.of(fit.mask, fit.proposals, least)
+        verdict = trial_verdict(
+            row.figures,
+            review,
+            report,
+            taken_in(folder, fit.extension),
+            proposals=row.proposed,
+            waiting=whose,
+            changed=review is not None and is_changed(fit.feet, forces, review),
+        )
+        causes = _causes_in(report, files.name)
+        rows.append(replace(row, causes=causes, marks=_marks(said.edits), verdict=verdict))
     return rows
 
 
@@ -271,25 +292,27 @@ def _doubtful(waiting: Sequence[Pending], row: Row) -> float:
     return min(frames / row.frames, 1.0)
 
 
-def _proposals(folder: Path) -> Mapping[str, Sequence[Detected]]:
-    """What detection proposed; nothing where the fit is not whole, which opening a trial of it tells."""
+def _fitted(folder: Path) -> Mapping[str, KeptTrial]:
+    """The kept fit; nothing where it is not whole, which opening a trial of it tells."""
     try:
-        return kept_proposals(folder)
+        return kept_trials(folder)
     except ResultsError:
         return {}
 
 
-def _causes(folder: Path) -> dict[str, tuple[str, ...]]:
-    """What the diagnosis names, by trial; nothing where it cannot be read, which its tab tells."""
+def _report(folder: Path) -> DiagnosisReport | None:
+    """What the diagnosis says; None where it cannot be read, which its tab tells."""
     try:
         found = kept(folder)
     except ResultsError:
-        return {}
-    named: dict[str, list[str]] = {}
-    for effect in found[0].effects if found else ():
-        for trial, _, _ in effect.frames:
-            named.setdefault(trial, []).append(title(effect))
-    return {trial: tuple(dict.fromkeys(titles)) for trial, titles in named.items()}
+        return None
+    return None if found is None else found[0]
+
+
+def _causes_in(report: DiagnosisReport | None, trial: str) -> tuple[str, ...]:
+    """What the diagnosis names in a trial."""
+    effects = () if report is None else report.effects
+    return tuple(dict.fromkeys(title(e) for e in effects if trial in {name for name, _, _ in e.frames}))
 
 
 def _figures(path: Path) -> dict[str, TrialFigures]:

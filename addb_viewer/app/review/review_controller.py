@@ -19,7 +19,7 @@ from addb_viewer.app.review.review_panel import ReviewPanel, activity_named, fee
 from addb_viewer.app.review.what_if import WhatIfQuestions
 from addb_viewer.jobs.force_reviews import left_undecided
 from addb_viewer.trial_view.disagreements import news
-from addb_viewer.trial_view.forces_in_use import contact_words, contacts_at, stale
+from addb_viewer.trial_view.forces_in_use import contact_words, contacts_at, is_changed
 from addb_viewer.trial_view.frame_ranges import (
     Selection,
     Stop,
@@ -255,7 +255,8 @@ class ReviewController:
         review, history = self.review, self.screen.shared.reviews.history(replay.name)
         fit = self.screen.shared.fits.shown.fit
         self.proposals = pending(replay.forces.proposals, review, fit.provenance if fit else {})
-        self.panel.status.content = status_html(review, still_open(self.proposals), stale(replay, review))
+        changed = is_changed(replay.feet, replay.forces, review)
+        self.panel.status.content = status_html(review, still_open(self.proposals), changed)
         self.panel.ranges.content = ranges_html(review, replay.bodies is not None)
         self.panel.history.content = history_html(history)
         self.comments.show()

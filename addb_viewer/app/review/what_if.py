@@ -80,7 +80,7 @@ class WhatIfQuestions:
             raise ReviewError("this needs a fit with forces; G solves")
         if chosen is None:
             raise ReviewError("select the range first: I and O, N, or drag over the timeline")
-        present, mask = force_review(review), mask_now(replay, review)
+        present, mask = force_review(review), mask_now(replay.feet, replay.forces, review)
         if mask is None:
             raise ReviewError("a label does not fit this recording; G says which")
         instead, words = flipped(present, mask, chosen, foot, replay.feet)

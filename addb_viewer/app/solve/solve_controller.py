@@ -1,6 +1,5 @@
 """Solving again from one browser, and comparing what came of it."""
 
-import numpy as np
 import viser
 
 from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
@@ -19,9 +18,9 @@ from addb_viewer.app.solve.solve_html import (
 from addb_viewer.app.subjects.shared_subject import HOLDING_OUT, SOLVING, SharedSubject
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.stored_solves import Solve, stored_solves
-from addb_viewer.trial_view.forces_in_use import mask_now
+from addb_viewer.trial_view.forces_in_use import is_changed
 from addb_viewer.trial_view.html_pieces import boxed
-from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.replay import ForceUse, Replay
 from solver.common.errors import SolverError
 from solver.fitting.pipeline import can_resolve
 from solver.fitting.settings import Settings, as_dict, from_dict
@@ -267,10 +266,11 @@ def nothing_to_solve(shared: SharedSubject) -> bool:
     fit = library.fit
     if fit is None or fit.held_out_due:
         return False
+    least = from_dict(fit.settings).detection.confidence
     for trial in fit.trials:
-        name, used = trial.capture.name, trial.mask
-        now = mask_now(library.replay(name), shared.reviews.review(name)) if used is not None else None
-        if used is not None and (now is None or not np.array_equal(now.counts, used.counts)):
+        forces = ForceUse.of(trial.mask, trial.proposals, least)
+        feet = () if trial.contacts is None else trial.contacts.foot_bodies
+        if is_changed(feet, forces, shared.reviews.review(trial.capture.name)):
             return False
     job = job_for(shared.subject.folder, out=shared.results)
     return can_resolve(fit, job.subject, job.subject.trials, job.settings, extension=job.extension)

@@ -21,7 +21,7 @@ from addb_viewer.dataset.synthesis.synthetic_subject import (
     write_truth,
 )
 from annotations.activities import ERRONEOUS
-from annotations.events import Event, FlagRange, SetActivity, SetStatus, Status
+from annotations.events import Event, FlagRange, SetActivity, SetStatus, Status, Unusable
 from solver.capture.atomic import write_whole
 
 FEW_COUNTING = 10  # frames; a fit to the forces needs 20
@@ -78,6 +78,10 @@ def _in_work(trial: RecordedTrial) -> Sequence[Event]:
     return [SetStatus(Status.IN_WORK)]
 
 
+def _unusable(trial: RecordedTrial) -> Sequence[Event]:
+    return [SetStatus(Status.FINISHED, "the trunk's markers came off", unusable=Unusable.ANGLES)]
+
+
 def _nothing_counts(trial: RecordedTrial) -> Sequence[Event]:
     return [FlagRange(0, trial.capture.markers.frames, "manualReview"), SetStatus(Status.FINISHED)]
 
@@ -95,6 +99,7 @@ def _stub(trial: RecordedTrial) -> Sequence[Event]:
 
 TRIAL_TRAPS = (
     TrialTrap("not_reviewed", "not_reviewed", _in_work),
+    TrialTrap("unusable", "unusable", _unusable),
     TrialTrap("no_forces", "no_forces", _finished, without_forces=True),
     TrialTrap("short", "too_short", _finished, seconds=SHORT_S),
     TrialTrap("nothing_counts", "no_counting_frames", _nothing_counts),

@@ -13,6 +13,7 @@ from addb_viewer.commands.decide import foot_named
 from annotations.events import AcceptProposal, ImportLabels, Proposal, RejectProposal, SetActivity
 from annotations.log import ReviewLog
 from solver.contact.detected_ranges import Proposal as Found
+from solver.fitting.results.kept_trials import KeptTrial
 
 FRAMES = 40
 
@@ -330,7 +331,8 @@ def detected(monkeypatch):
         Found((36, 39), None, "forceDiscrepancy", 0.1),
     )
     monkeypatch.setattr(
-        "solver.fitting.results.kept_proposals.kept_proposals", lambda _: {"run": found, "walk": found}
+        "solver.fitting.results.kept_trials.kept_trials",
+        lambda _: dict.fromkeys(("run", "walk"), KeptTrial((), found, None)),
     )
 
 
