@@ -1,6 +1,6 @@
 """A subject: recordings to fit, to review, to diagnose."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -19,6 +19,8 @@ from addb_viewer.jobs.review_store import has_log, open_log
 from addb_viewer.jobs.reviewing import capture_of, flagged, foot_meant, login_name, noted, trial_of
 from addb_viewer.jobs.solving import last_fit, solved
 from addb_viewer.jobs.terminal_progress import terminal_progress
+from addb_viewer.trial_view.kept_verdicts import kept_verdicts
+from addb_viewer.trial_view.trial_verdict import TrialVerdict
 from annotations.events import ClearRange, FlagRange
 from annotations.reasons import MANUAL_REVIEW, reason_named
 from annotations.review_errors import ReviewError
@@ -211,6 +213,15 @@ class Subject(OpenedRecordings):
             raise ReviewError(f"{trial}: nobody has flagged anything yet")
         with open_log(opened.folder) as log:
             log.undo(trial, author or login_name())
+
+    @property
+    def verdicts(self) -> Mapping[str, TrialVerdict]:
+        """What each trial is good for, why, and what is open, by its name; `.line.text` says it in a line.
+
+        Raises:
+            SolverError, ReviewError: fit or review cannot be read.
+        """
+        return kept_verdicts(self._opened, self.results)
 
     @property
     def flags(self) -> Table:

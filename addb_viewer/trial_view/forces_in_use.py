@@ -36,7 +36,7 @@ def contact_words(replay: Replay, frame: int, foot: str | None) -> str:
         return "no contact: nobody is in view on this frame"
     contacts = contacts_at(replay, frame, foot)
     if not contacts:
-        return "the contact under the cursor (none here)"
+        return "no contact on this frame"
     return " and ".join(f"{foot_words(foot)} {start}–{end - 1}" for start, end, foot in contacts)
 
 

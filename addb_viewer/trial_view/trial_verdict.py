@@ -1,11 +1,12 @@
 """Where a trial stands: its verdict by figures, causes and people, what is open, and the next act."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from addb_viewer.text.diagnosis_vocabulary import about, names_of, short_title, tentative_of
+from addb_viewer.text.amounts import counted
+from addb_viewer.text.diagnosis_vocabulary import about, names_of, short_title, sureness, tentative_of
 from addb_viewer.text.residual_words import corrected_on_reading
 from addb_viewer.text.use_words import trials_in_question
 from annotations.events import FlagRange, Status, Unusable
@@ -20,12 +21,56 @@ CauseKey = tuple[str, str]  # id and target
 Reviews = Mapping[str, TrialReview]
 
 
+USES = {
+    Use.TORQUES: "Torques usable",
+    Use.ANGLES: "Angles only",
+    Use.NOTHING: "Not usable",
+    Use.UNKNOWN: "Not fitted",
+}
+SIGNS = {Use.TORQUES: "✓", Use.ANGLES: "!", Use.NOTHING: "✗", Use.UNKNOWN: "–"}
+NEXT = {
+    "solve": "solve again",
+    "keep": "keep the new solve",
+    "next": "decide",
+    "diagnose": "find the cause",
+    "finish": "finish",
+}
+PLAIN = {
+    Why.NO_POSE: "too few markers are seen",
+    Why.NO_FORCES: "no forces were measured",
+    Why.NO_FRAMES: "no frame has the force of every foot",
+    Why.UNEXPLAINED: "something unexplained is wrong",
+}
+FIGURES = {Why.MARKERS: "marker error", Why.MOMENT: "moment", Why.FORCE: "force", Why.MARKER: "marker"}
+
+
+@dataclass(frozen=True)
+class VerdictLine:
+    """Its parts; empty where there is nothing to say."""
+
+    sign: str
+    use: str
+    why: str
+    frames: str
+    open: str
+    next: str  # the action, as `COMMANDS` call it
+    doing: str  # what it does, in words
+
+    @property
+    def text(self) -> str:
+        """All but the next act, in one line."""
+        told = " · ".join(filter(None, (self.use, self.why, self.frames, self.open)))
+        return f"{self.sign} {told}"
+
+
 @dataclass(frozen=True)
 class TrialVerdict:
     """Of one trial, as its first line says it."""
 
     verdict: Verdict
     status: Status = Status.UNSEEN
+    by: str = ""  # who set it; empty: nobody
+    note: str = ""  # of who set it
     proposals: int = 0  # that nobody has decided
     disagreements: int = 0  # of two people
     waiting: tuple[str, ...] = ()  # whose new solves wait to be kept or discarded
@@ -33,9 +78,14 @@ class TrialVerdict:
     diagnosed: bool = False  # by a diagnosis that still holds
 
     @property
-    def open(self) -> int:
-        """How many things wait for a person."""
-        return self.proposals + self.disagreements + len(self.waiting) + self.changed
+    def is_marked(self) -> bool:
+        """Whether a person marked the trial unusable."""
+        return any(reason.why is Why.PERSON for reason in self.verdict.reasons)
+
+    @property
+    def line(self) -> VerdictLine:
+        """The same in words."""
+        return _line(self)
 
     @property
     def next(self) -> str:
@@ -52,6 +102,61 @@ class TrialVerdict:
         if self.status is not Status.FINISHED and (asks or self.verdict.named):
             return "diagnose"
         return "finish"
+
+
+def _line(trial: TrialVerdict) -> VerdictLine:
+    verdict = trial.verdict
+    fitted = verdict.use is not Use.UNKNOWN
+    sign = "!" if verdict.use is Use.TORQUES and verdict.reasons else SIGNS[verdict.use]
+    doing = NEXT[trial.next] if fitted else "fit"
+    return VerdictLine(
+        sign,
+        USES[verdict.use],
+        "" if verdict.decides is None else reason_words(verdict.decides),
+        f"{verdict.usable_frames} of {verdict.frames} frames" if verdict.usable_frames else "",
+        open_words(trial) if fitted else "",
+        trial.next,
+        "go on" if trial.next == "finish" and trial.status is Status.FINISHED else doing,
+    )
+
+
+def reason_words(reason: Reason) -> str:
+    """What limits the use, or comes nearest to a limit; empty where nothing was fitted."""
+    if reason.why is Why.PERSON:
+        return f"marked unusable by {reason.of}: {reason.words}"
+    if reason.why is Why.CAUSE:
+        return f"{reason.words} ({sureness(reason.confidence or 0.0)})"
+    if reason.share is None:
+        return PLAIN.get(reason.why, "")
+    name = " ".join(filter(None, (FIGURES[reason.why], reason.of)))
+    return f"{name} {times_the_limit(reason.share)}"
+
+
+def times_the_limit(share: float) -> str:
+    """A figure in units of its limit; one that is beyond it never reads as if it were not."""
+    if share <= 1.0:
+        return f"{min(round(100 * share), 99)} % of the limit"
+    digits = 2 if share < 1.1 else 1 if share < 10.0 else 0
+    return f"{max(share, 1.01):.{digits}f} × the limit"
+
+
+def open_words(trial: TrialVerdict) -> str:
+    """What waits for a person."""
+    told = [
+        counted(count, word) + more
+        for count, word, more in (
+            (trial.proposals, "proposal", " open"),
+            (trial.disagreements, "disagreement", ""),
+        )
+        if count
+    ]
+    told += [f"a new solve of {by} waits" for by in trial.waiting]
+    told += ["other forces count now"] if trial.changed else []
+    if trial.status is Status.SECOND_LOOK:
+        told.insert(0, f"second look for {trial.by}{f': {trial.note}' if trial.note else ''}")
+    if not told and trial.status is Status.FINISHED:
+        return f"finished by {trial.by}"
+    return ", ".join(told) or "nothing open"
 
 
 def trial_verdict(
@@ -83,15 +188,11 @@ def trial_verdict(
         leaves = Use.ANGLES if review.unusable is Unusable.TORQUES else Use.NOTHING
         by = review.status_author or ""
         verdict = verdict.also([Reason(Why.PERSON, leaves, of=by, words=review.status_note)])
-    return TrialVerdict(
-        verdict,
-        Status.UNSEEN if review is None else review.status,
-        proposals,
-        0 if review is None else len(review.conflicts),
-        waiting,
-        changed,
-        asked,
-    )
+    found = TrialVerdict(verdict, proposals=proposals, waiting=waiting, changed=changed, diagnosed=asked)
+    if review is None:
+        return found
+    said = replace(found, status=review.status, by=review.status_author or "", note=review.status_note)
+    return replace(said, disagreements=len(review.conflicts))
 
 
 def _of_causes(
@@ -112,7 +213,10 @@ def _of_causes(
         doubted = Use.NOTHING if known.doubts_angles else Use.ANGLES
         near = known.in_markers or cause.is_tentative or sure < LEAST_SURE
         leaves = Use.TORQUES if near else doubted
-        yield Reason(Why.CAUSE, leaves, of=key, confidence=cause.confidence, words=short_title(cause))
+        single = cause.confidence >= LEAST_SURE
+        words = short_title(cause) if single else f"{short_title(cause)}, or a like cause"
+        told = cause.confidence if single else sure
+        yield Reason(Why.CAUSE, leaves, of=key, confidence=told, words=words)
     if report.verdict == "unexplained" and trial in trials_in_question(report):
         yield Reason(Why.UNEXPLAINED, Use.ANGLES)
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from addb_viewer.trial_view.replay import ResidualReplay
 
@@ -15,6 +16,17 @@ class WorstFrame:
     words: str
 
 
+def beyond(residual: ResidualReplay) -> Bool[np.ndarray, " frames"]:
+    """Frames that count and on which force or moment is beyond its limit."""
+    return np.asarray(residual.used & (_in_limits(residual) > 1.0))
+
+
+def _in_limits(residual: ResidualReplay) -> Float[np.ndarray, " frames"]:
+    """Force or moment, whichever is larger in units of its limit; NaN where nobody knows."""
+    force, moment = np.linalg.norm(residual.force, axis=1), np.linalg.norm(residual.moment, axis=1)
+    return np.fmax(force / residual.force_limit, moment / residual.moment_limit)
+
+
 def worst_frame(residual: ResidualReplay) -> WorstFrame:
     """Force or moment, whichever is larger in units of its limit.
 
@@ -22,7 +34,7 @@ def worst_frame(residual: ResidualReplay) -> WorstFrame:
         residual: with at least one frame that counts.
     """
     force, moment = np.linalg.norm(residual.force, axis=1), np.linalg.norm(residual.moment, axis=1)
-    over = np.fmax(force / residual.force_limit, moment / residual.moment_limit)
+    over = _in_limits(residual)
     frame = int(np.where(residual.used & np.isfinite(over), over, -1.0).argmax())
     return WorstFrame(
         frame,

@@ -70,6 +70,11 @@ class Verdict:
         return self.reasons[0] if self.reasons else self.nearest
 
     @property
+    def within(self) -> bool:
+        """Whether nothing limits the use, not even near one marker."""
+        return not self.reasons
+
+    @property
     def named(self) -> bool:
         """Whether a cause decides."""
         return bool(self.reasons) and self.reasons[0].why is Why.CAUSE

@@ -1,5 +1,6 @@
 """The diagnosis as one browser shows it: what is kept, what is at work, and who decided what."""
 
+import itertools
 import threading
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -13,7 +14,7 @@ from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.solve.solve_controller import stop
 from addb_viewer.app.subjects.shared_subject import DIAGNOSING, HOLDING_OUT, RECORDING, SOLVING
-from addb_viewer.text.diagnosis_vocabulary import short_title
+from addb_viewer.text.diagnosis_vocabulary import about, short_title
 from addb_viewer.text.verdict_words import verdict
 from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words, read_state
 from addb_viewer.trial_view.replay import Replay
@@ -40,6 +41,7 @@ class DiagnosisController:
         self.screen.channel.on("cause", self._asked)
         self.replay: Replay | None = None  # on the screen
         self.drawing = threading.Lock()  # of the panel
+        self._shown = itertools.count()  # how often the tab was asked for
 
     def show(self) -> None:
         """Read what is kept and show it; what cannot be read is told, and the panel is then empty."""
@@ -68,6 +70,23 @@ class DiagnosisController:
     def diagnose(self) -> None:
         """Look at all trials together."""
         self.screen.shared.diagnose(self.screen.reviewer.author())
+
+    def diagnose_or_show(self) -> None:
+        """X: what is known already is shown; else all trials are looked at."""
+        if self.state.figures is None or self.state.changed:
+            self.diagnose()
+        else:
+            self.point_out()
+
+    def point_out(self) -> None:
+        """Show the tab, and go to what it names in the trial on the screen."""
+        self.screen.channel.show("tab", ["Diagnosis", next(self._shown)])
+        effects = () if self.state.figures is None else self.state.figures.effects
+        here = "" if self.replay is None else self.replay.name
+        for effect in effects:
+            if about(effect).at_certain_frames and here in {trial for trial, _, _ in effect.frames}:
+                self.go(effect)
+                return
 
     def accept(self) -> None:
         """Make the named causes part of later fits."""

@@ -26,6 +26,7 @@ class Dialog:
     html: str = ""
     field: dict[str, str] | None = None  # its label, and the value that stands there
     wrong: str = ""  # what is wrong with what was typed
+    keys: tuple[str, ...] = ()  # actions whose keys stand for the first buttons
     enter: int = 0  # the button that Enter stands for
     escape: int = 0  # likewise
 
@@ -71,6 +72,19 @@ class Questions:
         buttons = [(f"{no} (Esc)", _nothing), (f"{yes} (Y)", then), *others]
         self._show(title, self._closing(buttons), yes=then, paragraphs=tuple(reasons))
 
+    def decide(self, title: str, reasons: Sequence[str], options: Sequence[tuple[str, str, Then]]) -> None:
+        """Ask what to do in view of some reasons; Escape does nothing.
+
+        Args:
+            title: the question.
+            reasons: a paragraph each.
+            options: each with the action whose key chooses it, what its button says, and what it does.
+        """
+        answers = self._closing([*((words, then) for _, words, then in options), ("Go back (Esc)", _nothing)])
+        keys = tuple(action for action, _, _ in options)
+        self._show(title, answers, paragraphs=tuple(reasons), keys=keys, escape=len(options))
+        self._options = {action: then for action, _, then in options}
+
     def offer(
         self, title: str, options: Sequence[tuple[str, str, Then]], yes: tuple[str, Then] | None = None
     ) -> None:
@@ -108,26 +122,53 @@ class Questions:
 
         Args:
             suggested: stands in the box already.
-            then: takes the name; a text that cannot be one leaves the dialog open, and it says why.
+            then: takes the name.
         """
         reason = (
             "Your name stands by every decision that you make, and U takes back yours only. This browser "
             "remembers it; change it under Review, “Who did what”."
         )
 
-        def named(text: str) -> None:
-            try:
-                name = checked_name(text)
-            except ReviewError as error:
-                if self._open is not None:
-                    self._put(replace(self._open, wrong=str(error)))
-                return
-            self.no()
-            then(name)
+        answers = {"Decide under this name": lambda text: then(checked_name(text))}
+        self.ask_text("Who is reviewing?", "Your name", suggested, answers, (reason,))
 
-        answers = [("Decide under this name (Enter)", named), *self._closing([("Not now (Esc)", _nothing)])]
-        field = {"label": "Your name", "value": suggested}
-        self._show("Who is reviewing?", answers, paragraphs=(reason,), field=field, escape=1)
+    def ask_text(
+        self,
+        title: str,
+        label: str,
+        value: str,
+        answers: Mapping[str, Callable[[str], None]],
+        reasons: Sequence[str] = (),
+    ) -> None:
+        """Ask for a text; one that is refused leaves the dialog open, and it says why.
+
+        Args:
+            title: the question.
+            label: of the box.
+            value: stands in the box already.
+            answers: what each button says, and what it does with the text; Enter stands for the first.
+            reasons: a paragraph each.
+        """
+
+        def taken(then: Callable[[str], None], text: str) -> None:
+            asked = self._open
+            try:
+                then(text)
+            except ReviewError as error:
+                if asked is not None:
+                    self._put(replace(asked, wrong=str(error)))
+                return
+            if self._open is asked:
+                self.no()
+
+        first = next(iter(answers))
+        named: list[Answer] = [
+            (f"{words} (Enter)" if words == first else words, partial(taken, then))
+            for words, then in answers.items()
+        ]
+        field = {"label": label, "value": value}
+        buttons = [*named, *self._closing([("Go back (Esc)", _nothing)])]
+        self._show(title, buttons, paragraphs=tuple(reasons), field=field, escape=len(named))
 
     def yes(self) -> None:
         """Do what was asked about; nothing where a name is asked for, or nothing at all."""

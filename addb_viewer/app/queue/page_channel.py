@@ -21,6 +21,7 @@ from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.text.amounts import counted
+from addb_viewer.trial_view.trial_verdict import TrialVerdict
 from annotations.review_errors import ReviewError
 from annotations.work import Comment, CommentThread, Settle, WorkItem, work_of
 from solver.common.errors import SolverError
@@ -92,9 +93,8 @@ def row_words(row: Row) -> dict[str, Any]:
         "by": row.by or "",
         "fitted": row.figures is not None,
         "score": None if row.error else round(row.badness, 3),
-        "residual": _rounded(row.residual),
+        "verdict": None if row.verdict is None else _verdict_words(row.verdict),
         "leftOut": _rounded(row.left_out),
-        "byMachine": row.undecided and row.figures is not None,
         "open": row.proposed,
         "frames": row.frames,
         "used": [list(run) for run in (row.figures.frames_used_ranges if row.figures else ())],
@@ -163,6 +163,12 @@ def comments_words(place: TrialPlace, comments: Sequence[CommentThread]) -> dict
 def _said(item: WorkItem) -> list[Any]:
     text = item.event.text if isinstance(item.event, Comment) else ""
     return [item.author, round(item.made_at.timestamp()), text]
+
+
+def _verdict_words(trial: TrialVerdict) -> list[str]:
+    """Sign, use, and the rest of the trial's line."""
+    line = trial.line
+    return [line.sign, line.use, " · ".join(filter(None, (line.why, line.frames, line.open)))]
 
 
 def _rounded(value: float | None) -> float | None:

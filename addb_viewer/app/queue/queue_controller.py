@@ -1,98 +1,69 @@
-"""The Queue panel of one browser: all trials, worst first; and T, which finishes one and opens the next."""
+"""The queue at one browser: all trials, worst first; and T, which finishes one and opens the next."""
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
 
-import viser
-
-from addb_viewer.app.page.notices import IMPORTANT_S, Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.queue.queue_html import fitting_html, rows_html
-from addb_viewer.app.queue.queue_rows import Filter, Row, next_trial, shown, to_review
+from addb_viewer.app.queue.queue_html import end_html, rows_html
+from addb_viewer.app.queue.queue_rows import Row, next_trial, to_review
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.review.review_controller import ReviewController
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.text.amounts import counted
 from addb_viewer.trial_view.disagreements import conflict_words
 from addb_viewer.trial_view.frame_ranges import Stop
-from addb_viewer.trial_view.html_pieces import boxed
 from addb_viewer.trial_view.proposals import State, undecided_frames, unsure_proposals
-from annotations.events import AcceptProposal, Proposal, Status
+from addb_viewer.trial_view.trial_verdict import USES, TrialVerdict, reason_words
+from addb_viewer.trial_view.worst_frame import beyond
+from annotations.events import AcceptProposal, Proposal, SetStatus, Status, Unusable
 from annotations.foot_names import foot_words
+from annotations.review_errors import ReviewError
 from annotations.trial_review import TrialReview
 from annotations.wording import sure_words
 from solver.common.errors import SolverError
+from solver.fitting.verdict import Use, Why
 
 MOST_TAKEN = 5  # in words; the others are counted
-MOST = 200  # rows on the page; the filter finds the others
-PAGE_LINK = (
-    "<a href='/queue' target='addb-viewer-queue'><b>The queue as a page</b></a>: filters, many at once"
-)
+MOST = 200  # rows in the list; the queue's page has the others
+NOT_ASKED = (Why.NO_FORCES, Why.PERSON)  # the recording itself, or a person's own word
+
+
+class Judging(Screen, Protocol):
+    """A session, as far as finishing a trial asks it."""
+
+    @property
+    def verdict(self) -> TrialVerdict:
+        """Where the trial on the screen stands."""
+
+    def diagnose(self) -> None:
+        """X."""
 
 
 class QueueController:
     """Which trial is next."""
 
-    def __init__(
-        self, gui: viser.GuiApi, tab: viser.GuiTabHandle, trials: TrialQueue, screen: Screen, notices: Notices
-    ) -> None:
-        self.trials, self.screen, self.notices = trials, screen, notices
+    def __init__(self, trials: TrialQueue, screen: Screen) -> None:
+        self.trials, self.screen = trials, screen
         self._rows: list[Row] = []
-        with tab:
-            gui.add_html(boxed(PAGE_LINK))
-            self.count = gui.add_html("")
-            self.fit_all = gui.add_button(
-                "Fit all that have no fit",
-                hint="One subject at a time, after what people ask for; you can go on meanwhile",
-                visible=False,
-            )
-            self.fitting = gui.add_html("", visible=False)
-            self.cancel = gui.add_button(
-                "Cancel the fits",
-                color="gray",
-                hint="The fit at work is dropped; those that have come stay",
-                visible=False,
-            )
-            self.which = gui.add_dropdown("Show", tuple(Filter), initial_value=Filter.ALL)
-            self.words = gui.add_text("Filter", "", hint="Part of a subject's or a trial's name")
-            self.table = gui.add_html("")
-            self.again = gui.add_button(
-                "Read anew", color="gray", hint="New subjects, fits of other programs"
-            )
-        for handle in (self.which, self.words):
-            handle.on_update(notices.in_order("Filtering", self.draw))
-        self.fit_all.on_click(notices.in_order("Fitting all", self.fit_unfitted))
-        self.cancel.on_click(notices.in_order("Cancelling", trials.cancel_fits))
-        self.again.on_click(notices.in_order("Reading the queue", lambda: self.show(anew=True)))
 
-    def show(self, *, anew: bool = False) -> None:
-        """Read the queue, from memory unless it is to be read anew, and draw it."""
-        self.trials.rows(anew=anew)
-        self.draw()
-
-    def draw(self) -> None:
-        """Put what the filter lets through on the screen."""
-        rows = self.trials.rows()
-        trials = [row for row in rows if not row.error]
-        done = sum(row.finished for row in trials)
-        self._rows = self.let_through()[:MOST]
-        paged = self.screen.reviewer.browser in self.trials.orders
-        how = "as the queue's page shows them" if paged else "worst first"
-        count = boxed(f"<b>Reviewed {done} of {len(trials)}</b>, {how}")
+    def choose(self) -> None:
+        """C: the trials with their verdicts; a click opens one."""
+        rows = self.let_through()
+        self._rows = rows[:MOST]
+        done, trials = sum(row.finished for row in rows), [row for row in rows if not row.error]
+        how = "as the queue's page shows them" if self._paged else "worst first"
         table = rows_html(
             self._rows,
             self.here,
-            several=self.trials.subjects.several,
             notes=self.trials.subjects.root.notes,
             people=self.trials.people.others(self.screen.page),
             at_work=self.trials.at_work(),
         )
-        self._draw_fitting()
-        if self.count.content != count:
-            self.count.content = count
-        if self.table.content != table:
-            self.table.content = table
+        self.screen.questions.show(f"{done} of {len(trials)} trials are finished; {how}", table)
 
     def fit_unfitted(self) -> None:
         """Fit all subjects without a fit.
@@ -104,23 +75,6 @@ class QueueController:
         if not names:
             raise SolverError("every subject has a fit already")
         self.trials.fit_all.start(names, self.screen.reviewer.name)
-
-    def _draw_fitting(self) -> None:
-        state = self.trials.fit_all.state
-        content = fitting_html(state)
-        unfitted = len(self.trials.unfitted()) if self.trials.subjects.several and not state.running else 0
-        label = f"Fit all that have no fit ({unfitted})"
-        if unfitted and self.fit_all.label != label:
-            self.fit_all.label = label
-        if self.fitting.content != content:
-            self.fitting.content = content
-        for handle, visible in (
-            (self.fit_all, bool(unfitted)),
-            (self.fitting, bool(content)),
-            (self.cancel, state.running),
-        ):
-            if handle.visible != visible:
-                handle.visible = visible
 
     def open_row(self, index: int) -> None:
         """Open a row that was clicked.
@@ -158,16 +112,21 @@ class QueueController:
         if row is not None and row.figures is not None:
             self.trials.subjects.read_ahead(row.subject, row.trial)
 
+    @property
+    def _paged(self) -> bool:
+        """Whether the queue's page is open in this browser."""
+        return self.screen.reviewer.browser in self.trials.orders
+
     def outside(self) -> int:
-        """How many trials wait for a person that the filter does not let through."""
+        """How many trials wait for a person that the queue's page does not show."""
         waiting = len(to_review(self.trials.rows(), self.here))
         return waiting - len(to_review(self.let_through(), self.here))
 
     def let_through(self) -> list[Row]:
-        """The rows that the queue's page of this browser shows, as long as it is open; else this panel's."""
+        """The rows that the queue's page of this browser shows, as long as it is open; else all."""
         rows, places = self.trials.rows(), self.trials.orders.get(self.screen.reviewer.browser)
         if places is None:
-            return shown(rows, Filter(self.which.value), self.words.value)
+            return rows
         by_place = {(row.subject, row.trial): row for row in rows}
         return [by_place[place] for place in places if place in by_place]
 
@@ -192,8 +151,8 @@ class QueueController:
 
 
 FEW = 3  # disagreements in words; the others are counted
-READ_S = 0.5  # within which a second T is a key that was hit twice: nobody has read what the first one said
-T, SHIFT_T = "T", "Shift+T"
+READ_S = 0.5  # within which a second T is a key that was hit twice: nobody has read what the first one asked
+SEEN_S = 2.0  # before that nobody has looked at a trial that T has just brought
 
 
 @dataclass(frozen=True)
@@ -206,65 +165,83 @@ class _Finished:
     edits: int  # recorded here by then
 
 
-@dataclass(frozen=True)
-class _Told:
-    """What a first T said; the same key again decides."""
-
-    key: str
-    place: TrialPlace
-    reasons: tuple[str, ...]
-
-
 class Finishing:
     """Finishes trials at one browser."""
 
     def __init__(
         self,
-        screen: Screen,
+        screen: Judging,
         review: ReviewController,
         queue: QueueController,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.screen, self.review, self.queue, self._clock = screen, review, queue, clock
         self._last: _Finished | None = None
-        self._told: _Told | None = None
-        self._told_at = 0.0
+        self._came_at = -math.inf  # when the last T brought the trial
 
     def finish(self) -> None:
         """T."""
         self.screen.reviewer.author()
-        if self._may_go_on(T, self._doubts(self._open())):
-            self._finish()
+        self._ask("finish", self._doubts(self._open()), self._finish)
 
     def finish_sure(self) -> None:
         """Shift T: the proposals of which detection is sure are accepted, then as T."""
         author, sure = self.screen.reviewer.author(), self._sure()
         count = counted(len(sure), "proposal")
-        first = f"Accepts {count} of at least {sure_words(self._least)}." if sure else ""
-        if not self._may_go_on(SHIFT_T, self._doubts(self._unsure()), first):
+        first = [f"Accepts {count} of at least {sure_words(self._least)}."] if sure else []
+
+        def accept_and_finish() -> None:
+            shared, trial = self.screen.shared, self.queue.here[1]
+            for proposal in sure:
+                shared.reviews.record(trial, AcceptProposal(proposal), author)
+                self.review.recorded += 1
+            self._finish(f"Accepted {count} of at least {sure_words(self._least)}." if sure else "")
+
+        doubts = self._doubts(self._unsure())
+        self._ask("finish_sure", [*doubts, *first] if doubts else [], accept_and_finish)
+
+    def mark_unusable(self) -> None:
+        """B: the trial is finished, and kept out of releases; for what and why is asked."""
+        self.screen.reviewer.author()
+        trial, decides = self.queue.here[1], self.screen.verdict.verdict.decides
+        why = reason_words(decides) if decides is not None and self.screen.verdict.verdict.reasons else ""
+
+        def marked(unusable: Unusable, reason: str) -> None:
+            if not reason.strip():
+                raise ReviewError("write why")
+            self._finish(
+                f"{trial} is unusable for {unusable}.",
+                SetStatus(Status.FINISHED, reason.strip(), unusable=unusable),
+            )
+
+        answers = {f"For {unusable}": partial(marked, unusable) for unusable in Unusable}
+        self.screen.questions.ask_text(f"{trial} is not usable", "Why", why, answers)
+
+    def _ask(self, key: str, reasons: Sequence[str], then: Callable[[], None]) -> None:
+        """Do it where nothing speaks against it; else one question says what does.
+
+        Args:
+            key: the action whose key asks, and answers.
+            reasons: what speaks against it.
+            then: what is done.
+        """
+        if not reasons:
+            then()
             return
-        shared, trial = self.screen.shared, self.queue.here[1]
-        for proposal in sure:
-            shared.reviews.record(trial, AcceptProposal(proposal), author)
-            self.review.recorded += 1
-        self._finish(first.replace("Accepts", "Accepted"))
+        asked_at = self._clock()
 
-    def forget(self) -> None:
-        """Esc: what T said is done with; T says it again."""
-        self._told = None
+        def once_read() -> None:
+            if self._clock() - asked_at >= READ_S:
+                then()
+            else:
+                self._ask(key, reasons, then)
 
-    def _may_go_on(self, key: str, reasons: Sequence[str], first: str = "") -> bool:
-        """Whether nothing speaks against it, or the same key has said what does; else it is said now."""
-        told, now = _Told(key, self.queue.here, tuple(reasons)), self._clock()
-        age = now - self._told_at
-        if not reasons or (told == self._told and READ_S <= age <= IMPORTANT_S):
-            self._told = None
-            return True
-        if told != self._told or age > READ_S:
-            self._told, self._told_at = told, now
-            words = " ".join(filter(None, (*reasons, first)))
-            self.screen.notices.tell(f"{key} again finishes this trial", words, important=True)
-        return False
+        options = [
+            (key, "Finish all the same", once_read),
+            ("diagnose", "Look for the cause", self.screen.diagnose),
+            ("unusable", "Mark it unusable", self.mark_unusable),
+        ]
+        self.screen.questions.decide(f"Finish {self.queue.here[1]}?", reasons, options)
 
     @property
     def _least(self) -> float:
@@ -308,9 +285,19 @@ class Finishing:
         reasons += [f"Of this trial, {row}." for row in review.unreadable]
         if replay is not None and replay.bodies is None:
             reasons.append("Nothing has been fitted to this trial yet: G fits it.")
-        if self._is_untouched():
+        if self._clock() - self._came_at < SEEN_S and self._last and self._last.led_to == self.queue.here:
             reasons.append("T has just brought you here, and you have not looked at it.")
-        return [*reasons, *undecided]
+        return [*reasons, *self._against(), *undecided]
+
+    def _against(self) -> list[str]:
+        """What the trial's verdict has against it."""
+        verdict, replay = self.screen.verdict.verdict, self.screen.replay
+        if replay is None or verdict.use is Use.UNKNOWN:
+            return []
+        told = [reason_words(reason) for reason in verdict.reasons if reason.why not in NOT_ASKED]
+        over = 0 if replay.residual is None else int(beyond(replay.residual).sum())
+        frames = f", on {counted(over, 'frame')}" if over else ""
+        return [f"{USES[verdict.use]}: {', '.join(told)}{frames}."] if told else []
 
     def _waiting_solve(self) -> list[str]:
         solve = self.screen.shared.fits.new
@@ -321,30 +308,23 @@ class Finishing:
         figures = residuals_words(self.screen)
         return [f"Your new solve waits{figures}: it is kept. Shift+Backspace discards it."]
 
-    def _is_untouched(self) -> bool:
-        """Whether nothing was done in the trial that the last T led to."""
-        last, screen = self._last, self.screen
-        if last is None or last.led_to != self.queue.here or screen.playing:
-            return False
-        return screen.frame == 0 and self.review.recorded == last.edits
-
-    def _finish(self, done: str = "") -> None:
+    def _finish(self, done: str = "", status: SetStatus | None = None) -> None:
         """Do it; what is undecided takes its default.
 
         Args:
             done: what has been done to the trial just now, in words.
+            status: what is said of it; None: that it is finished.
         """
         screen, trials, solve = self.screen, self.queue.trials, self.screen.shared.fits.new
         if solve is not None and solve.by == screen.reviewer.name:
             screen.shared.keep(screen.reviewer.name)
         here = self.queue.here
-        self.review.set_status(Status.FINISHED)
+        self.review.set_status(Status.FINISHED, status)
         trials.refresh(screen.shared.name)
         row = self.queue.offer()
         self.queue.fit_ahead()
         if row is None:
             self._last = _Finished(*here, here, self.review.recorded)
-            self.queue.draw()
             self._tell_end()
             return
         self._last = _Finished(*here, (row.subject, row.trial), self.review.recorded)
@@ -360,17 +340,19 @@ class Finishing:
         except Exception:
             trials.people.go(screen.page, here)
             raise
+        self._came_at = self._clock()
         self.queue.read_ahead()
 
     def _tell_end(self) -> None:
-        taken, outside, tell = self.queue.taken(), self.queue.outside(), self.screen.notices.tell
+        taken, outside = self.queue.taken(), self.queue.outside()
         if taken:
-            tell("Nothing is left for you", f"Somebody is on what still waits: {'; '.join(taken)}.")
+            title, what = "Nothing is left for you", f"Somebody is on what still waits: {'; '.join(taken)}."
         elif outside:
-            trials = "trial waits" if outside == 1 else "trials wait"
-            tell("Finished", f"Nothing else waits in the queue's filter; {outside} {trials} outside of it.")
+            waits = "trial waits" if outside == 1 else "trials wait"
+            title, what = "Finished", f"Nothing else waits on the queue's page; {outside} {waits} beside it."
         else:
-            tell("All finished", "Every trial of the queue has been reviewed.")
+            title, what = "All finished", "Every trial has been reviewed."
+        self.screen.questions.show(title, end_html(what, self.queue.trials.rows()))
 
 
 def undecided(left_out: Sequence[Stop], unsure: Sequence[Proposal]) -> list[str]:

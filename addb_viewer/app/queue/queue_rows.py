@@ -1,40 +1,30 @@
 """The queue's rows: read from each trial's fit, review and diagnosis; their order and filters."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
 from addb_viewer.app.subjects.people import TrialPlace
-from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import finished_by_file, whole_logs
-from addb_viewer.jobs.stored_solves import stored_solves, waiting_solves
 from addb_viewer.text.diagnosis_vocabulary import title
-from addb_viewer.trial_view.diagnosis_state import taken_in
-from addb_viewer.trial_view.forces_in_use import is_changed
+from addb_viewer.trial_view.kept_verdicts import results_of
 from addb_viewer.trial_view.lanes import reviewed_ranges
 from addb_viewer.trial_view.proposals import Pending, State, pending
-from addb_viewer.trial_view.replay import ForceUse
-from addb_viewer.trial_view.trial_verdict import TrialVerdict, trial_verdict
+from addb_viewer.trial_view.trial_verdict import TrialVerdict
 from annotations.events import IMPORTED, Edit, SetStatus, Status
 from annotations.folding import folded
 from annotations.trial_review import TrialReview
 from annotations.work import TrialWork, work_of
 from solver.capture.capture import Subject, TrialFiles
-from solver.common.errors import ResultsError
 from solver.contact.detected_ranges import Proposal as Detected
 from solver.contact.wrenches import DETECTION, NOBODY
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.dynamics.thresholds import Thresholds
-from solver.fitting.fit_summary import TrialFigures, read_summary
-from solver.fitting.results.kept_trials import KeptTrial, kept_trials
-from solver.fitting.results.store import default_folder
-from solver.fitting.settings import settings_for
+from solver.fitting.fit_summary import TrialFigures
 
 RECENT_S = 900.0  # who edited a trial so short a time ago is still on it, in whichever app
 
-NOTHING_KEPT = KeptTrial((), (), None)
 Range = tuple[int, int]  # frames: the first, and the first after it
 
 
@@ -145,38 +135,9 @@ class Row:
         return residual + (self.left_out or 0.0) + self.doubtful + (1.0 if self.undecided else 0.0)
 
 
-class Filter(StrEnum):
-    """Which trials the queue shows."""
-
-    ALL = "all"
-    TO_DO = "to review"
-    SECOND_LOOK = "second look"
-    FINISHED = "finished"
-
-
 def order(row: Row) -> tuple[bool, float, str]:
     """Where a row stands; equally bad trials of a subject stay in the subject's own order."""
     return row.finished, -row.badness, row.subject
-
-
-def shown(rows: Sequence[Row], which: Filter, words: str = "") -> list[Row]:
-    """The rows that a filter lets through.
-
-    Args:
-        rows: in order.
-        which: by status.
-        words: all of which must be in the subject's or the trial's name.
-    """
-    wanted = {
-        Filter.ALL: lambda row: True,
-        Filter.TO_DO: lambda row: not row.finished,
-        Filter.SECOND_LOOK: lambda row: row.status is Status.SECOND_LOOK,
-        Filter.FINISHED: lambda row: row.finished,
-    }[which]
-    sought = words.lower().split()
-    return [
-        row for row in rows if wanted(row) and all(w in f"{row.subject} {row.trial}".lower() for w in sought)
-    ]
 
 
 def next_trial(rows: Sequence[Row], here: TrialPlace | None, taken: Collection[TrialPlace]) -> Row | None:
@@ -211,32 +172,19 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
         ReviewError: its review log cannot be read.
         SolverError: its figures cannot.
     """
-    folder = results or default_folder(subject.folder)
-    figures, fitted, report = _figures(folder / "fit.json"), _fitted(folder), _report(folder)
-    least = settings_for(subject.folder).detection.confidence
-    whose = tuple(solve.by for solve in waiting_solves(stored_solves(folder)))
+    kept = results_of(subject, results)
     log, work = whole_logs(subject.folder)
     rows = []
     for files in subject.trials:
         said = log.about(files.name)
         known = bool(said.edits) or any(row.trial == files.name for row in said.unreadable)
         review = folded(files.name, said.edits, subject.foot_bodies, said.unreadable) if known else None
-        fit = fitted.get(files.name, NOTHING_KEPT)
-        found = () if files.has_review and review is None else fit.proposals
-        row = Row(name, files.name, *_status(files, review), figures.get(files.name), waiting=whose)
+        found = () if files.has_review and review is None else kept.trial(files.name).proposals
+        status, figures = _status(files, review), kept.figures.get(files.name)
+        row = Row(name, files.name, *status, figures, waiting=kept.waiting)
         row = _with_review(row, review or folded(files.name, (), subject.foot_bodies), found)
         row = _with_work(row, work_of([item for item in work if item.trial == files.name]))
-        forces = ForceUse.of(fit.mask, fit.proposals, least)
-        verdict = trial_verdict(
-            row.figures,
-            review,
-            report,
-            taken_in(folder, fit.extension),
-            proposals=row.proposed,
-            waiting=whose,
-            changed=review is not None and is_changed(fit.feet, forces, review),
-        )
-        causes = _causes_in(report, files.name)
+        causes, verdict = _causes_in(kept.report, files.name), kept.verdict(files.name, review, row.proposed)
         rows.append(replace(row, causes=causes, marks=_marks(said.edits), verdict=verdict))
     return rows
 
@@ -292,32 +240,7 @@ def _doubtful(waiting: Sequence[Pending], row: Row) -> float:
     return min(frames / row.frames, 1.0)
 
 
-def _fitted(folder: Path) -> Mapping[str, KeptTrial]:
-    """The kept fit; nothing where it is not whole, which opening a trial of it tells."""
-    try:
-        return kept_trials(folder)
-    except ResultsError:
-        return {}
-
-
-def _report(folder: Path) -> DiagnosisReport | None:
-    """What the diagnosis says; None where it cannot be read, which its tab tells."""
-    try:
-        found = kept(folder)
-    except ResultsError:
-        return None
-    return None if found is None else found[0]
-
-
 def _causes_in(report: DiagnosisReport | None, trial: str) -> tuple[str, ...]:
     """What the diagnosis names in a trial."""
     effects = () if report is None else report.effects
     return tuple(dict.fromkeys(title(e) for e in effects if trial in {name for name, _, _ in e.frames}))
-
-
-def _figures(path: Path) -> dict[str, TrialFigures]:
-    """The figures of each trial in a fit; none where there is no fit."""
-    try:
-        return {trial.name: trial for trial in read_summary(path).trials}
-    except FileNotFoundError:
-        return {}

@@ -1,9 +1,9 @@
 """Reviewing in one browser: what keys and buttons mean for the range, the proposal and the trial at hand."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
-from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.review.comments import Comments
@@ -11,15 +11,13 @@ from addb_viewer.app.review.review_html import (
     history_html,
     proposals_html,
     ranges_html,
-    selection_html,
-    status_html,
     suggested_html,
 )
-from addb_viewer.app.review.review_panel import ReviewPanel, activity_named, feet_words
+from addb_viewer.app.review.review_panel import ReviewPanel, activity_named
 from addb_viewer.app.review.what_if import WhatIfQuestions
 from addb_viewer.jobs.force_reviews import left_undecided
 from addb_viewer.trial_view.disagreements import news
-from addb_viewer.trial_view.forces_in_use import contact_words, contacts_at, is_changed
+from addb_viewer.trial_view.forces_in_use import contacts_at
 from addb_viewer.trial_view.frame_ranges import (
     Selection,
     Stop,
@@ -30,7 +28,7 @@ from addb_viewer.trial_view.frame_ranges import (
     stops_of,
 )
 from addb_viewer.trial_view.lanes import Lane, lanes_of, reviewed_ranges
-from addb_viewer.trial_view.proposals import Pending, State, pending, still_open
+from addb_viewer.trial_view.proposals import Pending, State, pending
 from annotations.activities import ACTIVITIES, activity_words
 from annotations.events import (
     AcceptProposal,
@@ -235,15 +233,11 @@ class ReviewController:
             return None
         return self.selection.seen_from(self.screen.frame).frames(self.screen.frame, replay.frames)
 
-    def open(self, feet: tuple[str, ...]) -> None:
+    def open(self) -> None:
         """Another trial is on the screen."""
         self.selection, self.stop = Selection(), None
-        if self.panel.foot.options != feet_words(feet):
-            self.panel.foot.options = feet_words(feet)
-            self.foot = None
         if self._of != (self.screen.shared.name, self._trial()):
             self.foot, self._of = None, (self.screen.shared.name, self._trial())
-        put(self.panel.foot, foot_words(self.foot))
         self.asking.forget()
         self.show()
 
@@ -255,8 +249,6 @@ class ReviewController:
         review, history = self.review, self.screen.shared.reviews.history(replay.name)
         fit = self.screen.shared.fits.shown.fit
         self.proposals = pending(replay.forces.proposals, review, fit.provenance if fit else {})
-        changed = is_changed(replay.feet, replay.forces, review)
-        self.panel.status.content = status_html(review, still_open(self.proposals), changed)
         self.panel.ranges.content = ranges_html(review, replay.bodies is not None)
         self.panel.history.content = history_html(history)
         self.comments.show()
@@ -267,13 +259,6 @@ class ReviewController:
         """Put what keys are about on the screen."""
         replay = self.screen.replay
         if replay is not None:
-            chosen, about = self.chosen, self.about
-            most = None if chosen is None else replay.most_missing(*chosen, about)
-            contact = contact_words(replay, self.screen.frame, self.foot)
-            self.panel.selection.content = selection_html(
-                chosen, about, replay.rate, contact, self.current, most_missing=most
-            )
-            put(self.panel.foot, foot_words(self.about))
             self.panel.suggested.content = suggested_html(
                 self.activities.suggested, self.activities.suggestion
             )
@@ -320,8 +305,8 @@ class ReviewController:
         self.foot = foot
         if self.stop is not None:
             self.stop = (*self.stop[:2], foot)
-        put(self.panel.foot, foot_words(foot))
         self.show_selection()
+        self.screen.draw_lanes()
 
     def next_foot(self) -> None:
         """F."""
@@ -373,11 +358,16 @@ class ReviewController:
         redone = self.screen.shared.reviews.redo(self._trial(), self.screen.reviewer.author())
         self.notices.tell("Counts again", said_by(redone.event))
 
-    def set_status(self, status: Status) -> None:
-        """Say how far the review is; what is undecided when a trial is finished stays left out."""
-        left_out = self.left_out if status is Status.FINISHED else None
+    def set_status(self, status: Status, said: SetStatus | None = None) -> None:
+        """Say how far the review is; what is undecided when a trial is finished stays left out.
+
+        Args:
+            status: how far.
+            said: with a note, and what the trial is unusable for; None: the note of the panel.
+        """
         note = self.panel.next_note
-        self.record(SetStatus(status, note, left_out))
+        left_out = self.left_out if status is Status.FINISHED else None
+        self.record(replace(said or SetStatus(status, note), left_out=left_out))
         self.note_went(note)
 
     @property

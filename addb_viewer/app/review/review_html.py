@@ -4,11 +4,9 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.text.amounts import counted
 from addb_viewer.text.evidence_words import evidence_words
 from addb_viewer.trial_view.disagreements import conflict_words
 from addb_viewer.trial_view.html_pieces import boxed, clickable, range_words, swatch
-from addb_viewer.trial_view.missing_force import LargestMissing
 from addb_viewer.trial_view.palette import Rgb, reason_color
 from addb_viewer.trial_view.proposals import Pending, State
 from annotations.events import Edit
@@ -24,45 +22,6 @@ _MARKED = "background:rgba(128,128,128,.25);"
 _SIGNS = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
 
 
-def selection_html(
-    chosen: tuple[int, int] | None,
-    foot: str | None,
-    rate: float,
-    contact: str,
-    at_hand: Pending | None = None,
-    *,
-    most_missing: LargestMissing | None = None,
-) -> str:
-    """What the next key is about.
-
-    Args:
-        chosen: the selected range.
-        foot: that flags are about; None for both.
-        rate: of the trial [Hz].
-        contact: in words, the contact that keys act on where nothing is selected.
-        at_hand: the proposal that Enter and Backspace act on; None: on none.
-        most_missing: of the selected range; None where nobody knows.
-    """
-    if chosen is None:
-        told = f"<b>Nothing selected.</b> Keys 1–9 and 0 act on {html.escape(contact)}"
-        if at_hand is None:
-            return boxed(f"{told}.")
-        p = at_hand.proposal
-        words = f"{html.escape(foot_words(p.foot))} {p.start}–{p.end - 1}"
-        return boxed(f"{told}; Enter and Backspace on the proposal {words}.")
-    start, end = chosen
-    count = end - start
-    return boxed(
-        f"<b>Frames {start} to {end - 1}</b> · {count} frame{'s' * (count > 1)}, {count / rate:.2f} s · "
-        f"{html.escape(foot_words(foot))}{'' if at_hand is None else ' · a proposal'}"
-        + (f"<br>{_missing_words(most_missing)}" if most_missing is not None else "")
-    )
-
-
-def _missing_words(most: LargestMissing) -> str:
-    return f"Largest missing force {most.newtons:.0f} N, at frame {most.frame}"
-
-
 def reasons_html() -> str:
     """Which key means what."""
     return boxed(
@@ -72,19 +31,6 @@ def reasons_html() -> str:
             for key in REASON_KEYS
         )
         + f"<div>{swatch(Rgb(255, 255, 255), '0')} the force counts</div></div>"
-    )
-
-
-def status_html(review: TrialReview, still_open: int, stale: bool) -> str:
-    """How far the review of the trial is."""
-    by = f" · {html.escape(review.status_author)}" if review.status_author else ""
-    note = f"<br>{html.escape(review.status_note)}" if review.status_note else ""
-    waiting = f"{counted(still_open, 'proposal')} to decide" if still_open else ""
-    unreadable = "".join(f"<br>⚠ {html.escape(str(row))}." for row in review.unreadable)
-    changed = "<br><b>The flags have changed since the solve on the screen: G solves again.</b>"
-    return boxed(
-        f"<b>{html.escape(str(review.status)).capitalize()}</b>{by}"
-        f"{f' · {waiting}' if waiting else ''}{note}{unreadable}{changed if stale else ''}"
     )
 
 
@@ -152,7 +98,8 @@ def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
         )
         for a in review.activities
     ]
-    if not review.decided and not rows and not review.unreadable:
+    rows += [f"⚠ {html.escape(str(row))}." for row in review.unreadable]
+    if not review.decided and not rows:
         left_out = "; frames that detection left out of the last solve are hatched" if has_fit else ""
         rows.append(f"Nobody has decided anything yet{left_out}.")
     conflicts = "".join(
@@ -160,9 +107,7 @@ def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
         for conflict in review.conflicts
     )
     if not (rows or conflicts):
-        rows.append(
-            "Every force counts, as far as can be read." if review.unreadable else "Every force counts."
-        )
+        rows.append("Every force counts.")
     return boxed("".join(rows) + conflicts)
 
 

@@ -1,4 +1,4 @@
-"""The Review panel: what keys are about, proposals, what does not count, and how far the review is."""
+"""The Review panel: proposals, what does not count, labels and words."""
 
 import viser
 
@@ -6,13 +6,8 @@ from addb_viewer.app.page.handles import put
 from addb_viewer.app.review.comments import CommentsPanel
 from addb_viewer.app.review.review_html import reasons_html
 from annotations.activities import ACTIVITIES
-from annotations.foot_names import foot_words
 from annotations.reasons import OTHER_WORDS
 
-FOOT = "Foot"
-DECIDE = {"Accept": "accept_proposal", "Reject": "reject_proposal", "Next": "next"}  # button: action
-FINISH = {"Finish": "finish", "Second look": "second_look"}
-EDITS = {"Undo": "undo", "Redo": "redo"}
 SUGGESTION = ("Confirm", "Refuse")
 WHOLE = "whole trial"
 
@@ -20,40 +15,20 @@ WHOLE = "whole trial"
 class ReviewPanel:
     """Handles of the panel."""
 
-    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ...]) -> None:
-        """Lay out the panel; nothing is bound to anything yet.
-
-        Args:
-            gui: of the browser.
-            tab: where.
-            feet: of the subject.
-        """
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
+        """Lay out the panel; nothing is bound to anything yet."""
         with tab:
-            self.status = gui.add_html("")
-            self.finish = gui.add_button_group(
-                "Trial", tuple(FINISH), hint="Key T finishes and goes on to the next"
-            )
-            self.selection = gui.add_html("")
-            self.foot = gui.add_dropdown(FOOT, feet_words(feet), initial_value="both", hint="Key F")
+            self.answer = gui.add_html("")
             with gui.add_folder("Proposals"):
-                self.decide = gui.add_button_group("Decide", tuple(DECIDE), hint="Keys Enter, Backspace, N")
                 self.proposals = gui.add_html("")
             with gui.add_folder("Flags"):
                 self.ranges = gui.add_html("")
-                self.edits = gui.add_button_group("Edits", tuple(EDITS), hint="Keys U and R")
-                self.what_if = gui.add_button(
-                    "What if flipped?",
-                    icon=viser.Icon.QUESTION_MARK,
-                    color="gray",
-                    hint="The residual if the selected frames counted, or no longer did",
-                )
-                self.answer = gui.add_html("")
-            with gui.add_folder("Reasons and labels"):
+            with gui.add_folder("Reasons and notes", expand_by_default=False):
                 gui.add_html(reasons_html())
                 self.note = gui.add_text("Note", "", hint="Goes with the next flag or label")
                 self.reason = gui.add_dropdown("Reason", other_reasons(), hint="Those that no key stands for")
                 self.paint = gui.add_button("Flag with this reason", color="gray")
-            with gui.add_folder("What the person does"):
+            with gui.add_folder("What the person does", expand_by_default=False):
                 self.suggested = gui.add_html("")
                 self.suggestion = gui.add_button_group(
                     "Suggestion", SUGGESTION, hint="The one that is selected, or under the cursor"
@@ -62,9 +37,9 @@ class ReviewPanel:
                 self.label = gui.add_button(
                     "Label the selection", color="gray", hint="The whole trial where nothing is selected"
                 )
-            with gui.add_folder("Comments"):
+            with gui.add_folder("Comments", expand_by_default=False):
                 self.comments = CommentsPanel(gui)
-            with gui.add_folder("Who did what"):
+            with gui.add_folder("Who did what", expand_by_default=False):
                 self.author = gui.add_html("")
                 self.rename = gui.add_button("Change your name", color="gray")
                 self.history = gui.add_html("")
@@ -78,11 +53,6 @@ class ReviewPanel:
         """Empty the box, unless something else was typed into it."""
         if self.next_note == note:
             put(self.note, "")
-
-
-def feet_words(feet: tuple[str, ...]) -> tuple[str, ...]:
-    """What can be chosen from the list of feet."""
-    return (*(foot_words(foot) for foot in feet), "both")
 
 
 def other_reasons() -> tuple[str, ...]:

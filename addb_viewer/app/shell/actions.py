@@ -1,7 +1,6 @@
 """What keys, buttons and lists of one browser do."""
 
 import re
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,14 +10,14 @@ import numpy as np
 import viser
 
 from addb_viewer.app.page.handles import put
-from addb_viewer.app.review.review_panel import DECIDE, EDITS, FINISH, SUGGESTION
+from addb_viewer.app.review.review_panel import SUGGESTION
 from addb_viewer.app.scene import camera
 from addb_viewer.app.scene.camera import VIEWS, eye_of
 from addb_viewer.app.scene.measuring import HOW
 from addb_viewer.app.shell import keys
 from addb_viewer.app.shell.capturing import Capturing
 from addb_viewer.app.shell.commands import COMMANDS, Command
-from addb_viewer.app.shell.controls import MOVES, SAVE, SPEED_NAMES
+from addb_viewer.app.shell.controls import SAVE
 from addb_viewer.app.shell.keys import Action
 from addb_viewer.app.shell.session import Session
 from addb_viewer.trial_view.frame_ranges import Stop
@@ -120,12 +119,12 @@ def go_to(s: Session, text: str) -> None:
             s.review.drop(only_whole=True)
             s.seek(frame)
         case Drop():
-            put(s.controls.go_to, "")
             s.review.drop(only_whole=True)
         case Select(start, end):
             s.review.select(start, end)
             s.review.warm_up()
         case OpenRow(row):
+            s.questions.no()
             s.queue.open_row(row)
 
 
@@ -182,7 +181,7 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "record_rrd": partial(s.recording.write, ".rrd"),
         "record_mcap": partial(s.recording.write, ".mcap"),
         "curves_csv": s.curves.write,
-        "diagnose": s.diagnosis.diagnose,
+        "diagnose": s.diagnosis.diagnose_or_show,
         "accept": s.diagnosis.accept,
         "reject": s.diagnosis.reject,
         **{f"view_{name.lower()}": partial(s.view, name) for name in VIEWS},
@@ -191,6 +190,13 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "no": partial(_escape, s),
         "measure": lambda: _measure(s, not s.scene.measuring.on),
         "rename": s.reviewer.ask,
+        "trials": s.queue.choose,
+        "fit_all": s.queue.fit_unfitted,
+        "cancel_fits": s.trials.cancel_fits,
+        "go_to": partial(_go_to_typed, s),
+        "show_diagnosis": s.diagnosis.point_out,
+        "diagnose_anew": s.diagnosis.diagnose,
+        "unusable": s.finishing.mark_unusable,
         "theme": lambda: s.set_dark(not s.memory.dark),
     }
 
@@ -205,6 +211,7 @@ def moves_of(session: Session) -> Mapping[str, Action]:
         "first": lambda: p.seek(0),
         "last": lambda: p.seek(p.frames - 1),
         "worst": partial(_worst, session),
+        "worst_marker": partial(_worst_marker, session),
         "loop": partial(_loop, session),
         "slower": p.slower,
         "stop": p.pause,
@@ -218,24 +225,18 @@ def _bind_buttons(s: Session, actions: Mapping[str, Action]) -> None:
     panel = review.panel
     views = {name: f"view_{name.lower()}" for name in VIEWS}
     for group, doing, names in (
-        (c.move, "Moving", MOVES),
         (c.show.view, "Turning the camera", views),
         (c.show.save, "Saving", SAVE),
-        (panel.decide, "Deciding", DECIDE),
-        (panel.edits, "Undoing", EDITS),
-        (panel.finish, "Finishing", FINISH),
     ):
         _bind_group(s, group, doing, {label: actions[action] for label, action in names.items()})
     suggestion = dict(zip(SUGGESTION, (review.activities.confirm, review.activities.refuse), strict=True))
     _bind_group(s, panel.suggestion, "Labelling", suggestion)
     for button, doing, act in (
-        (c.play, "Playing", actions["toggle"]),
         (panel.paint, "Flagging", lambda: review.flag(reason_named(str(panel.reason.value)))),
         (panel.label, "Labelling", review.activities.label),
         (panel.comments.say, "Commenting", review.comments.say),
         (panel.comments.settle, "Settling the comment", review.comments.settle),
         (panel.rename, "Changing your name", actions["rename"]),
-        (panel.what_if, "Asking what if", actions["what_if"]),
         (solving.solve, "Solving", actions["solve"]),
         (solving.hold_out, "Judging held-out forces", s.solving.hold_out),
         (solving.cancel, "Cancelling", actions["cancel"]),
@@ -246,19 +247,13 @@ def _bind_buttons(s: Session, actions: Mapping[str, Action]) -> None:
 
 
 def _bind_fields(s: Session) -> None:
-    c, review, solving = s.controls, s.review, s.solving
-    foot, compare, feet = review.panel.foot, solving.panel.compare, s.shared.subject.foot_bodies
-    by_words = {"both": None, **dict(zip(foot.options, feet, strict=False))}
+    c, solving = s.controls, s.solving
+    compare = solving.panel.compare
     fields: list[tuple[viser.GuiInputHandle[Any], str, Action]] = [
-        (c.trial, "Opening the trial", partial(_open_chosen, s)),
-        (c.frame, "Moving", partial(_scrub, s)),
-        (c.go_to, "Going there", lambda: go_to(s, c.go_to.value)),
-        (c.speed, "Setting the speed", lambda: s.playback.play_at(SPEED_NAMES[c.speed.value])),
         *((switch, "Showing", partial(_show_options, s)) for switch in c.show.switches.values()),
         (c.show.follow, "Following", partial(_follow, s)),
         (c.show.measure, "Measuring", lambda: _measure(s, c.show.measure.value)),
         (c.show.dark, "Turning the theme", lambda: s.set_dark(c.show.dark.value)),
-        (foot, "Choosing the foot", lambda: review.set_foot(by_words.get(foot.value))),
         (compare, "Comparing", _then(lambda: solving.compare(compare.value), s.compare_changed)),
         (solving.panel.other, "Comparing", solving.choose),
     ]
@@ -282,7 +277,6 @@ def _escape(s: Session) -> None:
     elif s.replay is not None and s.scene.measuring.on:
         _measure(s, False)
     else:
-        s.finishing.forget()
         s.notices.dismiss()
         s.review.drop()
 
@@ -318,6 +312,32 @@ def _worst(s: Session) -> None:
     s.notices.tell("Worst frame that counts", found.words)
 
 
+def _worst_marker(s: Session) -> None:
+    """To the frame on which a marker is farthest from the model's."""
+    replay = s.replay
+    errors = None if replay is None else replay.markers.errors
+    if replay is None or errors is None or not np.isfinite(errors).any():
+        raise ReviewError("no marker of this trial is compared with the model's; G solves")
+    frame, marker = np.unravel_index(np.nanargmax(errors), errors.shape)
+    s.review.drop(only_whole=True)
+    s.seek(int(frame))
+    s.notices.tell(
+        "Worst marker",
+        f"{replay.markers.names[marker]}: {100 * errors[frame, marker]:.1f} cm at frame {frame}.",
+    )
+
+
+def _go_to_typed(s: Session) -> None:
+    """A frame, or frames to select, that are typed."""
+
+    def typed(text: str) -> None:
+        if entry(text) is None or isinstance(entry(text), OpenRow):
+            raise ReviewError("write a frame, as 57, or frames to select, as 120-179")
+        go_to(s, text)
+
+    s.questions.ask_text("Go to", "A frame, as 57, or frames to select, as 120-179", "", {"Go there": typed})
+
+
 def _loop(s: Session) -> None:
     """Shift Space: the selected range again and again; once more, and it stops."""
     chosen = s.review.chosen
@@ -351,16 +371,6 @@ def _pick(s: Session, place: Any) -> None:
                 s.playback.redraw()
             else:
                 s.notices.tell("Nothing is there", HOW)
-
-
-def _open_chosen(s: Session) -> None:
-    if s.controls.trial.value != s.shown:
-        s.open_trial(s.controls.trial.value)
-
-
-def _scrub(s: Session) -> None:
-    s.scrubbed_at = time.perf_counter()
-    s.seek(int(s.controls.frame.value))
 
 
 def _show_options(s: Session) -> None:

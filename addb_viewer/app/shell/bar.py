@@ -19,13 +19,14 @@ from addb_viewer.text.coordinate_words import torque_in_words
 from addb_viewer.trial_view.charts import charts_of
 from addb_viewer.trial_view.forces_in_use import contact_words
 from addb_viewer.trial_view.lanes import Lane
-from addb_viewer.trial_view.proposals import still_open
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.strip import ON_STRIP, curves_json, rows_json, trial_json
+from addb_viewer.trial_view.trial_verdict import TrialVerdict
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words
 from solver.fitting.fit_summary import TrialFigures
+from solver.fitting.verdict import Use, Why
 
 
 class TimelineController:
@@ -80,6 +81,10 @@ class Shown(Screen, Protocol):
     review: ReviewController
     solving: SolveController
 
+    @property
+    def verdict(self) -> TrialVerdict:
+        """Where the trial on the screen stands."""
+
 
 class Bar:
     """What the bar says; each part is replaced by itself."""
@@ -91,29 +96,27 @@ class Bar:
             session: of the browser.
         """
         self._session, self._lock = session, threading.Lock()
-        self._parts: dict[str, Any] = {"place": "", "of": "", "open": None, "solve": None}
+        self._parts: dict[str, Any] = {"place": "", "of": "", "verdict": None, "solve": None}
         self._parts |= {"people": [], "chips": [], "work": []}
 
     def show(self) -> None:
         """Say what everybody at the trial on the screen should see; or at the subject, if none is."""
         s = self._session
         replay, others = s.replay, s.trials.people.others(s.page).get(s.queue.here, ())
-        fitted = replay is not None and replay.bodies is not None
+        at_work = s.shared.solving or s.trials.is_being_fitted(s.shared.name)
+        known = replay is not None or s.shared.fits.shown.fit is None
         self._say(
-            **place_json(
-                s.queue.here, s.queue.let_through(), still_open(s.review.proposals) if fitted else None
-            ),
+            **place_json(s.queue.here, s.queue.let_through()),
+            verdict=verdict_json(s.verdict, at_work=at_work) if known else None,
             people=people_json(others),
             solve=solve_json(s.shared, replay, s.solving.other),
         )
         self.show_work()
 
     def show_work(self) -> None:
-        """Say what is at work; before the first fit, whether one is."""
+        """Say what is at work."""
         s = self._session
         self._say(work=work_json(s.shared.jobs.progress, s.trials.fit_all.state))
-        if s.shared.fits.new is None:
-            self._say(solve=solve_json(s.shared, s.replay, None))
 
     def show_chips(self) -> None:
         """Say what the next key acts on."""
@@ -128,22 +131,50 @@ class Bar:
             self._session.channel.show("bar", self._parts)
 
 
-def place_json(here: TrialPlace, rows: Sequence[Row], proposals: int | None) -> dict[str, Any]:
-    """Which trial it is, the how manieth of the queue's filter, and how many proposals are open.
+def place_json(here: TrialPlace, rows: Sequence[Row]) -> dict[str, Any]:
+    """Which trial it is, and the how manieth of the queue's filter.
 
     Args:
         here: what is on the screen.
         rows: that the queue's filter lets through.
-        proposals: open ones; None where nothing was fitted.
     """
     places = [(row.subject, row.trial) for row in rows if not row.error]
     subject, trial = here
-    of = f"outside the {len(places)} shown" if trial else ""
+    of = "not in the queue's filter" if trial and places else ""
     if here in places:
         of = f"{places.index(here) + 1} of {len(places)}"
-    open_ = None if proposals is None else f"{proposals or 'no'} proposal{'' if proposals == 1 else 's'} open"
     place = " · ".join(name for name in (subject, trial) if name not in ("", "."))
-    return {"place": place, "of": of, "open": open_}
+    return {"place": place, "of": of}
+
+
+def verdict_json(trial: TrialVerdict, *, at_work: bool) -> dict[str, Any]:
+    """The first line of the page: its parts, and what a click on one does.
+
+    Args:
+        trial: where it stands.
+        at_work: whether its subject is being fitted.
+    """
+    line, decides = trial.line, trial.verdict.decides
+    fitting = at_work and trial.verdict.use is Use.UNKNOWN
+    return {
+        "sign": line.sign,
+        "use": line.use,
+        "why": line.why,
+        "frames": line.frames,
+        "open": "it is being fitted" if fitting else line.open,
+        "where": None if decides is None else WHERE.get(decides.why),
+        "next": None if fitting else [line.next, line.doing],
+    }
+
+
+WHERE = {
+    Why.FORCE: "worst",
+    Why.MOMENT: "worst",
+    Why.MARKERS: "worst_marker",
+    Why.MARKER: "worst_marker",
+    Why.CAUSE: "show_diagnosis",
+    Why.UNEXPLAINED: "show_diagnosis",
+}  # the action that leads to what decides
 
 
 def chips_json(review: ReviewController, replay: Replay, frame: int) -> list[Chip]:
@@ -151,16 +182,18 @@ def chips_json(review: ReviewController, replay: Replay, frame: int) -> list[Chi
     chosen, about, found = review.chosen, review.about, review.current
     foot = foot_words(about)
     if chosen is not None:
-        seconds = (chosen[1] - chosen[0]) / replay.rate
-        text = f"frames {chosen[0]}–{chosen[1] - 1}, {foot} ({seconds:.2f} s)"
+        seconds, most = (chosen[1] - chosen[0]) / replay.rate, replay.most_missing(*chosen, about)
+        missing = "" if most is None else f" · {most.newtons:.0f} N missing at {most.frame}"
+        text = f"frames {chosen[0]}–{chosen[1] - 1}, {foot} ({seconds:.2f} s){missing}"
     else:
-        text = contact_words(replay, frame, review.foot)
+        text = f"keys 1–9: {contact_words(replay, frame, review.foot)}"
     chips: list[Chip] = [{"text": text}]
     if found is not None:
         p = found.proposal
+        where = "" if chosen is not None else f"{foot_words(p.foot)} {p.start}–{p.end - 1}: "
         chips.append(
             {
-                "text": f"{reason_words(p.reason)}?  {sure_words(p.confidence)} sure",
+                "text": f"{where}{reason_words(p.reason)}?  {sure_words(p.confidence)} sure",
                 "keys": [["accept_proposal", "accept"], ["reject_proposal", "reject"]],
             }
         )
@@ -168,11 +201,9 @@ def chips_json(review: ReviewController, replay: Replay, frame: int) -> list[Chi
 
 
 def solve_json(shared: SharedSubject, replay: Replay | None, other: Replay | None) -> dict[str, Any] | None:
-    """The solve that waits, with its outcome in this trial; or that there is no fit yet."""
+    """The solve that waits, with its outcome in this trial."""
     new = shared.fits.new
     if new is None:
-        if shared.fits.shown.fit is None and shared.jobs.progress is None:
-            return {"text": "No fit yet", "keys": [["solve", "make the first one"]]}
         return None
     outcome = _outcome(shared, replay, other)
     return {
@@ -209,7 +240,9 @@ def work_json(progress: TaskProgress | None, fitting: Fitting) -> list[dict[str,
     if fitting.running:
         done = fitting.fitted + len(fitting.failures)
         share = (done + (fitting.fraction or 0.0)) / max(fitting.total, 1)
-        text = f"Fitted {done} of {fitting.total} that had no fit."
+        failed = f", {len(fitting.failures)} failed" if fitting.failures else ""
+        left = "" if fitting.seconds_left is None else f", about {fitting.seconds_left:.0f} s left"
+        text = f"Fitted {done} of {fitting.total} that had no fit{failed}{left}."
         found.append({"text": text, "seconds": round(fitting.seconds), "share": share})
     return found
 

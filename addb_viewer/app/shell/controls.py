@@ -1,4 +1,4 @@
-"""The controls on the left: which trial, where in it, the banner, and tabs; and how wide all panels are."""
+"""The controls on the left: tabs in which panels lay out what is theirs; and how wide all panels are."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,12 +7,9 @@ import viser
 
 from addb_viewer.app.scene.legend import TINTS
 from addb_viewer.app.shell.fit_tab import FitTab
-from addb_viewer.app.shell.playback import SPEEDS
 
-SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
 TRAIL_LONGEST = 2.0  # [s]
-MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"}  # button: action
-SAVE = {"PNG": "picture", "Film": "film"}  # likewise
+SAVE = {"PNG": "picture", "Film": "film"}  # button: action
 CONTROLS, CONTROLS_WIDTH = 0.3, 320  # the controls' share of a narrow window; [pixel] at most
 NARROWEST, WIDEST = 372, 660  # [pixel] of the timeline
 OF_WINDOW = 0.34  # the timeline's share of it
@@ -74,23 +71,12 @@ class Controls:
             views: names of the camera's views.
             dark: the present theme.
         """
-        self.trial = gui.add_dropdown("Trial", ("–",))
-        self.frame = gui.add_slider("Frame", 0, 1, 1, 0)
-        self.go_to = gui.add_text("Go to", "", hint="A frame, as 57, or frames to select, as 120-179")
-        self.play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Key Space")
-        self.move = gui.add_button_group("Move", tuple(MOVES))
-        self.speed = gui.add_dropdown("Speed", tuple(SPEED_NAMES), initial_value="1×")
         tabs = gui.add_tab_group()
-        self.review, self.queue = tabs.add_tab("Review"), tabs.add_tab("Queue")
+        self.review = tabs.add_tab("Review")
         self.solve, self.view = tabs.add_tab("Solve"), tabs.add_tab("View")
         with self.view:
             self.show = Show(gui, views, dark=dark)
         self.fit = FitTab(gui, tabs.add_tab("Fit"))
-
-
-def speed_name(speed: float) -> str:
-    """As the list has it."""
-    return next(name for name, known in SPEED_NAMES.items() if known == speed)
 
 
 @dataclass(frozen=True)

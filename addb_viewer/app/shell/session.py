@@ -23,12 +23,15 @@ from addb_viewer.app.scene.camera import VIEWS, eye_of, fit, look, when_at_rest
 from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.security.access import TrialAddress
 from addb_viewer.app.shell.bar import Bar, TimelineController
-from addb_viewer.app.shell.controls import Controls, layout_for, speed_name
+from addb_viewer.app.shell.controls import Controls, layout_for
 from addb_viewer.app.shell.playback import Pace, Playback, Position
 from addb_viewer.app.solve.solve_controller import SolveController, SolvePanel
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.video.video_controller import VideoController
+from addb_viewer.trial_view.forces_in_use import is_changed
+from addb_viewer.trial_view.proposals import still_open
 from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.trial_verdict import TrialVerdict, trial_verdict
 from annotations.events import Edit
 
 
@@ -105,8 +108,7 @@ class Updates:
             self.session.show_edits(edits, unreadable=rows_came)
 
 
-READOUT_EVERY = 0.1  # [s] while playing: slider and time
-SCRUBBING = 0.3  # [s] for so long the slider under a person's hand is not moved from here
+READOUT_EVERY = 0.1  # [s] while playing: what is measured
 
 
 class Session:
@@ -141,7 +143,7 @@ class Session:
         self.drawing = threading.RLock()  # the scene belongs to one thread at a time
         self.updates = Updates(self, pace)
         self._replay: Replay | None = None
-        self._looked, self._closed, self._read_at, self.scrubbed_at = False, False, 0.0, 0.0
+        self._looked, self._closed, self._read_at = False, False, 0.0
         self.picture: tuple[float, float] | None = (
             None  # size of the scene in the page [px], where it says so
         )
@@ -168,12 +170,12 @@ class Session:
             self.keys_page = gui.add_html("")
         panel.dock_right()
         panel.set_width(self.layout.timeline_width)
-        tabs, feet = self.controls, shared.subject.foot_bodies
-        self.review = ReviewController(self, ReviewPanel(gui, tabs.review, feet), self.notices)
+        tabs = self.controls
+        self.review = ReviewController(self, ReviewPanel(gui, tabs.review), self.notices)
         author = self.review.panel.author
         self.reviewer = Reviewer(memory, self.questions, self.people, self.page, author)
         self.notices.unnamed = self.reviewer.ask
-        self.queue = QueueController(gui, tabs.queue, trials, self, self.notices)
+        self.queue = QueueController(trials, self)
         self.finishing = Finishing(self, self.review, self.queue)
         self.video = VideoController(gui, tabs.view, self, self.notices)
         self.solving: SolveController = SolveController(self, SolvePanel(gui, tabs.solve), self.notices)
@@ -206,6 +208,23 @@ class Session:
         return None if self._replay is None else self._replay.name
 
     @property
+    def verdict(self) -> TrialVerdict:
+        """Where the trial on the screen stands, in the fit on the screen."""
+        replay, fits, state = self._replay, self._shared.fits, self.diagnosis.state
+        if replay is None:  # none can be read
+            return trial_verdict(None, None)
+        review = self.review.review
+        return trial_verdict(
+            fits.shown.figures(replay.name),
+            review,
+            None if state.changed else state.figures,
+            state.taken_in,
+            proposals=still_open(self.review.proposals),
+            waiting=() if fits.new is None else (fits.new.by,),
+            changed=is_changed(replay.feet, replay.forces, review),
+        )
+
+    @property
     def page(self) -> int:
         """The number that the server gave the browser's page."""
         return self.client.client_id
@@ -215,7 +234,6 @@ class Session:
         self._shared.add_listener(self.updates)
         self.client.gui.set_panel_label(self._shared.subject.name)
         names = self._shared.fits.shown.trials
-        self.controls.trial.options = names
         wanted = [name for name in names if name == trial]
         for name in dict.fromkeys([*wanted, *names]):
             try:
@@ -226,7 +244,6 @@ class Session:
         self.diagnosis.show()
         self.recording.show()
         self.explain()
-        self.queue.show()
         self.bar.show()
 
     def open(self, subject: str, trial: str | None) -> None:
@@ -252,19 +269,15 @@ class Session:
             CaptureError: its files cannot be read; the present trial stays.
         """
         library = self._shared.fits.shown
-        try:
-            replay = library.replay(name)
-        except Exception:
-            if self.shown is not None:
-                put(self.controls.trial, self.shown)
-            raise
+        replay = library.replay(name)
         with self.drawing:
             self._replay = replay
             self.playback.open(replay.frames, replay.rate, frame or replay.first_in_view)
             self.scene.show(replay, library.meshes, self.frame)
-            self._fill_panel(replay)
+            self.show_summary()
+            self.controls.show.legend.content = self.scene.legend
             self.compare_changed()
-            self.review.open(self._shared.subject.foot_bodies)
+            self.review.open()
             self.diagnosis.show_trial(replay)
             self.video.open()
             place = self.memory.place = (self._shared.name, name)
@@ -350,9 +363,12 @@ class Session:
         self.bar.show()
 
     def show_queue(self) -> None:
-        """Show the queue, and who is where, as they are now."""
-        self.queue.draw()
+        """Show who is where, and the trial's place in the queue, as they are now."""
         self.bar.show()
+
+    def diagnose(self) -> None:
+        """X."""
+        self.diagnosis.diagnose_or_show()
 
     def close(self) -> None:
         """The browser has gone: end its threads and forget it."""
@@ -385,13 +401,6 @@ class Session:
         if self._replay is not None:
             self.controls.fit.show(self._shared.fits.shown, self._replay)
 
-    def _fill_panel(self, replay: Replay) -> None:
-        c = self.controls
-        c.frame.max = max(replay.frames - 1, 1)
-        put(c.trial, replay.name)
-        self.show_summary()
-        c.show.legend.content = self.scene.legend
-
     def _draw(self, _: Position) -> None:
         with self.drawing, self.client.atomic():  # another trial may have come while this waited
             replay, position = self._replay, self.playback.position
@@ -405,13 +414,9 @@ class Session:
     def _show_position(self, position: Position, frame: int, replay: Replay) -> None:
         c, now = self.controls, time.perf_counter()
         self.channel.show("plays", position.speed if position.playing and not position.held else 0)
-        c.play.label = "Pause" if position.playing else "Play"
-        put(c.speed, speed_name(position.speed))
         if position.playing and not position.held and now - self._read_at < READOUT_EVERY:
             return
         self._read_at = now
-        if now - self.scrubbed_at > SCRUBBING or not 0 <= c.frame.value < replay.frames:
-            put(c.frame, frame)
         c.show.measured.content = self.scene.measuring.told(frame)
         if not position.playing or position.held:
             self.channel.show("address", str(TrialAddress(self._shared.name, replay.name, frame)))

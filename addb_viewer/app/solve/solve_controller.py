@@ -1,5 +1,6 @@
 """Solving again from one browser, and comparing what came of it."""
 
+import numpy as np
 import viser
 
 from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
@@ -18,7 +19,7 @@ from addb_viewer.app.solve.solve_html import (
 from addb_viewer.app.subjects.shared_subject import HOLDING_OUT, SOLVING, SharedSubject
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.stored_solves import Solve, stored_solves
-from addb_viewer.trial_view.forces_in_use import is_changed
+from addb_viewer.trial_view.forces_in_use import mask_now
 from addb_viewer.trial_view.html_pieces import boxed
 from addb_viewer.trial_view.replay import ForceUse, Replay
 from solver.common.errors import SolverError
@@ -270,7 +271,8 @@ def nothing_to_solve(shared: SharedSubject) -> bool:
     for trial in fit.trials:
         forces = ForceUse.of(trial.mask, trial.proposals, least)
         feet = () if trial.contacts is None else trial.contacts.foot_bodies
-        if is_changed(feet, forces, shared.reviews.review(trial.capture.name)):
+        now = mask_now(feet, forces, shared.reviews.review(trial.capture.name))
+        if forces.counts is not None and (now is None or not np.array_equal(now.counts, forces.counts)):
             return False
     job = job_for(shared.subject.folder, out=shared.results)
     return can_resolve(fit, job.subject, job.subject.trials, job.settings, extension=job.extension)

@@ -68,7 +68,8 @@ class HandMadeLibrary(Library):
 @pytest.fixture(autouse=True)
 def read_at_once(monkeypatch):
     """Nobody has to wait before a second T counts."""
-    monkeypatch.setattr("addb_viewer.app.queue.queue_controller.READ_S", 0.0)
+    for pause in ("READ_S", "SEEN_S"):
+        monkeypatch.setattr(f"addb_viewer.app.queue.queue_controller.{pause}", 0.0)
 
 
 @pytest.fixture(scope="session")
@@ -134,7 +135,7 @@ def enter():
         if trial:
             browser.until(lambda: browser.session.replay is not None, "the trial")
             browser.session.notices._hand.submit(lambda: None).result(PATIENCE_S)  # after all of the entrance
-            browser.until(lambda: "worst first" in browser.html(), "the queue")
+            browser.until(lambda: browser.verdict, "the verdict")
         return browser
 
     yield entered
@@ -164,7 +165,7 @@ def open_page(browser):
         page.session = app.sessions[client]
         _SESSIONS.add(page.session)
         _until(lambda: page.session.replay is not None, "the trial")
-        _until(page.locator("#addb-bar b").first.text_content, "the bar")
+        _until(page.locator("#addb-place b").text_content, "the head")
         page.evaluate("new Promise((done) => window.addb.on('keys', () => done(true)))")
         return page
 

@@ -77,11 +77,33 @@ class PaperBrowser:
         self._say("CommandTriggerMessage", uuid=self.until(lambda: self.commands.get(label), label))
 
     def finish(self, *words):
-        """T, and again when the first one has said what speaks against it: with these words."""
+        """T, and again when the first one has asked, and said what speaks against it: with these words."""
         self.press("Finish the trial, go to the next")
-        for said in ("T again finishes this trial", *words):
-            self.until(lambda said=said: self.told(said), said)
+        for said in ("Finish ", *words):
+            self.until(lambda said=said: self.asked(said), said)
         self.press("Finish the trial, go to the next")
+
+    @property
+    def verdict(self):
+        """The first line of the page, in one text; empty before a trial is open."""
+        told = (self._shown("bar") or {}).get("verdict") or {}
+        return " · ".join(told[part] for part in ("use", "why", "frames", "open") if told.get(part))
+
+    def go_to(self, text):
+        """As a click on the timeline or on a list."""
+        self._ask("go_to", text)
+
+    def open_trial(self, name):
+        """From the list of trials."""
+        self.press("Choose a trial")
+        row = self.until(
+            lambda: re.search(
+                rf"data-addb-go-to='(#\d+)'(?:(?!<b).)*<b[^>]*>[^<]*{re.escape(name)}</b>",
+                " ".join(self.questions),
+            ),
+            name,
+        )
+        self.go_to(row[1])
 
     def put(self, label, value):
         """Write into a field, choose from a list, tick a box."""

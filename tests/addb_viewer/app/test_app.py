@@ -84,13 +84,14 @@ def test_a_root_shows_the_queue_of_all_subjects_and_goes_from_one_to_the_next(tm
     for name in ("A", "B"):
         write_subject(tmp_path / name)
     browser = enter(opened(tmp_path))
-    browser.until(lambda: "Reviewed 0 of 4" in browser.html())
+    browser.until(lambda: browser.bar["of"] == "1 of 4")
     assert (browser.session.shared.name, browser.session.shown) == ("A", "first")
     for name in ("first", "second"):
         browser.until(lambda name=name: browser.session.shown == name)
         browser.finish("Nothing has been fitted to this trial yet")
     browser.until(lambda: browser.session.shared.name == "B" and browser.session.shown == "first")
-    browser.until(lambda: "Reviewed 2 of 4" in browser.html())
+    browser.press("Choose a trial")
+    browser.until(lambda: browser.asked("2 of 4 trials are finished"))
     assert (tmp_path / "A" / "annotations.sqlite").exists()
     assert not (tmp_path / "B" / "annotations.sqlite").exists()
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from addb_viewer.app.shell.actions import actions_of
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, noted
 
@@ -92,37 +93,24 @@ def test_space_plays_and_pauses(session, page, until):
     until(lambda: session.playback.position.frame > 20)
     page.keyboard.press("Space")
     until(lambda: not session.playback.position.playing)
-    box = frame_box(page)
-    until(lambda: box.input_value() == str(session.playback.position.frame), "the frame box")
+    page.get_by_text(f"frame {session.frame} · ").wait_for()
 
 
-def test_space_after_a_click_on_play_toggles_once(session, page, until):
-    page.get_by_role("button", name="Play").click()
-    until(lambda: session.playback.position.playing)
-    page.keyboard.press("Space")
-    until(lambda: not session.playback.position.playing)
-    time.sleep(0.5)
-    assert not session.playback.position.playing
-
-
-def test_a_typed_frame_is_gone_to(session, page, until):
-    box = frame_box(page)
-    until(lambda: box.fill("57") or session.playback.position.frame == 57, "frame 57, typed until it stays")
+def test_a_typed_frame_is_gone_to_and_keys_do_not_act_meanwhile(session, page, until):
+    session.notices.do("Going there", actions_of(session)["go_to"])
+    box = page.get_by_label("A frame, as 57, or frames to select, as 120-179")
+    box.fill("5x")
+    page.keyboard.press("Enter")
+    page.get_by_text("write a frame, as 57").wait_for()
+    page.keyboard.press("j")
+    box.fill("57")
+    assert (session.frame, session.playing) == (0, False)
+    page.keyboard.press("Enter")
     until(lambda: session.scene.bodies.handles[0].position[0] == pytest.approx(0.57))
     page.get_by_text("frame 57 · 2.570 s").wait_for()
 
 
-def test_keys_do_not_act_while_a_number_is_typed(session, page):
-    box = frame_box(page)
-    box.click()
-    page.keyboard.press("End")
-    page.keyboard.press("j")
-    time.sleep(0.5)
-    assert session.playback.position.frame == 0
-    assert not session.playback.position.playing
-
-
-def test_keys_act_again_right_after_a_click_or_a_typed_frame(session, page, until, frame_is):
+def test_keys_act_again_right_after_a_click(session, page, until, frame_is):
     page.get_by_role("tab", name="View", exact=True).click()
     page.get_by_text("See-through").click()
     until(lambda: session.scene.options.see_through)
@@ -131,12 +119,6 @@ def test_keys_act_again_right_after_a_click_or_a_typed_frame(session, page, unti
     frame_is(session, 1)
     page.get_by_text("See-through").click()
     until(lambda: not session.scene.options.see_through)
-    box = frame_box(page)
-    box.fill("30")
-    frame_is(session, 30)
-    box.press("Enter")
-    page.keyboard.press(".")
-    frame_is(session, 31)
 
 
 def test_the_chooser_turns_to_other_trials_even_bare_ones(session, page, until, frame_is):
@@ -157,7 +139,10 @@ def test_names_from_files_stay_text(session, page):
     session.open_trial("measured only")
     page.keyboard.press("9")  # by a reviewer of a spiteful name
     session.open_trial("measured only")
-    for tab in ("Fit", "Queue", "Solve", "View", "Review"):
+    page.keyboard.press("c")
+    page.get_by_text("trials are finished").wait_for()
+    page.keyboard.press("Escape")
+    for tab in ("Fit", "Solve", "View", "Review"):
         page.get_by_role("tab", name=tab, exact=True).click()
         time.sleep(0.3)
         if tab == "Fit":
@@ -167,16 +152,11 @@ def test_names_from_files_stay_text(session, page):
 
 
 def test_a_trial_that_cannot_be_read_says_so_and_the_present_one_stays(session, page):
-    choose(page, "torn")
+    session.notices.do("Opening the trial", lambda: session.open_trial("torn"))
     page.get_by_text("markers.trc: line 7 is cut off").wait_for()
     assert session.shown == "walk"
-    assert session.controls.trial.value == "walk"
-
-
-def frame_box(page):
-    return page.locator("input[inputmode]").first
 
 
 def choose(page, trial):
-    page.get_by_text("Trial", exact=True).first.click()
-    page.get_by_role("option", name=trial).click()
+    page.keyboard.press("c")
+    page.get_by_role("button", name=trial).click()

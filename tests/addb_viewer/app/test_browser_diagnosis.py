@@ -100,7 +100,7 @@ def test_diagnosing_shows_progress_and_cancel_ends_it(page, folder, until):
     page.keyboard.press("x")
     page.get_by_text("screening").wait_for()
     page.get_by_text("so far").wait_for()
-    page.locator("#addb-bar progress").wait_for()  # on every tab, and in the browser's title
+    page.locator("#addb-work").get_by_text("⟳ 40 %").wait_for()  # on every tab, and in the browser's title
     until(lambda: page.title().startswith("40 % Diagnosing"))
     page.keyboard.press(".")  # the page stays alive
     until(lambda: page.session.playback.position.frame == 1)

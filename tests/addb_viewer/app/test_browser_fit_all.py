@@ -6,11 +6,10 @@ import shutil
 import pytest
 
 from addb_viewer.app.app import start
+from addb_viewer.app.shell.actions import actions_of
 from solver.fitting.results.store import has_fit
 
 pytestmark = [pytest.mark.browser, pytest.mark.real, pytest.mark.timeout(900)]
-
-FIT_ALL = re.compile("^Fit all that have no fit")
 
 
 @pytest.fixture
@@ -29,24 +28,27 @@ def test_all_are_fitted_and_the_broken_one_says_why(root, open_page, until):
     app = start(root, port=0)
     try:
         page = open_page(app)
-        page.get_by_role("tab", name="Queue", exact=True).click()
-        page.get_by_role("button", name="Fit all that have no fit (3)").click()
-        page.get_by_text("Fitting 1 of 3").wait_for()
+        fit_all, cancel = (actions_of(page.session)[name] for name in ("fit_all", "cancel_fits"))
+        fit_all()
+        page.locator("#addb-work").click()
+        page.get_by_text("Fitted 0 of 3 that had no fit").wait_for()
+        page.keyboard.press("c")
         page.get_by_text("waits to be fitted").first.wait_for()
-        page.get_by_text(re.compile("^Fitting: ")).first.wait_for()
-        assert page.get_by_role("button", name=FIT_ALL).count() == 0
+        page.keyboard.press("Escape")
         before = page.session.frame
         page.keyboard.press(".")  # the page stays alive
         until(lambda: page.session.frame == before + 1)
-        page.locator("#root").get_by_text("Fitted 2 of 3").wait_for()  # the bar says it too
+        until(lambda: not app.queue.fit_all.state.running, "the fits")
+        page.keyboard.press("c")
         page.get_by_text(re.compile("⚠ not fitted: .*trial2.c3d")).wait_for()
+        page.keyboard.press("Escape")
         assert [has_fit(root / name / "results") for name in ("anna", "ben", "cut")] == [True, True, False]
         fitted = {row.subject for row in app.queue.rows() if row.figures is not None}
         assert fitted == {"anna", "ben"}
 
-        page.get_by_role("button", name="Fit all that have no fit (1)").click()
-        page.get_by_role("button", name="Cancel the fits").click()
-        page.get_by_role("button", name="Fit all that have no fit (1)").wait_for()
+        fit_all()
+        cancel()
+        until(lambda: not app.queue.fit_all.state.running, "the end of them")
         assert not has_fit(root / "cut" / "results")
         assert page.errors == []
         page.close()

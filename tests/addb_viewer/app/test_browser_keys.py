@@ -102,10 +102,8 @@ def test_the_keys_are_shown_by_one_of_them(page, until, stored):
 
 
 def test_typing_is_nobodys_key(page, at, stored):
-    label = page.locator("label:has-text('Go to')")
-    before, box = stored(), label.locator("xpath=ancestor::*[.//input][1]//input").first
+    before, box = stored(), page.locator("#addb-curve-search")
     box.fill("30")
-    at(30)
     for key in ("Control+z", "ArrowLeft", "t", "Backspace"):
         box.press(key)
     box.press("Escape")
@@ -117,13 +115,15 @@ def test_typing_is_nobodys_key(page, at, stored):
 def test_a_key_that_is_held_is_one_t_and_shift_t_finishes(page, until, stored):
     for _ in range(3):
         page.keyboard.down("t")  # the second one repeats
-    page.get_by_text("T again finishes this trial").first.wait_for()
+    page.get_by_text("Finish walk?").wait_for()
     page.wait_for_timeout(300)
     page.keyboard.up("t")
     assert stored().status is not Status.FINISHED
     assert page.session.shown == "walk"
+    page.keyboard.press("Escape")
+    until(lambda: not page.session.questions.waits, "Esc")
     page.keyboard.press("Shift+T")
-    page.get_by_text("Shift+T again finishes this trial").first.wait_for()
+    page.get_by_text("Finish walk?").wait_for()
     page.keyboard.press("Shift+T")
     until(lambda: page.session.shown == "run")
     assert stored().status is Status.FINISHED

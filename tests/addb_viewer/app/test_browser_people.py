@@ -37,8 +37,8 @@ def test_the_name_is_typed_and_entered_and_the_key_before_is_obeyed(app, open_pa
         until(lambda: [f.author for f in stored().flags] == ["Zoë 1"])
         until(lambda: page.get_by_role("dialog").count() == 0, "the dialog to go")
         page.reload()
-        page.locator("#addb-bar b").first.wait_for()
-        page.get_by_text("Zoë 1").first.wait_for()
+        page.locator("#addb-place b").wait_for()
+        page.get_by_text("Zoë 1").first.wait_for(state="attached")
         assert page.errors == []
     finally:
         page.close()
@@ -54,13 +54,12 @@ def test_t_says_what_speaks_against_it_and_t_again_finishes(app, folder, open_pa
         assert session.shown == "walk"
         for _ in range(2):
             page.keyboard.press("t")
-            page.get_by_text("T again finishes this trial").first.wait_for()
             page.get_by_text("Two people disagree about frames 30 to 49").first.wait_for()
             assert stored().status is not Status.FINISHED
             page.keyboard.press("Escape")
-            until(lambda: session.finishing._told is None, "Esc")
+            until(lambda: not session.questions.waits, "Esc")
         page.keyboard.press("t")
-        until(lambda: session.finishing._told is not None, "the words")
+        until(lambda: session.questions.waits, "the question")
         page.keyboard.press("t")
         until(lambda: stored().status is Status.FINISHED)
         until(lambda: session.shown == "run")

@@ -179,12 +179,12 @@ class Person:
 
     def finish(self):
         """T; where it says something first, T again or Esc by chance."""
-        place, finishing = self.place, self.session.finishing
+        place, questions = self.place, self.session.questions
         count = self.edits(place)
-        self.press("t", lambda: finishing._told or self.edits(place) > count, "the end, or words")
-        if finishing._told:
+        self.press("t", lambda: questions.waits or self.edits(place) > count, "the end, or a question")
+        if questions.waits and self.edits(place) == count:
             if self.rng.integers(2):
-                self.press("Escape", lambda: not finishing._told, "no")
+                self.press("Escape", lambda: not questions.waits, "no")
                 self.settle()
                 return
             self.press("t", lambda: self.edits(place) > count, "the end")
@@ -239,11 +239,8 @@ def test_what_two_people_press_is_on_the_disk_under_their_names_and_nothing_else
 def visit_together(people, ledger, until):
     """Both at one trial, labelling the same frames: the later label counts, both labels are on the disk."""
     first, second = people
-    row = next(
-        k for k, row in enumerate(second.session.queue._rows) if (row.subject, row.trial) == first.place
-    )
-    second.page.get_by_role("tab", name="Queue", exact=True).click()
-    second.page.locator(f"[data-addb-go-to='#{row}']").click()
+    second.page.locator("#addb-place").click()
+    second.page.locator("[data-addb-go-to]", has_text=" · ".join(first.place)).click()
     until(lambda: second.place == first.place, "the same trial")
     first.page.get_by_text("Bo is on this trial too.").wait_for()
     for person in (first, second):

@@ -118,12 +118,11 @@ def test_backwards_and_beyond_the_border_it_is_the_same_range(page, lanes, until
 def test_a_click_on_a_proposal_and_on_a_row_of_the_queue_leads_there(page, until):
     page.locator("#root").get_by_text("100–109").first.click()
     until(lambda: page.session.frame == 100 and page.session.review.chosen == (100, 110))
-    page.get_by_role("tab", name="Queue", exact=True).click()
-    page.locator("[data-addb-go-to^='#']", has_text="run").click()
-    until(lambda: page.session.shown == "run")
-    page.locator("[data-addb-go-to^='#']", has_text="walk").click()
-    until(lambda: page.session.shown == "walk")
-    page.get_by_role("tab", name="Review", exact=True).click()
+    for name in ("run", "walk"):
+        page.locator("#addb-place").click()
+        page.locator("[data-addb-go-to^='#']", has_text=name).click()
+        until(lambda name=name: page.session.shown == name)
+    assert not page.session.questions.waits
 
 
 def test_a_click_selects_a_bar_and_a_border_that_is_dragged_moves_its_flag(page, folder, until):

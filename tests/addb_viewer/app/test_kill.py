@@ -47,7 +47,7 @@ def test_nothing_acknowledged_is_lost_and_the_database_is_sound(subject):
             for k in range(rng.integers(2, MOST)):
                 note = f"edit {seen + 1}"
                 browser.put("Note", note)
-                browser.put("Go to", f"{k % 40}:{k % 40 + 5}")
+                browser.go_to(f"{k % 40}:{k % 40 + 5}")
                 browser.press("Flag: other")
                 browser.until(lambda browser=browser, note=note: f"({note})" in browser.html(), note)
                 seen += 1

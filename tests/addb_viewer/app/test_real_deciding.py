@@ -24,8 +24,8 @@ def zoe(walks_app, enter):
 
 
 def select(browser, start, end):
-    browser.put("Go to", "")
-    browser.put("Go to", f"{start}:{end}")
+    browser.go_to("")
+    browser.go_to(f"{start}:{end}")
     browser.until(lambda: browser.session.review.chosen == (start, end), f"frames {start} to {end - 1}")
 
 
@@ -43,7 +43,7 @@ def test_accepting_one_proposal_leaves_the_others_as_detection_has_them(walks_fo
 def test_finishing_with_undecided_proposals_says_so_and_they_stay_left_out(walks_folder, zoe, walks_review):
     before = load_fit(walks_folder / "results", walks_folder)
     zoe.press("Finish the trial, go to the next")
-    zoe.until(lambda: zoe.told("0–24 right; 8–75 left. It stays left out."), "what speaks against it")
+    zoe.until(lambda: zoe.asked("0–24 right; 8–75 left. It stays left out."), "what speaks against it")
     assert walks_review().status is Status.UNSEEN
     zoe.press("Finish the trial, go to the next")
     zoe.until(lambda: walks_review().status is Status.FINISHED)
@@ -57,7 +57,7 @@ def test_finishing_names_only_the_frames_that_nobody_has_decided_about(zoe, walk
     zoe.press("Clear: the force counts")
     zoe.until(lambda: walks_review().cleared)
     zoe.press("Finish the trial, go to the next")
-    zoe.until(lambda: zoe.told("leaves out: 23–24 right; 23–75 left. It stays left out."), "the words")
+    zoe.until(lambda: zoe.asked("leaves out: 23–24 right; 23–75 left. It stays left out."), "the words")
 
 
 @pytest.mark.slow

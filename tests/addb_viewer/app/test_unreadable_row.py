@@ -26,12 +26,12 @@ def test_the_page_says_so_and_t_does_before_the_trial_is_finished(app, enter, tm
     said = "row 1 by Bo of the review log cannot be read"
     browser.until(lambda: f"⚠ {said}" in browser.html(), "the warning")
     browser.until(lambda: browser.told(said), "the notice")
-    browser.put("Go to", "20:30")
+    browser.go_to("20:30")
     browser.until(lambda: browser.session.review.chosen == (20, 30))
     browser.press("Flag: force wrong")
     browser.until(lambda: "20–29" in browser.html(), "the flag")
     browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.told(f"Of this trial, {said}"), "what speaks against it")
+    browser.until(lambda: browser.asked(f"Of this trial, {said}"), "what speaks against it")
     with open_log(tmp_path) as log:
         assert log.review("run", FEET).status is Status.IN_WORK
     browser.press("Finish the trial, go to the next")

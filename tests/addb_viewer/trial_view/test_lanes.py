@@ -7,8 +7,6 @@ from addb_viewer.app.review.review_html import (
     history_html,
     proposals_html,
     ranges_html,
-    selection_html,
-    status_html,
 )
 from addb_viewer.trial_view.lanes import lanes_of
 from addb_viewer.trial_view.lanes_html import lanes_html
@@ -163,10 +161,8 @@ def test_whatever_people_and_files_say_stays_text(make_replay):
         page = [
             lanes_html(lanes, Span(0, 199)),
             ranges_html(review),
-            status_html(review, 1, True),
             history_html(history),
             proposals_html(proposals, proposals[0]),
-            selection_html(None, SPITEFUL, 100.0, SPITEFUL),
         ]
         assert "<img" not in " ".join(page)
 

@@ -142,7 +142,7 @@ def test_the_contract_has_all_its_fields(small_fit):
         "linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw",
         "hicks", "held_out", "kinematics_only", "change", "seconds", "torques_predicted_ranges",
         "label_faults", "held_out_layouts", "forces_predicted", "stored", "frames_without_pose_ranges",
-        "coordinates_guessed_ranges",
+        "coordinates_guessed_ranges", "marker_max_label", "verdict",
     }  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 // What the session asks: one dialog at a time, above all that the page shows. Texts are set as text, but for a help page
 // that the server has made.
+import { keyOfAction } from "./bar.js";
 import { button, element } from "./elements.js";
 
 const box = element("dialog", { id: "addb-dialog" });
@@ -9,7 +10,8 @@ let asked = null;
 const answer = (number) => window.addb.send("answer", { dialog: asked.number, button: number, text: box.querySelector("input")?.value ?? "" });
 
 const draw = () => {
-  const { title, paragraphs, html, field, wrong, buttons, enter } = asked;
+  const { title, paragraphs, html, field, wrong, buttons, keys, enter } = asked;
+  const named = (text, number) => (keyOfAction(keys[number]) ? `${text} (${keyOfAction(keys[number])})` : text);
   const words = element("div", { innerHTML: html });
   const form = element("form", { method: "dialog" });
   form.onsubmit = (event) => {
@@ -19,7 +21,7 @@ const draw = () => {
   if (field) form.append(element("label", {}, field.label, element("input", { value: field.value, autocomplete: "off" })));
   form.append(
     element("p", { className: "wrong", role: "alert" }, wrong),
-    element("div", { className: "keys" }, ...buttons.map((text, number) => button(text, () => answer(number)))),
+    element("div", { className: "keys" }, ...buttons.map((text, number) => button(named(text, number), () => answer(number)))),
   );
   box.replaceChildren(element("h2", { id: "addb-dialog-title" }, title), ...paragraphs.map((text) => element("p", {}, text)), words, form);
   box.setAttribute("aria-labelledby", "addb-dialog-title");

@@ -3,7 +3,7 @@
 import { Channel, memory } from "./channel.js";
 import { peopleView, commentsView } from "./drawer.js";
 import { at, button } from "./elements.js";
-import { CHIPS, CHOICES, hours, inOrder, key, letThrough, NOBODY, ORDERS, stateOf } from "./rows.js";
+import { CHIPS, CHOICES, hours, INSTEAD, inOrder, key, letThrough, NOBODY, ORDERS, stateOf } from "./rows.js";
 import { readColors, Table } from "./table.js";
 
 const nowS = () => Date.now() / 1000;
@@ -12,7 +12,7 @@ const ANY = { source: "any source", cause: "any cause", activity: "any activity"
 
 const rows = new Map(), selected = new Set();
 const filter = { words: "", chips: new Set(["todo"]), choices: { source: "", cause: "", activity: "", assigned: "" } };
-let live = { present: [], here: new Map(), work: {}, batches: {} }, order = { column: "score", down: true };
+let live = { present: [], here: new Map(), work: {}, batches: {} }, order = { column: "verdict", down: true };
 let several = false, suggested = "", people = null, drawer = null, lastChosen = null, shown = [], comesBack = false;
 
 const state = (row) => stateOf(row, live, memory.name, nowS());
@@ -99,8 +99,9 @@ function draw() {
   at("progress-words").textContent = trials.length ? `Reviewed ${done} of ${trials.length}` : "No trials";
   at("shown").textContent = shown.length === all.length ? "" : `${shown.length} shown`;
   at("clear").hidden = !(filter.words || filter.chips.size || Object.values(filter.choices).some(Boolean));
+  const chosen = shown.filter((row) => selected.has(key(row))).length, hidden = selected.size - chosen;
   at("selection").hidden = !selected.size;
-  at("selected").textContent = `${selected.size} selected`;
+  at("selected").textContent = `${chosen} selected${hidden ? `; ${hidden} more are filtered out, and left alone` : ""}`;
   tellOrder();
   drawBatches();
   drawChoices(all);
@@ -227,10 +228,12 @@ function wireName() {
 
 function wire() {
   for (const [name, [label]] of Object.entries(CHIPS)) {
-    const chip = button(label, () => {
+    const chip = button(label, (event) => {
       filter.chips.has(name) ? filter.chips.delete(name) : filter.chips.add(name);
-      chip.setAttribute("aria-pressed", String(filter.chips.has(name)));
+      filter.chips.delete(INSTEAD[name]);
+      for (const each of at("chips").children) each.setAttribute("aria-pressed", String(filter.chips.has(each.dataset.chip)));
       draw();
+      if (event.detail) at("scroll").focus(); // after a click, Enter and arrows are for the rows
     });
     chip.dataset.chip = name;
     chip.setAttribute("aria-pressed", String(filter.chips.has(name)));
@@ -244,6 +247,7 @@ function wire() {
     at(kind).addEventListener("change", () => {
       filter.choices[kind] = at(kind).value;
       draw();
+      at("scroll").focus();
     });
   }
   at("clear").addEventListener("click", () => {
@@ -253,7 +257,7 @@ function wire() {
     for (const chip of at("chips").children) chip.setAttribute("aria-pressed", "false");
     draw();
   });
-  const chosen = () => [...selected].map((place) => rows.get(place)).filter(Boolean).map((row) => [row.subject, row.trial]);
+  const chosen = () => shown.filter((row) => selected.has(key(row))).map((row) => [row.subject, row.trial]);
   for (const button of document.querySelectorAll("[data-do]")) {
     button.addEventListener("click", () => withName(() => {
       const what = button.dataset.do, text = { export: at("format").value, assign: at("person").value.trim() }[what] ?? "";

@@ -43,9 +43,12 @@ export const CHIPS = {
   mine: ["My trials", (row, me) => me !== "" && (row.assigned === me || row.people.includes(me))],
   conflicts: ["Disagreement", (row) => row.conflicts.length > 0],
   unfitted: ["Not fitted", (row) => !row.fitted && !row.error],
-  over: ["Over the bound", (row) => row.residual > 1],
+  angles: ["Not for torques", (row) => row.fitted && row.verdict?.[1] !== "Torques usable"],
   comments: ["Comments", (row) => row.openComments > 0],
 };
+
+/** Of two filters that no row passes together, the one that was chosen last holds. */
+export const INSTEAD = { todo: "finished", finished: "todo" };
 
 export const NOBODY = "(nobody)";
 export const CHOICES = {
@@ -77,12 +80,8 @@ const need = (row) => (row.error ? 1e6 : row.status === "finished" ? row.score -
 export const ORDERS = {
   state: [(a, b, state) => text(state(a)[1], state(b)[1]), false],
   trial: [(a, b) => text(a.trial, b.trial) || text(a.subject, b.subject), false],
-  residual: [number((row) => row.residual), true],
-  leftOut: [number((row) => row.leftOut), true],
-  open: [number((row) => row.open), true],
-  score: [number(need), true],
+  verdict: [number(need), true],
   activity: [(a, b) => text(a.activity, b.activity), true],
-  causes: [(a, b) => text(a.causes.join(), b.causes.join()), true],
   assigned: [(a, b) => text(a.assigned, b.assigned), true],
   last: [number((row) => row.last?.[1]), true],
   comments: [(a, b) => a.openComments - b.openComments || a.comments - b.comments, true],

@@ -5,15 +5,11 @@ import { address, ago, key } from "./rows.js";
 
 const HEIGHT = 40, SPARE = 6; // [pixel] of a row; rows beyond the sight
 const COLUMNS = [
-  ["state", "state"], ["trial", "trial"], [null, ""], ["residual", "residual / bound"],
-  ["leftOut", "left out", true], ["open", "open", true], ["score", "score", true], ["activity", "activity"], ["causes", "causes"],
-  ["assigned", "assigned"], ["last", "last edit"], ["comments", "comments", true],
+  ["state", "state"], ["trial", "trial"], [null, ""], ["verdict", "verdict"], ["activity", "activity"], ["assigned", "assigned"],
+  ["last", "last edit"], ["comments", "comments", true],
 ];
 const TOLD = {
-  residual: "The larger of residual force and moment, in units of its bound (Hicks et al. 2015)",
-  leftOut: "Share of the frames whose force does not count; * chosen by detection, not by a person",
-  open: "Proposals of detection that nobody has decided",
-  score: "How much it needs a person: residual / bound, plus the shares left out and under open proposals, plus one where nobody has decided",
+  verdict: "What the trial is good for, and why. In the order of how much it needs a person: residual in units of its limit (Hicks et al. 2015), plus the shares left out and under open proposals, plus one where nobody has decided",
   comments: "Comments that are not settled",
 };
 
@@ -132,12 +128,8 @@ export class Table {
     cell("state", "cell state");
     cell("name", "cell two").append((cells.link = make("a", "strong")), (cells.subject = make("span", "quiet")));
     cell("strip").append((cells.canvas = make("canvas")));
-    const track = make("span");
-    track.append((cells.fill = make("i")), make("b"));
-    cell("gauge", "gauge").append(track, (cells.residual = make("span", "figure")));
-    cells.track = track;
-    for (const name of ["leftOut", "open", "score"]) cell(name, "cell figure");
-    for (const name of ["activity", "causes", "assigned"]) cell(name);
+    cell("verdict", "cell verdict").append((cells.use = make("b")), (cells.why = make("span")));
+    for (const name of ["activity", "assigned"]) cell(name);
     cell("last", "cell two").append((cells.who = make("span")), (cells.when = make("span", "quiet")));
     cells.comments = button("", () => this.on.comments(line.row));
     cells.comments.className = "comments";
@@ -179,15 +171,12 @@ export class Table {
     put(c.subject, row.error || (this.look.several() ? row.subject : ""));
     c.canvas.title = stripWords(row);
     drawStrip(c.canvas, row);
-    c.track.hidden = row.residual === null;
-    c.fill.style.width = `${Math.min(100, 50 * (row.residual ?? 0))}%`;
-    c.fill.className = row.residual > 1 ? "over" : "";
-    c.residual.className = row.residual > 1 ? "figure bad" : "figure";
-    put(c.residual, row.residual === null ? (row.fitted ? "–" : "") : row.residual.toFixed(2));
-    put(c.leftOut, row.leftOut === null ? "" : `${Math.round(100 * row.leftOut)} %${row.byMachine ? "*" : ""}`);
-    put(c.open, row.open ? String(row.open) : "");
-    put(c.score, row.fitted && row.score !== null ? row.score.toFixed(2) : "");
-    for (const [cell, text] of [[c.activity, row.activity], [c.causes, row.causes.join(", ")], [c.assigned, row.assigned]]) {
+    const [sign_, use, why] = row.verdict ?? ["", "", ""];
+    c.verdict.dataset.sign = sign_;
+    c.verdict.title = [`${sign_} ${use}`, why, row.causes.length ? `named: ${row.causes.join(", ")}` : ""].filter(Boolean).join("\n");
+    put(c.use, use && `${sign_} ${use}`);
+    put(c.why, why && ` · ${why}`);
+    for (const [cell, text] of [[c.activity, row.activity], [c.assigned, row.assigned]]) {
       put(cell, text);
       cell.title = text;
     }

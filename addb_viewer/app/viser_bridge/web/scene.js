@@ -17,4 +17,11 @@ watchPage(() => {
   told.disconnect();
   if (canvas) told.observe(canvas);
 });
+// A tab of viser's that the session wants to be seen: its name, and a number that is another one each time.
+let shown = null;
+window.addb.on("tab", ([name, number]) => {
+  const tabs = [...document.querySelectorAll("#root [role=tab]")];
+  if (shown !== number) tabs.find((tab) => tab.textContent.trim() === name)?.click();
+  shown = number;
+});
 window.addb.on("bar", () => seen && tell(seen.getBoundingClientRect())); // the session is there

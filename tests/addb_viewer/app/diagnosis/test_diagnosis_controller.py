@@ -70,9 +70,9 @@ def test_the_picture_is_that_of_the_trial_on_the_screen(browser):
         return browser.session.channel.shown("diagnosis-picture")
 
     assert picture()["trial"] == "walk"
-    browser.put("Trial", "run")
+    browser.open_trial("run")
     browser.until(lambda: picture() is None)  # it was not diagnosed
-    browser.put("Trial", "walk")
+    browser.open_trial("walk")
     browser.until(lambda: picture() is not None)
 
 
@@ -155,13 +155,13 @@ def test_one_thing_at_a_time_and_everybody_sees_it(app, browser, enter, monkeypa
     monkeypatch.setenv("PYTHONPATH", str(folder))
     monkeypatch.setattr(shared_subject, "DIAGNOSE_WORKER", ("sleeper",))
     other = enter(app, name="Bo")
-    browser.press("Diagnose")
+    browser.press("Diagnose anew")
     other.until(lambda: "s so far" in other.html())
     other.until(lambda: "for Zoë" in other.html())
-    other.press("Diagnose")
+    other.press("Diagnose anew")
     other.until(lambda: other.told("It waits its turn"))
     browser.until(lambda: "then: Diagnosing for Bo" in browser.html())
-    other.press("Diagnose")
+    other.press("Diagnose anew")
     other.until(lambda: other.told("Diagnosing waits its turn already"))
     other.press("Cancel what is at work")  # first one's own
     browser.until(lambda: "then: Diagnosing for Bo" not in browser.html())

@@ -7,7 +7,8 @@ import pytest
 from addb_viewer.app.jobs import fit_all
 from addb_viewer.app.jobs.fit_all import FitAll, Fitting
 from addb_viewer.app.queue.page_channel import live_words
-from addb_viewer.app.queue.queue_html import fitting_html, words_of_rows
+from addb_viewer.app.queue.queue_html import words_of_rows
+from addb_viewer.app.shell.bar import work_json
 from tests.patience import PATIENCE_S
 
 SPITEFUL = "<script>alert(1)</script>"
@@ -128,13 +129,13 @@ def test_the_time_left_is_that_of_the_others():
     state = Fitting(running=True, subject="c", fraction=0.5, waiting=("d",), fitted=2, seconds=100.0)
     assert state.seconds_left == pytest.approx(60.0)
     assert Fitting(running=True, subject="c", waiting=("d",)).seconds_left is None
-    assert "3 of 4" in fitting_html(state)
-    assert "about 60 s left" in fitting_html(state)
+    (told,) = work_json(None, state)
+    assert told["text"] == "Fitted 2 of 4 that had no fit, about 60 s left."
 
 
 def test_names_and_reasons_stay_text():
     state = Fitting(running=True, by=SPITEFUL, subject="a", stage=SPITEFUL, failures={"b": SPITEFUL})
-    assert "<script>" not in fitting_html(state) + "".join(words_of_rows(state).values())
+    assert "<script>" not in "".join(words_of_rows(state).values())
 
 
 def test_other_work_has_its_own_command_and_goes_to_subjects_that_have_a_fit(tmp_path):

@@ -163,11 +163,10 @@ def test_while_a_browsers_queue_page_is_open_t_goes_through_what_it_shows(app, o
     assert len(queue.let_through()) == 3
     own = open_queue()
     own.say("order", text=browser, places=[["S2", "walk"], ["S1", "run"], ["S9", "gone"]])
-    review.until(lambda: "as the queue's page shows them" in review.html())
+    review.until(lambda: len(queue.let_through()) == 2)
     assert [(row.subject, row.trial) for row in queue.let_through()] == [("S2", "walk"), ("S1", "run")]
     own.close()
-    review.until(lambda: "worst first" in review.html())
-    assert len(queue.let_through()) == 3
+    review.until(lambda: len(queue.let_through()) == 3)
 
 
 def test_a_page_has_one_order_of_trials_that_there_are_however_many_it_sends(app, open_queue):

@@ -7,7 +7,7 @@ import pytest
 
 from addb_viewer.app.jobs import fit_all
 from addb_viewer.app.queue.queue_controller import rows_html
-from addb_viewer.app.queue.queue_rows import Filter, Row, next_trial, order, shown, subject_rows, to_review
+from addb_viewer.app.queue.queue_rows import Row, next_trial, order, subject_rows, to_review
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.jobs.review_store import as_proposal, open_log
@@ -53,14 +53,6 @@ def test_worst_first_and_finished_last():
     assert names == ["never fitted", "bad", "nobody decided", "half left out", "good", "done"]
 
 
-def test_filters_let_through_what_they_say():
-    rows = [row("walk 1"), row("walk 2", status=Status.FINISHED), row("run", status=Status.SECOND_LOOK)]
-    assert [r.trial for r in shown(rows, Filter.TO_DO)] == ["walk 1", "run"]
-    assert [r.trial for r in shown(rows, Filter.FINISHED)] == ["walk 2"]
-    assert [r.trial for r in shown(rows, Filter.SECOND_LOOK)] == ["run"]
-    assert [r.trial for r in shown(rows, Filter.ALL, "WALK 2")] == ["walk 2"]
-
-
 def test_status_and_figures_are_read_from_the_subjects_folder(tmp_path):
     (tmp_path / "seg").mkdir()
     (tmp_path / "seg" / "REVIEWED").touch()
@@ -83,12 +75,14 @@ def test_status_and_figures_are_read_from_the_subjects_folder(tmp_path):
 
 def test_names_from_files_stay_text():
     rows = [row(SPITEFUL), Row(SPITEFUL, "", error=SPITEFUL), Row(SPITEFUL, "x", by=SPITEFUL)]
-    assert "<script>" not in rows_html(rows, ("", ""), several=True, notes=(SPITEFUL,))
+    assert "<script>" not in rows_html(rows, ("", ""), notes=(SPITEFUL,))
 
 
 def test_a_row_says_who_is_there():
-    here = rows_html([row("walk")], ("", ""), several=False, people={("S1", "walk"): ("Bo", SPITEFUL)})
-    assert "Bo and &lt;script&gt;alert(1)&lt;/script&gt; are here" in here
+    people = {("S1", "walk"): ("Bo", SPITEFUL)}
+    assert "Bo and &lt;script&gt;alert(1)&lt;/script&gt; are here" in rows_html(
+        [row("walk")], ("", ""), people=people
+    )
 
 
 def test_open_proposals_put_a_trial_higher_until_they_are_decided(small_fit):
@@ -101,7 +95,7 @@ def test_open_proposals_put_a_trial_higher_until_they_are_decided(small_fit):
     before = subject_rows("S1", subject)[0]
     assert (before.proposed, before.doubtful) == (1, 0.5 * 2 / 4)
     assert before.badness == pytest.approx(replace(before, doubtful=0.0).badness + 0.25)
-    assert ">1</td>" in rows_html([before], ("", ""), several=False)
+    assert "1 proposal open" in rows_html([before], ("", ""))
     with open_log(subject.folder) as log:
         log.append("walk", RejectProposal(as_proposal(found, {})), "Zoë")
     assert (subject_rows("S1", subject)[0].proposed, subject_rows("S1", subject)[0].doubtful) == (0, 0.0)

@@ -14,8 +14,8 @@ def two(tmp_path, make_replay, make_app, enter):
 
 def test_a_comment_at_a_frame_is_answered_and_settled_by_somebody_else(two):
     zoe, ben = two
-    zoe.put("Trial", "walk")
-    zoe.put("Go to", "57")
+    zoe.open_trial("walk")
+    zoe.go_to("57")
     zoe.until(lambda: (zoe.session.shown, zoe.session.frame) == ("walk", 57))
     zoe.put("Comment", "<b>A stumble?</b>")
     zoe.click("Say it")
@@ -36,12 +36,12 @@ def test_a_comment_at_a_frame_is_answered_and_settled_by_somebody_else(two):
 
 def test_a_comment_belongs_to_its_trial_and_needs_words(two):
     zoe, _ = two
-    zoe.put("Trial", "walk")
+    zoe.open_trial("walk")
     zoe.until(lambda: zoe.session.shown == "walk")
     zoe.click("Say it")
     zoe.until(lambda: zoe.told("a comment needs words"))
     zoe.put("Comment", "Slow.")
     zoe.click("Say it")
     zoe.until(lambda: "<b>Zoë</b>: Slow." in zoe.html())
-    zoe.put("Trial", "run")
+    zoe.open_trial("run")
     zoe.until(lambda: "No comments on this trial" in zoe.html())

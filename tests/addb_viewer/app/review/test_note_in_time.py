@@ -24,7 +24,7 @@ def test_a_note_typed_as_the_one_before_is_taken_away_stays(app, tmp_path, enter
     browser.put("Note", "first")
     for frames in ("20:30", "50:60"):
         start, end = map(int, frames.split(":"))
-        browser.put("Go to", frames)
+        browser.go_to(frames)
         browser.until(lambda here=(start, end): browser.session.review.chosen == here, frames)
         browser.press("Flag: other")
         browser.until(lambda n=start: browser.session.review.recorded == (1 if n == 20 else 2), "the edit")

@@ -52,7 +52,7 @@ def browser(tmp_path, make_replay, make_app, enter, solver):
 
 
 def ask(browser, frames, solver):
-    browser.put("Go to", frames)
+    browser.go_to(frames)
     start = int(frames.split(":")[0])
     browser.until(lambda: (browser.session.review.chosen or (None,))[0] == start)
     before = len(solver.asked)
@@ -68,7 +68,7 @@ def rest_at(browser, frames):
     def started():
         return asking._resting is not before and asking._resting.ident is not None
 
-    browser.put("Go to", frames)
+    browser.go_to(frames)
     browser.until(started, "the range")
     return asking._resting
 
@@ -101,7 +101,7 @@ def test_a_failure_is_told_and_nothing_is_left_asking(browser, solver):
 def test_a_failure_is_not_told_to_somebody_who_has_gone_on_to_another_trial(browser, solver):
     solver.failure = SolverError("the what-if worker ended; ask again")
     ask(browser, "20:40", solver)
-    browser.put("Trial", "run")
+    browser.open_trial("run")
     browser.until(lambda: browser.session.shown == "run", "the other trial")
     solver.go.set()
     browser.until(lambda: not any(thread.name == "what if" for thread in threading.enumerate()), "its end")
@@ -122,12 +122,12 @@ def test_what_cannot_be_asked_is_told(browser, solver):
 def test_the_solver_is_made_ready_for_who_stays_at_a_range_not_for_who_goes_on(browser, solver):
     first = rest_at(browser, "20:40")
     second = rest_at(browser, "50:60")
-    browser.put("Trial", "run")
+    browser.open_trial("run")
     browser.until(lambda: browser.session.shown == "run", "the other trial")
     for timer in (first, second):
         timer.join(PATIENCE_S)
     assert solver.warmed == []
-    browser.put("Go to", "20:40")
+    browser.go_to("20:40")
     browser.until(lambda: solver.warmed == ["run"], "the solver at work")
 
 

@@ -3,9 +3,7 @@ from dataclasses import replace
 from addb_viewer.app.scene.camera import VIEWS
 from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.shell.commands import COMMANDS
-from addb_viewer.app.shell.controls import SPEED_NAMES, speed_name
 from addb_viewer.app.shell.fit_tab import notes_html, summary_html
-from addb_viewer.app.shell.playback import SPEEDS
 from addb_viewer.app.subjects.library import Library
 from solver.common.notes import Kind, noted
 from solver.fitting.fit_summary import ChangeFigures, GainFigures
@@ -76,10 +74,6 @@ def test_the_legend_names_what_is_there(make_replay):
 
 def test_every_view_has_a_command():
     assert {f"view_{name.lower()}" for name in VIEWS} <= {command.action for command in COMMANDS}
-
-
-def test_speeds_have_names():
-    assert [SPEED_NAMES[speed_name(speed)] for speed in SPEEDS] == list(SPEEDS)
 
 
 def test_notes_are_folded_by_kind_and_open_where_somebody_has_to_decide():

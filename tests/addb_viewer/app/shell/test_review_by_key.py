@@ -9,22 +9,24 @@ from addb_viewer.trial_view.worst_frame import worst_frame
 from annotations.events import Status
 from annotations.suggested_activity import SuggestedActivity
 
-SHIFT_T = "Accept what is sure, finish, go to the next"
+T, SHIFT_T = "Finish the trial, go to the next", "Accept what is sure, finish, go to the next"
 
 
-def test_a_key_hit_twice_is_one_t_and_old_words_are_said_again(app, enter, stored, monkeypatch):
+def test_a_key_hit_twice_is_one_t(app, enter, stored, monkeypatch):
     monkeypatch.setattr(queue_controller, "READ_S", 0.5)
     browser = enter(app)
-    times = iter((100.0, 100.4, 200.0, 200.6))
-    browser.session.finishing._clock = lambda: next(times)
-    for words in (1, 1, 2):
-        browser.session.finishing.finish()
-        said = [title for title, _ in browser.notices]
-        browser.until(lambda words=words: len(browser.notices) == words, "the words")
+    now = 100.0
+    browser.session.finishing._clock = lambda: now
+    browser.press(T)
+    browser.until(lambda: browser.asked("Finish walk?"), "the question")
+    for later in (100.4, 100.8):
+        now = later
+        browser.press(T)
+        browser.until(lambda: browser.asked("Finish walk?"), "the question again")
         assert stored().status is Status.UNSEEN
-    assert set(said) == {"T again finishes this trial"}
-    browser.session.finishing.finish()
-    assert stored().status is Status.FINISHED
+    now = 102.0
+    browser.press(T)
+    browser.until(lambda: stored().status is Status.FINISHED)
 
 
 def test_shift_t_says_what_stays_undecided_then_accepts_what_is_sure_and_u_goes_back(app, enter, stored):
@@ -33,16 +35,21 @@ def test_shift_t_says_what_stays_undecided_then_accepts_what_is_sure_and_u_goes_
     browser.until(lambda: browser.session.review.chosen == (20, 30))
     browser.press(SHIFT_T)
     browser.until(
-        lambda: browser.told("Open proposals of which detection is not sure: 2. Their forces count.")
+        lambda: browser.asked("Open proposals of which detection is not sure: 2. Their forces count.")
     )
-    browser.until(lambda: browser.told("Accepts 1 proposal of at least 80 %."))
+    browser.until(lambda: browser.asked("Accepts 1 proposal of at least 80 %."))
     assert not stored().accepted, "nothing is done before it is decided"
-    browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.told("leaves out: 60–79 left. It stays left out"), "T's own words")
+    browser.press(T)
+    browser.press("No, to the question")
+    browser.until(lambda: not browser.questions)
     assert stored().status is Status.UNSEEN, "another key does not decide"
+    browser.press(T)
+    browser.until(lambda: browser.asked("leaves out: 60–79 left. It stays left out"), "T's own words")
+    browser.press("No, to the question")
     browser.press(SHIFT_T)
     browser.press(SHIFT_T)
     browser.until(lambda: browser.session.shown == "run")
+    assert not browser.questions, "nothing of a trial outlives it"
     browser.until(lambda: browser.told("Accepted 1 proposal of at least 80 %. Next: run"))
     review = stored()
     assert review.status is Status.FINISHED
@@ -60,7 +67,7 @@ def test_shift_t_finishes_at_once_where_all_that_is_open_is_sure(app, enter, sto
     for label, at in (("Next proposal or flagged range", (20, 30)), ("Reject the proposal", (60, 80))):
         browser.press(label)
         browser.until(lambda at=at: browser.session.review.chosen == at)
-    browser.put("Go to", "100:110")
+    browser.go_to("100:110")
     browser.press("Clear: the force counts")
     browser.until(lambda: (100, 110) in [(c.start, c.end) for c in stored().cleared])
     browser.press(SHIFT_T)
@@ -113,7 +120,7 @@ def test_the_selected_range_is_played_again_and_again(app, enter):
     browser = enter(app)
     browser.press("Loop the selected range")
     browser.until(lambda: browser.told("select a range first"))
-    browser.put("Go to", "20:24")
+    browser.go_to("20:24")
     browser.until(lambda: browser.session.review.chosen == (20, 24))
     browser.press("Loop the selected range")
     browser.until(lambda: browser.session.playing)

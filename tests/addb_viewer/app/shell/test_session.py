@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from addb_viewer.app.queue import queue_controller
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.trial_view.missing_force import MissingForce
 from annotations.events import SetStatus, Status
@@ -23,7 +24,7 @@ def test_every_browser_has_its_own_trial_cursor_and_camera(app, enter):
     one, other = enter(app), enter(app, at="walk")
     one.press("1 s on")
     one.until(lambda: one.session.frame == 100)
-    other.put("Trial", "run")
+    other.open_trial("run")
     other.until(lambda: other.session.shown == "run")
     assert one.session.shown == "walk"
     assert other.session.frame == 0
@@ -51,7 +52,7 @@ def test_keys_paint_undo_and_redo_and_each_is_in_the_store(app, enter, stored):
         browser.press(key)
     browser.press("Foot: right, left, both")
     browser.until(lambda: browser.session.review.foot == "calcn_r")
-    browser.put("Go to", "120:140")
+    browser.go_to("120:140")
     browser.until(lambda: browser.session.review.chosen == (120, 140))
     assert browser.session.frame == 120
     browser.press("Flag: not over a plate")
@@ -92,10 +93,10 @@ def test_n_shows_where_most_force_is_missing_and_plays_the_range_until_something
     try:
         browser = enter(app)
         session = browser.session
-        browser.put("Go to", "59")
+        browser.go_to("59")
         browser.until(lambda: session.frame == 59)
         browser.press("Next proposal or flagged range")
-        browser.until(lambda: "Largest missing force 512 N, at frame 67" in browser.html())
+        browser.until(lambda: "512 N missing at 67" in browser.html())
         browser.until(lambda: "/walk/67" in session.channel.shown("address"), "the frame in the address")
         browser.until(lambda: session.playing and session.frame != 67, "the loop")
         assert session.review.chosen == (60, 80)
@@ -126,7 +127,7 @@ def test_a_frame_that_an_address_names_has_the_person_in_the_middle(app, enter):
 
 def test_n_and_p_begin_where_the_cursor_is(app, enter):
     browser = enter(app)
-    browser.put("Go to", "60")
+    browser.go_to("60")
     browser.until(lambda: browser.session.frame == 60)
     browser.press("Next proposal or flagged range")
     browser.until(lambda: browser.session.review.chosen == (60, 80))
@@ -162,16 +163,17 @@ def test_finishing_goes_on_to_the_next_trial_and_says_when_all_is_done(app, ente
     assert (review.status, review.status_author) == (Status.FINISHED, "Zoë")
     assert [(out.start, out.end, out.foot) for out in review.stays_out] == [(60, 80, "calcn_l")]
     browser.finish()
-    browser.until(lambda: browser.told("Every trial of the queue has been reviewed"))
-    browser.until(lambda: "Reviewed 2 of 2" in browser.html())
+    browser.until(lambda: browser.asked("Every trial has been reviewed"))
+    assert browser.asked("2 trials")
 
 
-def test_one_key_too_many_finishes_nothing(app, enter, stored):
+def test_one_key_too_many_finishes_nothing(app, enter, stored, monkeypatch):
+    monkeypatch.setattr(queue_controller, "SEEN_S", 2.0)
     browser = enter(app)
     browser.finish()
     browser.until(lambda: browser.session.shown == "run")
     browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.told("T has just brought you here, and you have not looked at it"))
+    browser.until(lambda: browser.asked("T has just brought you here, and you have not looked at it"))
     assert stored("run").status is Status.UNSEEN
 
 
@@ -198,12 +200,12 @@ def test_after_an_edit_in_the_next_trial_u_takes_that_back(app, enter, stored):
     assert stored().status is Status.FINISHED
 
 
-def test_t_stays_within_the_queues_filter_and_says_what_waits_outside(app, enter, stored):
+def test_t_stays_within_what_the_queues_page_shows_and_says_what_waits_beside_it(app, enter, stored):
     browser = enter(app)
-    browser.put("Filter", "walk")
-    browser.until(lambda: ">run<" not in browser.html(), "the filter")
+    app.queue.orders[browser.session.reviewer.browser] = ((".", "walk"),)
     browser.finish()
-    browser.until(lambda: browser.told("Nothing else waits in the queue's filter; 1 trial waits outside"))
+    browser.until(lambda: browser.asked("1 trial waits beside it"))
+    browser.press("No, to the question")
     assert browser.session.shown == "walk"
     browser.press("Undo")
     browser.until(lambda: stored().status is Status.UNSEEN)
@@ -276,7 +278,7 @@ def test_a_name_is_changed_at_any_time_and_later_decisions_bear_it(app, enter, s
 def test_everything_is_there_again_after_a_restart(app, enter, stored, make_replay, make_app):
     folder = app.subjects.loaded[0].subject.folder
     browser = enter(app)
-    browser.put("Go to", "120:140")
+    browser.go_to("120:140")
     browser.press("Flag: not over a plate")
     browser.until(lambda: flags(stored()))
     browser.close()
@@ -324,7 +326,7 @@ def test_a_suggested_activity_is_confirmed_or_refused_and_says_nothing_before(
         browser.until(lambda: [(a.start, a.end, a.label) for a in stored().activities])
         assert [(a.start, a.end, a.label) for a in stored().activities] == [(0, 120, "walk overground")]
         browser.until(lambda: review.activities.suggested == (squat,))
-        browser.put("Go to", "120:200")
+        browser.go_to("120:200")
         browser.until(lambda: review.activities.suggestion == squat)
         do("Labelling", review.activities.refuse)
         browser.until(lambda: review.activities.suggested == ())
@@ -339,7 +341,7 @@ def test_an_edit_by_the_store_alone_updates_the_queue(app, enter):
     browser = enter(app)
     with open_log(app.subjects.loaded[0].subject.folder) as log:
         log.append("run", SetStatus(Status.FINISHED), "Bo")
-    browser.until(lambda: "Reviewed 1 of 2" in browser.html())
+    browser.until(lambda: sum(row.finished for row in app.queue.rows()) == 1)
 
 
 def test_what_cannot_be_drawn_is_told_and_the_next_frame_is(app, enter, monkeypatch):
@@ -349,33 +351,33 @@ def test_what_cannot_be_drawn_is_told_and_the_next_frame_is(app, enter, monkeypa
     browser.until(lambda: browser.told("Drawing failed division by zero"))
     monkeypatch.undo()
     browser.press("One frame on")
-    browser.until(lambda: browser.session.controls.frame.value == 2)
+    browser.until(lambda: browser.frame == 2)
 
 
 def test_a_box_takes_frames_and_ranges_and_ignores_what_is_not_whole(app, enter):
     browser = enter(app)
     for text in ("", "7:", "abc", "57"):
-        browser.put("Go to", text)
+        browser.go_to(text)
     browser.until(lambda: browser.session.frame == 57)
-    browser.put("Go to", "500:900")
+    browser.go_to("500:900")
     browser.until(lambda: browser.told("no such frames; the trial has 0–199"))
-    browser.put("Go to", "#0")
-    browser.until(lambda: browser.session.frame == 57)
-    browser.put("Go to", "#99")
+    browser.press("Choose a trial")
+    browser.until(lambda: browser.questions)
+    browser.go_to("#99")
     browser.until(lambda: browser.told("the queue has changed"))
 
 
 def test_escape_and_a_click_elsewhere_drop_the_selection(app, enter):
     browser = enter(app)
-    for dropped in (lambda: browser.press("No, to the question"), lambda: browser.put("Go to", "150")):
-        browser.put("Go to", "")
-        browser.put("Go to", "120:140")
+    for dropped in (lambda: browser.press("No, to the question"), lambda: browser.go_to("150")):
+        browser.go_to("")
+        browser.go_to("120:140")
         browser.until(lambda: browser.session.review.chosen == (120, 140))
         dropped()
         browser.until(lambda: browser.session.review.chosen is None)
     browser.until(lambda: browser.session.frame == 150)
     browser.press("Start of a range")
-    browser.put("Go to", "170")  # a border that waits for the other one stays
+    browser.go_to("170")  # a border that waits for the other one stays
     browser.until(lambda: browser.session.frame == 170)
     browser.press("End of a range")
     browser.until(lambda: browser.session.review.chosen == (150, 171))
@@ -387,30 +389,29 @@ def test_the_foot_does_not_stick_to_another_trial(app, enter):
     browser.until(lambda: browser.session.review.foot == "calcn_r")
     browser.session.notices._hand.submit(browser.session.show_fit).result(PATIENCE_S)
     assert browser.session.review.foot == "calcn_r", "the same trial, as another solve has it"
-    browser.put("Trial", "run")
+    browser.open_trial("run")
     browser.until(lambda: browser.session.shown == "run" and browser.session.review.foot is None)
-    browser.until(lambda: browser.field("Foot")["value"] == "both")
 
 
 def test_enter_and_backspace_act_on_what_the_line_above_says(app, enter, stored):
     browser = enter(app)
-    browser.put("Go to", "60:80")
+    browser.go_to("60:80")
     browser.until(lambda: browser.session.review.chosen == (60, 80))
-    browser.until(lambda: "a proposal" in browser.html())
-    browser.put("Go to", "62:75")  # inside the same proposal, but other frames
+    browser.until(lambda: "foot contact but no force?" in browser.html())
+    browser.go_to("62:75")  # inside the same proposal, but other frames
     browser.until(lambda: browser.session.review.chosen == (62, 75))
     browser.press("Reject the proposal")
     browser.until(lambda: browser.told("no open proposal on the selected frames"))
     assert not stored().rejected
     browser.press("No, to the question")
-    browser.until(lambda: "Enter and Backspace on the proposal left 60–79" in browser.html())
+    browser.until(lambda: "left 60–79: foot contact but no force?" in browser.html())
     browser.press("Reject the proposal")
     browser.until(lambda: [(p.start, p.end) for p in stored().rejected] == [(60, 80)])
 
 
 def test_what_u_took_back_is_selected(app, enter, stored):
     browser = enter(app)
-    browser.put("Go to", "120:140")
+    browser.go_to("120:140")
     browser.until(lambda: browser.session.review.chosen == (120, 140))
     browser.press("Flag: force wrong")
     browser.until(lambda: flags(stored()))

@@ -43,7 +43,7 @@ def test_t_while_a_solve_waits_says_so_and_keeps_ones_own_only(app, enter, name,
     shown = browser.session.shown
     said = {"Zoë": "it is kept. Shift+Backspace discards it", "Bo": "it goes on waiting for Zoë"}
     browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.told(said[name]))
+    browser.until(lambda: browser.asked(said[name]))
     assert stored_solves(results)[-1].state == "new"
     assert app.subjects.loaded[0].reviews.review(shown).status is Status.UNSEEN
     browser.press("Finish the trial, go to the next")
