@@ -6,7 +6,10 @@ from datetime import datetime
 from functools import cached_property
 
 from addb_viewer.report.frames_kept import Kept, kept_frames
+from addb_viewer.trial_view.proposals import pending, still_open
 from addb_viewer.trial_view.recorded_subject import Recording
+from addb_viewer.trial_view.trial_verdict import CauseKey, TrialVerdict, trial_verdict
+from annotations.folding import folded
 from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport
 from solver.fitting.results.extension_log import Standing
 
@@ -20,6 +23,7 @@ class DiagnosisShown:
     decision: str = ""  # who accepted or rejected it
     standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause
     gain: AcceptedGain | None = None
+    taken_in: frozenset[CauseKey] = frozenset()  # causes that the fit has in its model
 
 
 @dataclass(frozen=True)
@@ -34,3 +38,16 @@ class SubjectReport:
     def kept(self) -> tuple[Kept, ...]:
         """The frames of each trial."""
         return tuple(kept_frames(record.replay) for record in self.recording.trials)
+
+    @cached_property
+    def verdicts(self) -> tuple[TrialVerdict, ...]:
+        """Where each trial stands."""
+        found, shown, feet = [], self.diagnosis, self.recording.fit.subject.foot_bodies
+        for record in self.recording.trials:
+            name = record.replay.name
+            review = folded(name, [edit for edit in self.recording.edits if edit.trial == name], feet)
+            waiting = still_open(pending(record.replay.forces.proposals, review, {}))
+            found.append(
+                trial_verdict(record.figures, review, shown.figures, shown.taken_in, proposals=waiting)
+            )
+        return tuple(found)

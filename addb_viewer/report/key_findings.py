@@ -22,15 +22,18 @@ GOOD, DOUBT, BAD, PLAIN = ("good", "✓"), ("doubt", "!"), ("bad", "✗"), ("pla
 
 
 def key_findings(report: SubjectReport) -> Safe:
-    """Three answers at the top of the page."""
-    return element(
-        "section",
-        _frames(report),
-        _bounds(report),
-        _diagnosis(report),
-        id="in-short",
-        aria_label="In short",
-    )
+    """What each trial is good for, and three answers to why."""
+    answers = (_frames(report), _bounds(report), _diagnosis(report))
+    return joined((_verdicts(report), element("section", *answers, id="in-short", aria_label="In short")))
+
+
+def _verdicts(report: SubjectReport) -> Safe:
+    """The line of each trial."""
+    named = zip(report.recording.trials, report.verdicts, strict=True)
+    lines = [
+        element("p", element("b", f"{record.replay.name}: "), verdict.line.text) for record, verdict in named
+    ]
+    return element("section", *lines, id="verdicts", aria_label="Verdicts")
 
 
 def frames_sentence(kept: tuple[Kept, ...]) -> str:

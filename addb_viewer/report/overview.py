@@ -14,6 +14,7 @@ from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.report.report_page import page_html
 from addb_viewer.text.judged_figures import SOURCE, Judged, judged_figures
 from addb_viewer.trial_view.recorded_subject import TrialRecord
+from addb_viewer.trial_view.trial_verdict import TrialVerdict
 from solver.capture.atomic import write_whole
 
 COLUMNS = (
@@ -26,7 +27,7 @@ COLUMNS = (
     "Residual moment",
     "Marker RMS",
     "Largest marker error",
-    "Diagnosis",
+    "Verdict",
 )
 DECIDED_SHORT = {"review": "review", "review.json": "review.json", "proposals": "detection", "none": "nobody"}
 
@@ -102,16 +103,16 @@ def _rows(entry: Entry, file: Path) -> list[Safe]:
         return [element("tr", element("th", entry.name, scope="row"), why)]
     address = quote(Path(os.path.relpath(entry.file, file.parent)).as_posix())
     return [
-        _row(entry, address, record, kept)
-        for record, kept in zip(entry.report.recording.trials, entry.report.kept, strict=True)
+        _row(entry, address, record, kept, verdict)
+        for record, kept, verdict in zip(
+            entry.report.recording.trials, entry.report.kept, entry.report.verdicts, strict=True
+        )
     ]
 
 
-def _row(entry: Entry, address: str, record: TrialRecord, kept: Kept) -> Safe:
-    assert entry.report is not None
+def _row(entry: Entry, address: str, record: TrialRecord, kept: Kept, verdict: TrialVerdict) -> Safe:
     source = record.figures.mask_source
     short = ", ".join(DECIDED_SHORT.get(one, one) for one in source.split(" + "))
-    diagnosis = entry.report.diagnosis.figures
     share = kept.count / max(kept.frames, 1)
     usable = joined((f"{kept.count} ", element("small", f"{100 * share:.0f} %")))
     return element(
@@ -122,7 +123,7 @@ def _row(entry: Entry, address: str, record: TrialRecord, kept: Kept) -> Safe:
         _sorted(usable, share),
         element("td", short, title=decided_by(source, kept)),
         *(_judged(judged) for judged in judged_figures(record.figures)),
-        element("td", "not asked" if diagnosis is None else diagnosis.verdict),
+        element("td", f"{verdict.line.sign} {verdict.line.use} · {verdict.line.why}"),
     )
 
 

@@ -114,7 +114,8 @@ def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
             absent=f"A diagnosis is kept, but since then these have changed: {', '.join(changed)}. {AGAIN}"
         )
     state = read_state(fit.subject, results, fit)
-    return DiagnosisShown(figures, "", decision_in_words(state), state.standings, state.gain)
+    decided = decision_in_words(state)
+    return DiagnosisShown(figures, "", decided, state.standings, state.gain, state.taken_in)
 
 
 def _changed(fit: Fit, made_from: Mapping[str, Mapping], trials: Sequence[str]) -> list[str]:

@@ -9,10 +9,9 @@ import viser
 
 from addb_viewer.app.diagnosis.cards import flags_of, key_of_cause, picture_json, screen_json
 from addb_viewer.app.diagnosis.diagnosis_panel import Actions, DiagnosisPanel
-from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
+from addb_viewer.app.jobs.job_queue import Outcome, Task
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.solve.solve_controller import stop
 from addb_viewer.app.subjects.shared_subject import DIAGNOSING, HOLDING_OUT, RECORDING, SOLVING
 from addb_viewer.text.diagnosis_vocabulary import about, short_title
 from addb_viewer.text.verdict_words import verdict
@@ -34,7 +33,7 @@ class DiagnosisController:
         self.panel = DiagnosisPanel(
             gui,
             tab,
-            Actions(self.diagnose, self._cancel, self.accept, self.reject, self._fit, self.screen.go_to),
+            Actions(self.diagnose, self.accept, self.reject, self._fit, self.screen.go_to),
             notices,
         )
         self.state = DiagnosisState()
@@ -53,7 +52,6 @@ class DiagnosisController:
             self.notices.error("Reading the diagnosis", error)
         with self.drawing:
             self.panel.show(self.state, library.trials)
-            self._progress(self.screen.shared.jobs.progress)
             self._draw_screen()
         self._draw_picture()
 
@@ -121,17 +119,11 @@ class DiagnosisController:
         for trial, start, _ in (here or places)[:1]:
             self.screen.go_to(trial, start)
 
-    def progressed(self, progress: TaskProgress) -> None:
-        """Something is at work."""
-        with self.drawing:
-            self._progress(progress)
-
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is any more."""
+        if task.doing in OTHERS:
+            return
         with self.drawing:
-            self._progress(None)
-            if task.doing in OTHERS:
-                return
             self.panel.said(_ending(task, outcome))
         if outcome.cancelled:
             return
@@ -141,14 +133,8 @@ class DiagnosisController:
         self.show()
         self.notices.tell(f"{task.doing}: done", self._told_key_findings(task))
 
-    def _cancel(self) -> None:
-        stop(self.screen)
-
     def _fit(self) -> None:
         self.screen.shared.solve(self.screen.reviewer.author())
-
-    def _progress(self, progress: TaskProgress | None) -> None:
-        self.panel.working(progress)
 
     def _draw_screen(self) -> None:
         shared = self.screen.shared

@@ -12,8 +12,6 @@ from addb_viewer.app.diagnosis.diagnosis_html import (
     text_html,
     verdict_html,
 )
-from addb_viewer.app.jobs.job_queue import TaskProgress
-from addb_viewer.app.jobs.progress_html import show_progress
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.text.cause_words import cause
 from addb_viewer.text.detectable_words import what_would_be_found
@@ -38,7 +36,6 @@ class Actions:
     """What the panel's buttons do."""
 
     diagnose: Callable[[], None]
-    cancel: Callable[[], None]
     accept: Callable[[], None]
     reject: Callable[[], None]
     fit: Callable[[], None]
@@ -56,12 +53,9 @@ class DiagnosisPanel:
         notices: Notices,
     ) -> None:
         self.gui, self.actions, self.notices = gui, actions, notices
-        self.asked = False  # whether there is a diagnosis
         self.parts: list[Any] = []
         with tab:
             self.diagnose = gui.add_button("Diagnose", icon=viser.Icon.STETHOSCOPE, hint="Key X")
-            self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
-            self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
             self.status = gui.add_html("", visible=False)
             self.place = gui.add_html("")
             self.verdict = gui.add_folder("The verdict in full", expand_by_default=False)
@@ -90,7 +84,6 @@ class DiagnosisPanel:
                 )
         for button, doing, action in (
             (self.diagnose, "Diagnosing", actions.diagnose),
-            (self.cancel, "Cancelling", actions.cancel),
             (self.accept, "Accepting", actions.accept),
             (self.reject, "Rejecting", actions.reject),
             (self.fit, "Fitting", actions.fit),
@@ -107,8 +100,8 @@ class DiagnosisPanel:
         asked = state.figures is not None
         self.place.content = PLACE if asked else verdict_html(None)
         self.in_full.content = verdict_html(state.figures, state.changed) if asked else ""
-        self.verdict.visible, self.asked = asked, asked
-        self.diagnose.visible = not asked and not self.cancel.visible
+        self.verdict.visible = asked
+        self.diagnose.visible = not asked
         for part in self.parts:
             part.remove()
         self.parts = []
@@ -121,16 +114,6 @@ class DiagnosisPanel:
             section = what_accepting_changes(state.gain)
             self.gain.content = text_html(section.heading, bold=True) + gain_html(section)
         self.accept.disabled, self.reject.disabled = not state.acceptable, not state.rejectable
-
-    def working(self, progress: TaskProgress | None) -> None:
-        """Show what is at work, and how far; None: nothing is."""
-        busy = progress is not None
-        self.cancel.visible = self.bar.visible = busy
-        self.diagnose.visible = not busy and not self.asked
-        self.fit.visible = self.accept.visible = self.reject.visible = not busy
-        self.status.visible = busy
-        if progress is not None:
-            show_progress(self.bar, self.status, progress)
 
     def said(self, text: str) -> None:
         """Show how the work ended."""
@@ -184,7 +167,8 @@ class DiagnosisPanel:
 def by_key(trial: str, start: int, end: int, foot: str) -> str:
     """How to flag frames in the app."""
     key = key_of("notOverForcePlate")
-    return f"in {trial} select {start}–{end - 1} (Go to), choose the foot {foot_words(foot)} (F), press {key}"
+    where = f"in {trial} select {start}–{end - 1} (drag over the timeline)"
+    return f"{where}, choose the foot {foot_words(foot)} (F), press {key}"
 
 
 def _heading(number: int, effect: Cause) -> str:

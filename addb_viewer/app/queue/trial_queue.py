@@ -1,12 +1,12 @@
 """The queue of all trials as every browser sees it, kept up to date; and the fits of all that have none."""
 
+import html
 import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from addb_viewer.app.jobs.fit_all import FitAll
-from addb_viewer.app.jobs.progress_html import task_words
 from addb_viewer.app.queue.queue_html import words_of_rows
 from addb_viewer.app.queue.queue_rows import Row, order, subject_rows
 from addb_viewer.app.subjects.library import Library
@@ -186,7 +186,7 @@ class TrialQueue:
     def at_work(self) -> dict[str, str]:
         """What is at work, in words as safe HTML, by subject."""
         found = ((shared.name, shared.jobs.progress) for shared in self.subjects.loaded)
-        asked = {name: task_words(progress.task) for name, progress in found if progress is not None}
+        asked = {name: html.escape(progress.task.words) for name, progress in found if progress is not None}
         return words_of_rows(self.fit_all.state) | asked
 
     def tasks(self) -> dict[str, str]:
@@ -195,7 +195,7 @@ class TrialQueue:
         return {
             name: f"{progress.task.doing} for {progress.task.by}" if progress.task.by else progress.task.doing
             for name, progress in found
-            if progress is not None
+            if progress is not None and not progress.task.yields
         }
 
     def close(self) -> None:

@@ -8,12 +8,10 @@ from pathlib import Path
 
 import viser
 
-from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
-from addb_viewer.app.jobs.progress_html import show_progress
+from addb_viewer.app.jobs.job_queue import Outcome, Task
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.solve.solve_controller import stop
 from addb_viewer.app.subjects.shared_subject import RECORDING
 from addb_viewer.jobs.root_folder import leads_out
 from addb_viewer.trial_view.html_pieces import boxed
@@ -50,9 +48,6 @@ class RecordPanel:
                 icon=viser.Icon.FILE_EXPORT,
                 hint="The same, with settings, model and review attached",
             )
-            self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
-            self.status = gui.add_html("", visible=False)
-            self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
             self.written = gui.add_html("")
             self.which = gui.add_dropdown("File", ("–",), visible=False)
             self.download = gui.add_button(
@@ -113,7 +108,6 @@ class RecordController:
         self._listed: dict[str, Path] = {}
         for button, kind in zip(self.panel.writing, KINDS, strict=True):
             button.on_click(notices.in_order("Recording", partial(self.write, kind)))
-        self.panel.cancel.on_click(notices.in_order("Cancelling", self._cancel))
         self.panel.download.on_click(notices.in_order("Downloading", self.download))
 
     def write(self, kind: str) -> None:
@@ -135,7 +129,7 @@ class RecordController:
         self.notices.client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
 
     def show(self) -> None:
-        """Put what lies on the disk, and what is being written, on the screen."""
+        """Put what lies on the disk on the screen."""
         panel, shared = self.panel, self.screen.shared
         lying = _newest_first(shared.results / FOLDER)
         found = [file for file in lying if not leads_out(file, shared.results)]
@@ -146,11 +140,6 @@ class RecordController:
         if panel.which.options != names:
             panel.which.options = names
             put(panel.which, names[0])
-        self._progress(shared.jobs.progress)
-
-    def progressed(self, progress: TaskProgress) -> None:
-        """Something is at work."""
-        self._progress(progress)
 
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is any more."""
@@ -165,9 +154,6 @@ class RecordController:
             name = Path(outcome.said.strip().splitlines()[-1]).name
             self.notices.tell("Written", f"{name}: listed in Record, with its folder and a download.")
 
-    def _cancel(self) -> None:
-        stop(self.screen)
-
     def _file(self, kind: str, trial: str | None) -> Path:
         shared = self.screen.shared
         parts = [shared.subject.name]
@@ -176,14 +162,6 @@ class RecordController:
         if shared.fits.new is not None:
             parts.append(f"solve {shared.fits.new.number}")
         return shared.results / FOLDER / (file_of(" ".join(parts)) + kind)
-
-    def _progress(self, progress: TaskProgress | None) -> None:
-        panel, busy = self.panel, progress is not None
-        panel.bar.visible = panel.status.visible = panel.cancel.visible = busy
-        for button in panel.writing:
-            button.visible = not busy
-        if progress is not None:
-            show_progress(panel.bar, panel.status, progress)
 
 
 def _newest_first(folder: Path) -> list[Path]:

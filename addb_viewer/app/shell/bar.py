@@ -71,6 +71,7 @@ class TimelineController:
 
 
 Chip = dict[str, Any]
+TOLD_FROM, TOLD_AFTER_S = 0.02, 3.0  # share done, and [s] at work, from which the time left is worth telling
 
 
 class Shown(Screen, Protocol):
@@ -235,8 +236,9 @@ def work_json(progress: TaskProgress | None, fitting: Fitting) -> list[dict[str,
     found: list[dict[str, Any]] = []
     if progress is not None:
         after = "".join(f"; then {task.words}" for task in progress.waiting)
-        text, seconds = f"{progress.task.words}{after}.", round(progress.seconds)
-        found.append({"text": text, "seconds": seconds, "share": progress.fraction})
+        stage = f": {progress.stage}" if progress.stage else ""
+        text = f"{progress.task.words}{stage}{left_words(progress)}{after}."
+        found.append({"text": text, "seconds": round(progress.seconds), "share": progress.fraction})
     if fitting.running:
         done = fitting.fitted + len(fitting.failures)
         share = (done + (fitting.fraction or 0.0)) / max(fitting.total, 1)
@@ -245,6 +247,14 @@ def work_json(progress: TaskProgress | None, fitting: Fitting) -> list[dict[str,
         text = f"Fitted {done} of {fitting.total} that had no fit{failed}{left}."
         found.append({"text": text, "seconds": round(fitting.seconds), "share": share})
     return found
+
+
+def left_words(progress: TaskProgress) -> str:
+    """How long it may still take; empty where nobody knows yet."""
+    share, seconds = progress.fraction, progress.seconds
+    if share is None or share <= TOLD_FROM or seconds <= TOLD_AFTER_S:
+        return ""
+    return f", about {seconds * (1 - share) / share:.0f} s left"
 
 
 def people_json(others: Sequence[str]) -> list[str]:

@@ -69,7 +69,7 @@ class Updates:
 
     def progressed(self, progress: TaskProgress) -> None:
         """Something is at work."""
-        self.session.show_progress(progress)
+        self.session.show_progress()
 
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is at work any more."""
@@ -347,10 +347,8 @@ class Session:
         revision = None if unreadable else max(edit.number for edit in edits)
         self.notices.do("Showing the queue", lambda: self.requeue(revision))
 
-    def show_progress(self, progress: TaskProgress) -> None:
+    def show_progress(self) -> None:
         """Show what is at work."""
-        for tab in (self.solving, self.diagnosis, self.recording):
-            tab.progressed(progress)
         self.bar.show_work()
 
     def show_outcome(self, task: Task, outcome: Outcome) -> None:

@@ -3,8 +3,7 @@
 import numpy as np
 import viser
 
-from addb_viewer.app.jobs.job_queue import Outcome, Task, TaskProgress
-from addb_viewer.app.jobs.progress_html import show_progress
+from addb_viewer.app.jobs.job_queue import Outcome, Task
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
@@ -45,9 +44,6 @@ class SolvePanel:
                 color="gray",
                 hint="Fits again without some of the forces, layout by layout; gives way to all other work",
             )
-            self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
-            self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
-            self.status = gui.add_html("", visible=False)
             self.verdict = gui.add_html("", visible=False)
             self.keep = gui.add_button(
                 "Keep", icon=viser.Icon.CHECK, visible=False, hint="It becomes the subject's fit"
@@ -163,7 +159,7 @@ class SolveController:
         panel.keep.visible = panel.discard.visible = panel.verdict.visible = waits
         if shared.fits.new is not None:
             panel.verdict.content = verdict_html(shared.fits.new, shared.fits.behind)
-        self._progress(shared.jobs.progress)
+        panel.hold_out.visible = shared.fits.holding_out_due and shared.jobs.progress is None
         self.comparing = self.comparing and shared.fits.compared is not None
         put(panel.compare, self.comparing)
         panel.history.content = history_html(made, replay.name if replay else "")
@@ -173,13 +169,8 @@ class SolveController:
             )
         panel.changed.content = self._changed()
 
-    def progressed(self, progress: TaskProgress) -> None:
-        """Something is at work."""
-        self._progress(progress)
-
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is any more."""
-        self._progress(None)
         if task.doing == HOLDING_OUT and not (outcome.succeeded or outcome.cancelled):
             self.notices.failed(HOLDING_OUT, outcome.error or "it ended without a word")
         if task.doing != SOLVING:
@@ -226,13 +217,6 @@ class SolveController:
             other, replay, shared.fits.compared.figures(replay.name), shared.fits.shown.figures(replay.name)
         )
         return comparison_html(found, "before")
-
-    def _progress(self, progress: TaskProgress | None) -> None:
-        panel, busy = self.panel, progress is not None
-        panel.cancel.visible = panel.bar.visible = panel.status.visible = busy
-        panel.hold_out.visible = not busy and self.screen.shared.fits.holding_out_due
-        if progress is not None:
-            show_progress(panel.bar, panel.status, progress)
 
 
 def stop(screen: Screen) -> None:

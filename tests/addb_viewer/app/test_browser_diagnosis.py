@@ -98,12 +98,12 @@ def test_diagnosing_shows_progress_and_cancel_ends_it(page, folder, until):
     slow.touch()
     page.get_by_text("No diagnosis yet").wait_for()
     page.keyboard.press("x")
-    page.get_by_text("screening").wait_for()
-    page.get_by_text("so far").wait_for()
     page.locator("#addb-work").get_by_text("⟳ 40 %").wait_for()  # on every tab, and in the browser's title
     until(lambda: page.title().startswith("40 % Diagnosing"))
     page.keyboard.press(".")  # the page stays alive
     until(lambda: page.session.playback.position.frame == 1)
+    page.locator("#addb-work").click()
+    page.get_by_text("screening").wait_for()
     page.get_by_role("button", name="Cancel").click()
     page.get_by_text("Diagnosing was cancelled; nothing was written.").wait_for()
     assert not (page.session.shared.results / "diagnosis.json").exists()

@@ -113,7 +113,7 @@ def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(
 
         page.get_by_role("tab", name="Solve", exact=True).click()
         page.keyboard.press("g")
-        page.get_by_text("s so far").first.wait_for()
+        page.locator("#addb-work").wait_for()
         page.keyboard.press("End")  # the page stays alive
         until(lambda: session.frame == last)
         until(lambda: session.shared.fits.new is not None, "the solve")

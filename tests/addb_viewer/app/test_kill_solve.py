@@ -96,7 +96,7 @@ def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject)
             browser.press("Flag: other")
             browser.until(lambda browser=browser, note=note: f"({note})" in browser.html(), note)
             browser.press("Solve again")
-            browser.until(lambda browser=browser: "s so far" in browser.html(), "the solve")
+            browser.until(lambda browser=browser: browser.bar["work"], "the solve")
             time.sleep(rng.uniform(*RUNNING))
         finally:
             os.killpg(process.pid, signal.SIGKILL)  # the app and its worker, as the power going off

@@ -4,8 +4,9 @@ import pytest
 
 from addb_viewer.app.diagnosis.diagnosis_html import gain_html, section_html, verdict_html
 from addb_viewer.app.diagnosis.diagnosis_panel import by_key
+from addb_viewer.app.jobs.fit_all import Fitting
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
-from addb_viewer.app.jobs.progress_html import progress_html
+from addb_viewer.app.shell.bar import left_words, work_json
 from addb_viewer.text.cause_words import cause
 from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.sections import NO_BREAK, Section
@@ -57,7 +58,6 @@ def test_names_from_files_stay_text(effect, figures):
         section_html(cause(named, 0)),
         section_html(Section("Notes", (SPITEFUL,), ((SPITEFUL, SPITEFUL),))),
         gain_html(Section("", (SPITEFUL,), ((SPITEFUL, SPITEFUL),))),
-        progress_html(TaskProgress(Task("", "", (), SPITEFUL), SPITEFUL, 0.5, 10.0)),
     )
     for text in shown:
         assert "<img" not in text
@@ -66,13 +66,14 @@ def test_names_from_files_stay_text(effect, figures):
 
 def test_progress_tells_how_long_it_may_still_take():
     task = Task("Diagnosing", "", ())
-    assert "about 30 s left" in progress_html(TaskProgress(task, "markers", 0.25, 10.0))
-    assert "left" not in progress_html(TaskProgress(task, "markers", None, 10.0))
+    (known,) = work_json(TaskProgress(task, "markers", 0.25, 10.0, (task,)), Fitting())
+    assert known["text"] == "Diagnosing: markers, about 30 s left; then Diagnosing."
+    assert left_words(TaskProgress(task, "markers", None, 10.0)) == ""
 
 
 def test_a_step_beside_the_plates_is_flagged_by_key_here(effect, figures):
     found = figures(effect("off_plate_step", "calcn_r", frames=((120, 170),)))
     here, elsewhere = section_html(cause(found, 0, by_key)), str(cause(found, 0))
-    assert "select 120–169 (Go to), choose the foot right (F), press 1." in here
+    assert "select 120–169 (drag over the timeline), choose the foot right (F), press 1." in here
     assert "addb-viewer" not in here
     assert "addb-viewer flag SUBJECT walk 120:170 --foot calcn_r" in elsewhere
