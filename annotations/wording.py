@@ -75,6 +75,5 @@ def _place(start: int, end: int, foot: str | None) -> str:
 
 def _proposed(proposal: Proposal) -> str:
     place = _place(proposal.start, proposal.end, proposal.foot)
-    by = f" of {proposal.detector}" if proposal.detector else ""
     sure = sure_words(proposal.confidence)
-    return f"{place}: the proposal{by} '{reason_words(proposal.reason)}', {sure} sure,"
+    return f"{place}: the proposal '{reason_words(proposal.reason)}', {sure} sure,"

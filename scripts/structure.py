@@ -29,8 +29,8 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 115_500,
-    "Lines of tests": 69_900,
+    "Lines of the product": 117_000,
+    "Lines of tests": 70_900,
     "Lines of benchmarks": 10_400,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,

@@ -7,8 +7,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
-from addb_viewer.trial_view.palette import BLUE, GREY, OTHER_CURVE, PLATES, RESIDUAL, Rgb
+from addb_viewer.trial_view.palette import BLUE, GREY, OTHER_CURVE, PLATES, RESIDUAL, Rgb, foot_color
 from addb_viewer.trial_view.replay import Replay
+from annotations.foot_names import foot_words
 from solver.dynamics.thresholds import Thresholds
 
 BEFORE = "before"  # legend of the solve that is compared with
@@ -97,10 +98,22 @@ def _force_chart(replay: Replay) -> Iterator[Chart]:
     if not replay.plates:
         return
     measured = np.stack([np.isfinite(plate.force[:, 1]) for plate in replay.plates])
-    lines = tuple(
-        Line(plate.name, plate.force[:, 1], PLATES[i % len(PLATES)]) for i, plate in enumerate(replay.plates)
-    )
-    yield Chart("Vertical force", "N", lines, shaded=np.asarray(~measured.any(axis=0)))
+    shaded = np.asarray(~measured.any(axis=0))
+    yield Chart("Vertical force", "N", (*_of_feet(replay), *_of_plates(replay)), shaded=shaded)
+
+
+def _of_feet(replay: Replay) -> Iterator[Line]:
+    """What all plates together measure under each foot, in its colour."""
+    for k, foot in enumerate(replay.feet):
+        under = [np.where(plate.foot == k, plate.force[:, 1], 0.0) for plate in replay.plates]
+        yield Line(foot_words(foot), np.sum(under, axis=0), foot_color(foot, k))
+
+
+def _of_plates(replay: Replay) -> Iterator[Line]:
+    """Where no foot is known, what each plate measures."""
+    for i, plate in enumerate(replay.plates):
+        if not replay.feet or not (plate.foot >= 0).any():
+            yield Line(plate.name, plate.force[:, 1], PLATES[i % len(PLATES)])
 
 
 def _residual_charts(replay: Replay, other: Replay | None) -> Iterator[Chart]:

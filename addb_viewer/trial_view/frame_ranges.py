@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 from addb_viewer.trial_view.proposals import Pending, State
 from annotations.events import (
+    IMPORTED,
     AcceptProposal,
     ClearActivity,
     ClearRange,
@@ -21,14 +22,15 @@ Stop = tuple[int, int, str | None]  # start, end, foot
 
 
 def stops_of(proposals: Sequence[Pending], review: TrialReview) -> list[Stop]:
-    """All of a trial, in order."""
+    """Open proposals, disagreements and people's flags of a trial, in order."""
     stops = {place_of(p) for p in proposals if p.state is State.OPEN}
-    stops |= {(flag.start, flag.end, flag.foot) for flag in review.flags}
+    stops |= {(flag.start, flag.end, flag.foot) for flag in review.flags if flag.author != IMPORTED}
+    stops |= {(clash.start, clash.end, clash.foot) for clash in review.conflicts}
     return sorted(stops, key=order)
 
 
 def next_stop(stops: Sequence[Stop], here: Stop, direction: int) -> Stop | None:
-    """The next one after a place, or the last one before it; None where there is none.
+    """The next one after a place, or the last one before it; at the end, from the other end; None of none.
 
     Args:
         stops: in order.
@@ -36,8 +38,9 @@ def next_stop(stops: Sequence[Stop], here: Stop, direction: int) -> Stop | None:
         direction: 1 or −1.
     """
     if direction > 0:
-        return next((stop for stop in stops if order(stop) > order(here)), None)
-    return next((stop for stop in reversed(stops) if order(stop) < order(here)), None)
+        return next((stop for stop in stops if order(stop) > order(here)), next(iter(stops), None))
+    before = (stop for stop in reversed(stops) if order(stop) < order(here))
+    return next(before, stops[-1] if stops else None)
 
 
 def place_of(pending: Pending) -> Stop:

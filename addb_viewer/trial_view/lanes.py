@@ -6,15 +6,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from addb_viewer.text.diagnosis_vocabulary import short_title
+from addb_viewer.trial_view.disagreements import conflict_words
 from addb_viewer.trial_view.forces_in_use import mask_now
-from addb_viewer.trial_view.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
+from addb_viewer.trial_view.palette import (
+    BLUE,
+    CAUSE,
+    COUNTS,
+    GREY,
+    REVIEWED,
+    VERMILION,
+    Rgb,
+    foot_color,
+    reason_color,
+)
 from addb_viewer.trial_view.proposals import Pending, State
 from addb_viewer.trial_view.replay import Replay
 from annotations.events import Status
 from annotations.foot_names import foot_letter, foot_words
 from annotations.reasons import key_of, reason_words
 from annotations.suggested_activity import SuggestedActivity
-from annotations.trial_review import TrialReview
+from annotations.trial_review import Conflict, TrialReview
 from annotations.wording import sure_words
 from solver.common.true_runs import runs
 from solver.contact.wrenches import DETECTION, RECORDING
@@ -42,6 +53,7 @@ class Block:
     outlined: bool = False  # the one that keys act on
     foot: str | None = None  # that it is about; None: both, or none in particular
     is_flag: bool = False  # of a person's, whose borders can be moved
+    hollow: bool = False  # an outline: nobody has decided
 
 
 @dataclass(frozen=True)
@@ -102,7 +114,12 @@ def lanes_of(
     )
     waiting = tuple(_suggestion(s, (s.start, s.end) == chosen) for s in suggested)
     lanes.append(Lane("activity", (*activities, *waiting)))
-    lanes.append(Lane("reviewed", tuple(Block(a, b, "", "looked at", GREEN) for a, b in reviewed)))
+    lanes.append(Lane("reviewed", tuple(Block(a, b, "", "looked at", REVIEWED) for a, b in reviewed)))
+    if review.conflicts:
+        disputed = (
+            Block(c.start, c.end, "≠", conflict_words(c), VERMILION, foot=c.foot) for c in review.conflicts
+        )
+        lanes.append(Lane("disagree", tuple(disputed)))
     if replay.label_faults:
         lanes.append(Lane("labels", tuple(_label_fault(fault) for fault in replay.label_faults)))
     lanes += [] if figures is None else _causes(figures, replay.name)
@@ -177,6 +194,10 @@ def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...
     return (*others, *told)
 
 
+def _disputed(clash: Conflict) -> Block:
+    return Block(clash.start, clash.end, "≠", conflict_words(clash), VERMILION, foot=clash.foot)
+
+
 def _proposal(pending: Pending, current: bool) -> Block:
     p = pending.proposal
     signs = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
@@ -187,12 +208,13 @@ def _proposal(pending: Pending, current: bool) -> Block:
         p.end,
         f"{signs[pending.state]}{key_of(p.reason)}",
         f"{reason_words(p.reason)}, {foot}, {sure_words(p.confidence)} sure; {pending.state}",
-        ORANGE if open_ else GREY,
+        GREY,
         hatched=pending.state is State.REJECTED,
         height=(1.0 - CONTACT) * (0.6 + 0.4 * p.confidence) if open_ else DECIDED,
         bottom=CONTACT if open_ else 1.0 - DECIDED,
         outlined=current,
         foot=p.foot,
+        hollow=open_,
     )
 
 
@@ -226,7 +248,7 @@ def _usable(replay: Replay) -> list[Lane]:
         reasons = dict.fromkeys(reason_words(reason) for a, b, _, reason in out if a < end and b > start)
         return "does not count: " + ("; ".join(reasons) or "first or last frames, or force not known")
 
-    counted = [Block(int(a), int(b), "", "counts", GREEN) for a, b in runs(used)]
+    counted = [Block(int(a), int(b), "", "counts", COUNTS) for a, b in runs(used)]
     others = [Block(int(a), int(b), "", why(a, b), GREY, hatched=True) for a, b in runs(~used)]
     return [Lane("usable", tuple(sorted((*counted, *others), key=lambda block: block.start)))]
 

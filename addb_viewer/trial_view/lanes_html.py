@@ -42,6 +42,8 @@ def _block_html(block: Block, span: Span) -> str:
 def _surface(block: Block) -> str:
     outline = "outline:2px solid currentColor;outline-offset:-2px;" if block.outlined else ""
     border = f"border:1px solid {block.color.css};"
+    if block.hollow:
+        return f"{outline}border:1.5px dashed currentColor"
     if not block.hatched:
         return f"{outline}{border}background:{block.color.css};color:{block.color.ink.css}"
     strong, weak = block.color.faded(0.55), block.color.faded(0.15)

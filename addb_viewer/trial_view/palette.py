@@ -108,17 +108,19 @@ UNSEEN = PALE  # a marker while it's lost
 NO_MODEL = GREY  # a marker that nothing was fitted to
 PLATES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, GREY)  # in the plots, in the file's order
 
-# Of the reasons' keys, in the app's lanes: the number stands on the block as well.
+COUNTS, REVIEWED = Rgb(84, 122, 148), Rgb(52, 58, 64)  # frames that figures cover; that somebody decided on
+
+# Of the reasons' keys, in the app's lanes: the number stands on the block as well. No foot's, no residual's.
 REASONS = {
     "1": ORANGE,
-    "2": VERMILION,
-    "3": PURPLE,
+    "2": Rgb(150, 90, 30),
+    "3": Rgb(40, 60, 110),
     "4": SKY,
     "5": BLUE,
-    "6": GREEN,
+    "6": Rgb(140, 140, 40),
     "7": Rgb(240, 228, 66),
     "8": GREY,
-    "9": Rgb(120, 94, 240),
+    "9": Rgb(170, 110, 110),
 }
 
 ERROR_FULL_SCALE = 0.04  # [m] Hicks et al. 2015: no marker farther than 4 cm

@@ -55,6 +55,7 @@ def _block_json(block: Block) -> dict[str, Any]:
         "top": round(1.0 - block.bottom - block.height, 3),
         "height": round(block.height, 3),
         "outlined": block.outlined,
+        "hollow": block.hollow,
         "foot": block.foot,
         "flag": block.is_flag,
     }

@@ -9,7 +9,7 @@ from addb_viewer.text.amounts import counted
 from addb_viewer.text.diagnosis_vocabulary import about, names_of, short_title, sureness, tentative_of
 from addb_viewer.text.residual_words import corrected_on_reading
 from addb_viewer.text.use_words import trials_in_question
-from annotations.events import FlagRange, Status, Unusable
+from annotations.events import FlagRange, Proposal, Status, Unusable
 from annotations.trial_review import TrialReview
 from solver.diagnosis.causes.about import CorrectedBy, TimeHistory
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
@@ -30,7 +30,7 @@ USES = {
 SIGNS = {Use.TORQUES: "✓", Use.ANGLES: "!", Use.NOTHING: "✗", Use.UNKNOWN: "–"}
 NEXT = {
     "solve": "solve again",
-    "keep": "keep the new solve",
+    "compare": "look at the new solve",
     "next": "decide",
     "diagnose": "find the cause",
     "finish": "finish",
@@ -93,7 +93,7 @@ class TrialVerdict:
         if self.verdict.use is Use.UNKNOWN:
             return "solve"
         if self.waiting:
-            return "keep"
+            return "compare"
         if self.proposals or self.disagreements:
             return "next"
         if self.changed:
@@ -193,6 +193,24 @@ def trial_verdict(
         return found
     said = replace(found, status=review.status, by=review.status_author or "", note=review.status_note)
     return replace(said, disagreements=len(review.conflicts))
+
+
+def cause_against(report: DiagnosisReport | None, trial: str, proposal: Proposal) -> str:
+    """A named cause that makes sound forces look wrong there, in a few words; empty where there is none."""
+    if report is None or proposal.reason not in LOOK_WRONG:
+        return ""
+    for cause in names_of(report):
+        sure = max(cause.confidence, cause.in_its_class or 0.0)
+        spans = [(start, end) for name, start, end in cause.frames if name == trial]
+        there = any(start < proposal.end and proposal.start < end for start, end in spans)
+        known = about(cause)
+        timed = known.in_markers or known.corrected_by is CorrectedBy.FLAGGED
+        if there and sure >= LEAST_SURE and not timed and not corrected_on_reading(cause):
+            return short_title(cause)
+    return ""
+
+
+LOOK_WRONG = ("forceDiscrepancy", "torqueDiscrepancy", "copOutsideConvexFootError")
 
 
 def _of_causes(

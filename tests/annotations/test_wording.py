@@ -33,8 +33,7 @@ PROPOSAL = Proposal(3, 9, "missingBlip", "calcn_l", 0.8, {}, "addb-viewer 0.1.0"
         (ClearRange(0, 5), "frames 0 to 4, all feet: the force counts"),
         (
             AcceptProposal(PROPOSAL),
-            "frames 3 to 8, left foot: the proposal of addb-viewer 0.1.0 'short gap in the force', "
-            "80 % sure, accepted",
+            "frames 3 to 8, left foot: the proposal 'short gap in the force', 80 % sure, accepted",
         ),
         (
             RejectProposal(Proposal(3, 9, "missingBlip")),

@@ -12,6 +12,7 @@ from addb_viewer.app.queue.queue_html import end_html, rows_html
 from addb_viewer.app.queue.queue_rows import Row, next_trial, to_review
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.review.review_controller import ReviewController
+from addb_viewer.app.solve.solve_controller import SolveController
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.text.amounts import counted
 from addb_viewer.trial_view.disagreements import conflict_words
@@ -34,6 +35,8 @@ NOT_ASKED = (Why.NO_FORCES, Why.PERSON)  # the recording itself, or a person's o
 
 class Judging(Screen, Protocol):
     """A session, as far as finishing a trial asks it."""
+
+    solving: SolveController
 
     @property
     def verdict(self) -> TrialVerdict:
@@ -305,6 +308,9 @@ class Finishing:
             return []
         if solve.by != self.screen.reviewer.name:
             return [f"A new solve that {solve.by} asked for waits: it goes on waiting for {solve.by}."]
+        worse = self.screen.solving.worse
+        if worse:
+            return [f"Your new solve is worse ({', '.join(worse)}): it is discarded. Shift+Enter keeps it."]
         figures = residuals_words(self.screen)
         return [f"Your new solve waits{figures}: it is kept. Shift+Backspace discards it."]
 
@@ -317,7 +323,10 @@ class Finishing:
         """
         screen, trials, solve = self.screen, self.queue.trials, self.screen.shared.fits.new
         if solve is not None and solve.by == screen.reviewer.name:
-            screen.shared.keep(screen.reviewer.name)
+            if screen.solving.worse:
+                screen.shared.discard(screen.reviewer.name)
+            else:
+                screen.shared.keep(screen.reviewer.name)
         here = self.queue.here
         self.review.set_status(Status.FINISHED, status)
         trials.refresh(screen.shared.name)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.jobs.review_store import finished_by_file, whole_logs
-from addb_viewer.text.diagnosis_vocabulary import title
+from addb_viewer.text.diagnosis_vocabulary import short_title
 from addb_viewer.trial_view.kept_verdicts import results_of
 from addb_viewer.trial_view.lanes import reviewed_ranges
 from addb_viewer.trial_view.proposals import Pending, State, pending
@@ -243,4 +243,4 @@ def _doubtful(waiting: Sequence[Pending], row: Row) -> float:
 def _causes_in(report: DiagnosisReport | None, trial: str) -> tuple[str, ...]:
     """What the diagnosis names in a trial."""
     effects = () if report is None else report.effects
-    return tuple(dict.fromkeys(title(e) for e in effects if trial in {name for name, _, _ in e.frames}))
+    return tuple(dict.fromkeys(short_title(e) for e in effects if trial in {name for name, _, _ in e.frames}))

@@ -157,9 +157,13 @@ class Steps:
         here = review.stop if review.stop in stops else (self._screen.frame, -1, None)
         found = next_stop(stops, here, direction)
         if found is None:
-            where = "after" if direction > 0 else "before"
+            replay = self._screen.replay
+            fitted = replay is not None and replay.bodies is not None
             review.notices.tell(
-                "That was all", f"No open proposal and no flagged range {where} this frame of the trial."
+                "Nothing to decide",
+                "No proposal is open, and nobody has flagged anything. T finishes the trial."
+                if fitted
+                else "Detection needs a fit: G fits.",
             )
             return
         self._show(found)
@@ -169,12 +173,13 @@ class Steps:
         found = review.current
         if found is None:
             where = "here" if review.chosen is None else "on the selected frames"
-            raise ReviewError(f"no open proposal {where}; N goes to the next")
+            review.notices.tell("Nothing to decide", f"no open proposal {where}; N goes to the next")
+            return
         review.record(event(found.proposal))
         after = [place_of(p) for p in review.proposals if p.state is State.OPEN]
         onward = next_stop(after, place_of(found), 1)
-        if after:
-            self._show(onward or after[0])
+        if onward is not None:
+            self._show(onward)
             return
         review.drop()
         review.notices.tell("All proposals are decided", "T finishes the trial and goes to the next.")

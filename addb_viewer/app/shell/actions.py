@@ -281,11 +281,11 @@ def _escape(s: Session) -> None:
 
 
 def _yes(s: Session) -> None:
-    """Y: yes to the question; where none is asked, the new solve is kept."""
+    """Y: yes to the question; where none is asked, the new solve is kept, or discarded where it is worse."""
     if s.questions.waits:
         s.questions.yes()
     elif s.shared.fits.new is not None:
-        s.solving.keep()
+        s.solving.decide()
     else:
         raise ReviewError("nothing is asked, and no new solve waits")
 

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
+from addb_viewer.app.diagnosis.diagnosis_controller import DiagnosisController
 from addb_viewer.app.jobs.fit_all import Fitting
 from addb_viewer.app.jobs.job_queue import TaskProgress
 from addb_viewer.app.page.screen import Screen
@@ -21,10 +22,11 @@ from addb_viewer.trial_view.forces_in_use import contact_words
 from addb_viewer.trial_view.lanes import Lane
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.strip import ON_STRIP, curves_json, rows_json, trial_json
-from addb_viewer.trial_view.trial_verdict import TrialVerdict
+from addb_viewer.trial_view.trial_verdict import TrialVerdict, cause_against
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.fit_summary import TrialFigures
 from solver.fitting.verdict import Use, Why
 
@@ -81,6 +83,7 @@ class Shown(Screen, Protocol):
     queue: QueueController
     review: ReviewController
     solving: SolveController
+    diagnosis: DiagnosisController
 
     @property
     def verdict(self) -> TrialVerdict:
@@ -110,7 +113,7 @@ class Bar:
             **place_json(s.queue.here, s.queue.let_through()),
             verdict=verdict_json(s.verdict, at_work=at_work) if known else None,
             people=people_json(others),
-            solve=solve_json(s.shared, replay, s.solving.other),
+            solve=solve_json(s.shared, replay, s.solving.other, s.solving.worse),
         )
         self.show_work()
 
@@ -123,7 +126,7 @@ class Bar:
         """Say what the next key acts on."""
         s = self._session
         if s.replay is not None:
-            self._say(chips=chips_json(s.review, s.replay, s.frame))
+            self._say(chips=chips_json(s.review, s.replay, s.frame, s.diagnosis.state.figures))
 
     def _say(self, **parts: Any) -> None:
         """Say this from now on, beside all that was said before."""
@@ -178,8 +181,10 @@ WHERE = {
 }  # the action that leads to what decides
 
 
-def chips_json(review: ReviewController, replay: Replay, frame: int) -> list[Chip]:
-    """What the next key acts on: the range, and the proposal on it."""
+def chips_json(
+    review: ReviewController, replay: Replay, frame: int, report: DiagnosisReport | None
+) -> list[Chip]:
+    """What the next key acts on: the range, and the proposal on it, with a cause that may be the reason."""
     chosen, about, found = review.chosen, review.about, review.current
     foot = foot_words(about)
     if chosen is not None:
@@ -191,25 +196,40 @@ def chips_json(review: ReviewController, replay: Replay, frame: int) -> list[Chi
     chips: list[Chip] = [{"text": text}]
     if found is not None:
         p = found.proposal
+        against = cause_against(report, replay.name, p)
+        perhaps = f" – perhaps {against} (X)" if against else ""
         where = "" if chosen is not None else f"{foot_words(p.foot)} {p.start}–{p.end - 1}: "
         chips.append(
             {
-                "text": f"{where}{reason_words(p.reason)}?  {sure_words(p.confidence)} sure",
+                "text": f"{where}{reason_words(p.reason)}?  {sure_words(p.confidence)} sure{perhaps}",
                 "keys": [["accept_proposal", "accept"], ["reject_proposal", "reject"]],
             }
         )
     return chips
 
 
-def solve_json(shared: SharedSubject, replay: Replay | None, other: Replay | None) -> dict[str, Any] | None:
-    """The solve that waits, with its outcome in this trial."""
+def solve_json(
+    shared: SharedSubject, replay: Replay | None, other: Replay | None, worse: Sequence[str]
+) -> dict[str, Any] | None:
+    """The solve that waits, with its outcome in this trial.
+
+    Args:
+        shared: of the subject.
+        replay: the trial on the screen.
+        other: the same in the solve that is compared with.
+        worse: what got worse.
+    """
     new = shared.fits.new
     if new is None:
         return None
-    outcome = _outcome(shared, replay, other)
+    outcome, keep, drop = _outcome(shared, replay, other), ["keep", "keep"], ["discard", "discard"]
+    keys = [[*drop, "yes"], keep] if worse else [[*keep, "yes"], drop]
+    if worse:
+        outcome = f"worse, {', '.join(worse)}"
     return {
         "text": f"New solve{f': {outcome}' if outcome else ''} · for {new.by}",
-        "keys": [["keep", "keep", "yes"], ["discard", "discard"], ["compare", "compare"]],
+        "worse": bool(worse),
+        "keys": [*keys, ["compare", "compare"]],
     }
 
 

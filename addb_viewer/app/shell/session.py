@@ -270,6 +270,8 @@ class Session:
         """
         library = self._shared.fits.shown
         replay = library.replay(name)
+        if self.memory.place != (self._shared.name, name):
+            self.questions.no()  # it was about another trial
         with self.drawing:
             self._replay = replay
             self.playback.open(replay.frames, replay.rate, frame or replay.first_in_view)

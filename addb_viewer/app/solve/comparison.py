@@ -52,6 +52,23 @@ def compared(
     )
 
 
+WORSE = 0.1  # by how much of itself a figure grows before a solve is called worse
+
+
+def got_worse(before: TrialFigures | None, now: TrialFigures | None) -> tuple[str, ...]:
+    """What another solve made worse in a trial, as "residual force 9.3 → 20.1 N".
+
+    Args:
+        before: figures of the solve that it is compared with; None: it has none of the trial.
+        now: of the new one.
+    """
+    told = []
+    for (label, unit, digits), was, is_now in zip(_TOLD, _values(before), _values(now), strict=True):
+        if was is not None and is_now is not None and is_now > (1 + WORSE) * was:
+            told.append(f"{label.lower()} {was:.{digits}f} → {is_now:.{digits}f} {unit}")
+    return tuple(told)
+
+
 def changed_frames(before: Replay, now: Replay) -> Bool[np.ndarray, " frames"]:
     """Frames on which one solve used a foot's force and the other did not."""
     feet = tuple(dict.fromkeys((*before.feet, *now.feet)))

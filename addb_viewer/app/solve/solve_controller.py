@@ -7,7 +7,7 @@ from addb_viewer.app.jobs.job_queue import Outcome, Task
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.solve.comparison import compared
+from addb_viewer.app.solve.comparison import compared, got_worse
 from addb_viewer.app.solve.solve_html import (
     comparison_html,
     history_html,
@@ -118,6 +118,18 @@ class SolveController:
             "Discard",
             lambda: self._discard(author, solve.number),
         )
+
+    @property
+    def worse(self) -> tuple[str, ...]:
+        """What the new solve made worse in the trial on the screen; nothing where none waits."""
+        fits, replay = self.screen.shared.fits, self.screen.replay
+        if fits.new is None or fits.compared is None or replay is None:
+            return ()
+        return got_worse(fits.compared.figures(replay.name), fits.shown.figures(replay.name))
+
+    def decide(self) -> None:
+        """Y: the new solve is kept, unless it is worse."""
+        (self.discard if self.worse else self.keep)()
 
     def toggle(self) -> None:
         """M."""

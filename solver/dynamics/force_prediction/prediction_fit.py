@@ -301,7 +301,7 @@ def _together(
             always=(OTHER,),
         )
     if INERTIAS in taken:
-        weights = replace(weights, inertia_prior_weight=INERTIA_PRIOR_WEIGHT * INERTIA_PRIOR_WEIGHT)
+        weights = replace(weights, inertia_prior_weight=INERTIA_PRIOR_WEIGHT * weights.inertia_prior_weight)
     parameters, data = made.parameters(taken), made.with_columns(plain, taken)
     start = parameters.prior
     if learnt is not None and len(learnt.x) == len(start.start):

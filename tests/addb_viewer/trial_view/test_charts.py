@@ -14,7 +14,7 @@ def test_a_fitted_trial_has_four_charts_with_units(make_replay):
     errors, forces, residual, moment = charts
     np.testing.assert_allclose(errors.lines[0].values, 3.0)  # every model marker is 3 cm off
     np.testing.assert_allclose(errors.lines[1].values, 3.0)
-    assert [line.label for line in forces.lines] == ["plate 1", "plate 2"]
+    assert [line.label for line in forces.lines] == ["right", "left"]
     assert residual.lines[0].values[-1] == pytest.approx(100.0)
     assert residual.lines[1].values[0] == 35.0
     assert moment.lines[1].values[0] == 12.0

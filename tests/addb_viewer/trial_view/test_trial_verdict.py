@@ -123,7 +123,7 @@ def test_a_trial_is_marked_unusable_with_a_reason_and_by_finishing_it():
         (trial_verdict(figures(), None), "finish"),
         (trial_verdict(figures(), None, proposals=2, changed=True), "next"),
         (trial_verdict(figures(), None, changed=True), "solve"),
-        (trial_verdict(figures(), None, waiting=("Bo",), proposals=1), "keep"),
+        (trial_verdict(figures(), None, waiting=("Bo",), proposals=1), "compare"),
         (trial_verdict(figures(moment_BWh=0.05), None), "diagnose"),
         (trial_verdict(figures(moment_BWh=0.05), None, report(verdict="clean")), "finish"),
         (trial_verdict(figures(), None, report(cause())), "diagnose"),

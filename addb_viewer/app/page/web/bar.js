@@ -57,6 +57,7 @@ const draw = () => {
   drawHead();
   chips.replaceChildren(...state.chips.map(chip), ...people.map((text) => chip({ text })));
   solve.title = state.solve?.text ?? "";
+  solve.className = state.solve?.worse ? "worse" : "";
   solve.replaceChildren(...(state.solve ? [word(state.solve.text, true), ...state.solve.keys.map(act)] : []));
   const [first] = state.work;
   const share = first && first.share !== null ? `${Math.round(100 * first.share)} %` : "";

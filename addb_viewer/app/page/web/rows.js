@@ -17,9 +17,9 @@ function blockOf(block, row) {
   const style = {
     top: `${100 * block.top}%`,
     height: `${100 * block.height}%`,
-    borderColor: block.color,
-    color: block.hatched ? "var(--addb-ink)" : block.ink,
-    background: block.hatched ? `repeating-linear-gradient(135deg, ${faded(55)} 0 3px, ${faded(15)} 3px 7px)` : block.color,
+    border: block.hollow ? "1.5px dashed var(--addb-ink)" : `1px solid ${block.color}`,
+    color: block.hatched || block.hollow ? "var(--addb-ink)" : block.ink,
+    background: block.hollow ? "none" : block.hatched ? `repeating-linear-gradient(135deg, ${faded(55)} 0 3px, ${faded(15)} 3px 7px)` : block.color,
   };
   const told = { className: `addb-block${block.outlined ? " outlined" : ""}`, role: "listitem", "aria-label": `${block.start} to ${block.end - 1}: ${block.told}` };
   const dataset = { start: block.start, end: block.end, foot: row.foot ?? "" };

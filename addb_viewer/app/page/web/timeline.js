@@ -126,6 +126,7 @@ window.addb.on("trial", (told) => {
     span = { first: 0, last: Math.max(trial.frames - 1, 1) };
     frame = 0;
     ahead = [];
+    readout.hidden = pointerMark.hidden = true; // they were about another one
   }
   layout();
 });

@@ -300,6 +300,7 @@ function theme() {
   readColors();
 }
 
+window.addEventListener("storage", () => hello()); // the review page has been told a name
 theme();
 wire();
 wireName();

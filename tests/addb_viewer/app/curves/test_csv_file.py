@@ -19,10 +19,10 @@ def test_over_time_a_row_a_frame_with_units_and_names(make_replay, tmp_path):
     rows = pyarrow.csv.read_csv(write_over_time(replay, CHOSEN, tmp_path / "curves" / "walk.csv")).to_pylist()
     assert len(rows) == replay.frames
     assert list(rows[0]) == [
-        "frame", "time_s", "used", "vertical_force_plate_1_N", "vertical_force_plate_2_N", "pelvis_tx_m_s",
+        "frame", "time_s", "used", "vertical_force_right_N", "vertical_force_left_N", "pelvis_tx_m_s",
         "knee_angle_r_deg", "knee_angle_l_deg", "knee_angle_r_power_W", "knee_angle_l_power_W",
     ]  # fmt: skip
-    assert (rows[30]["time_s"], rows[30]["vertical_force_plate_1_N"]) == (2.3, 700.0)
+    assert (rows[30]["time_s"], rows[30]["vertical_force_right_N"]) == (2.3, 700.0)
     assert rows[30]["knee_angle_r_deg"] == pytest.approx(np.degrees(0.5 * np.sin(6 * 0.3)))
     assert rows[7]["knee_angle_l_deg"] is None
     assert [row["used"] for row in rows].index(True) == 20

@@ -133,8 +133,10 @@ def test_n_and_p_begin_where_the_cursor_is(app, enter):
     browser.until(lambda: browser.session.review.chosen == (60, 80))
     browser.press("Previous proposal or flagged range")
     browser.until(lambda: browser.session.review.chosen == (20, 30))
-    browser.press("Previous proposal or flagged range")
-    browser.until(lambda: browser.told("No open proposal and no flagged range before"))
+    browser.press("Previous proposal or flagged range")  # beyond the first one, from the end
+    browser.until(lambda: browser.session.review.chosen == (100, 110))
+    browser.press("Next proposal or flagged range")
+    browser.until(lambda: browser.session.review.chosen == (20, 30))
 
 
 def test_proposals_are_gone_through_with_two_keys(app, enter, stored):
