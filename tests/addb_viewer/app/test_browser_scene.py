@@ -1,5 +1,6 @@
 """The scene in a real page: names of plates, measuring by clicks, bones that show torques."""
 
+import io
 import threading
 
 import numpy as np
@@ -12,6 +13,7 @@ from addb_viewer.app.subjects.videos import TrialVideo
 
 pytestmark = pytest.mark.browser
 
+NEAR_PX = 8  # a frame is 3 pixels wide here
 SHOWN = "() => document.querySelector('#addb-video video').videoWidth > 0"
 LASTS = """() => new Promise((done) => {
     const film = document.querySelector("#addb-video video");
@@ -19,6 +21,31 @@ LASTS = """() => new Promise((done) => {
     film.ondurationchange = () => Number.isFinite(film.duration) && done(film.duration);
     film.currentTime = 1e9; // a recorded WebM knows how long it lasts once its end was looked for
 })"""
+
+
+def test_while_it_plays_markers_and_bones_are_of_one_frame(page, until):
+    """The head's marker stands over the box of the pelvis: as many pixels aside as at rest."""
+    session, canvas = page.session, page.locator("#root canvas").first.bounding_box()
+    for option in ("forces", "required", "residual", "total", "model_markers"):
+        setattr(session.scene.options, option, False)
+    session.scene.follow(False, 0)
+
+    def apart():
+        picture = np.asarray(Image.open(io.BytesIO(page.screenshot(clip=canvas))).convert("L"), int)
+        drawn, middle, horizon = picture < 200, len(picture) // 3, round(0.525 * len(picture))
+        head, box = (np.nonzero(part)[1].mean() for part in (drawn[:middle], drawn[middle:horizon]))
+        return head - box
+
+    session.view("Side")
+    session.playback.seek(60)
+    page.wait_for_timeout(1500)
+    rest = apart()
+    session.playback.play_at(2.0)
+    session.playback.loop(40, 120)
+    page.wait_for_timeout(500)
+    seen = [apart() for _ in range(8)]
+    session.playback.pause()
+    assert np.abs(np.array(seen) - rest).max() < NEAR_PX, seen
 
 
 def test_labels_are_in_the_picture_and_clicks_measure_what_is_seen(page, until):

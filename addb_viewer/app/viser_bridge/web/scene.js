@@ -1,6 +1,11 @@
 // Where viser's scene lies in the page: on its size depends where labels fit in, and the video lies at its left edge.
 import { watchPage } from "./elements.js";
 
+// Of a hidden page, viser takes what arrives at once; of a seen one, within the next picture: then bones and frames lie
+// where this picture has them, and points and lines, which its renderer redraws, where the one before had them. So that
+// one picture shows one frame, no page is hidden to viser.
+Object.defineProperty(document, "hidden", { get: () => true });
+
 let seen = null;
 const told = new ResizeObserver(([{ contentRect }]) => tell(contentRect));
 const tell = ({ width, height }) => {
