@@ -180,7 +180,7 @@ def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...
         Block(
             start,
             end,
-            key_of(reason),
+            key_of(reason) if source == RECORDING else "",  # the proposal above it says which
             f"{reason_words(reason)}: {known[source]}",
             reason_color(reason),
             hatched=True,

@@ -25,8 +25,9 @@ watchPage(() => {
 // A tab of viser's that the session wants to be seen: its name, and a number that is another one each time.
 let shown = null;
 window.addb.on("tab", ([name, number]) => {
-  const tabs = [...document.querySelectorAll("#root [role=tab]")];
-  if (shown !== number) tabs.find((tab) => tab.textContent.trim() === name)?.click();
+  const tab = [...document.querySelectorAll("#root [role=tab]")].find((each) => each.textContent.trim() === name);
+  if (shown === number || !tab) return;
+  for (const type of ["pointerdown", "pointerup"]) tab.dispatchEvent(new PointerEvent(type, { bubbles: true, isPrimary: true }));
   shown = number;
 });
 window.addb.on("bar", () => seen && tell(seen.getBoundingClientRect())); // the session is there
