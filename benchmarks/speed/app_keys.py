@@ -112,7 +112,7 @@ def _times(browser: PaperBrowser, first: int) -> dict[str, list[float]]:
         browser: whose keys are timed.
         first: frame of the first range that is painted.
     """
-    browser.until(lambda: "worst first" in browser.html(), "the page")
+    browser.until(lambda: browser.verdict, "the page")
     times: dict[str, list[float]] = {"step": [], "seek": [], "paint": []}
 
     def is_on(frame: int) -> bool:
@@ -122,19 +122,19 @@ def _times(browser: PaperBrowser, first: int) -> dict[str, list[float]]:
         blocks = browser.row_blocks()
         return any((a, b) == (start, start + LENGTH) and told.startswith(reason) for a, b, told in blocks)
 
-    browser.put("Go to", "5")
+    browser.go_to("5")
     browser.until(partial(is_on, 5), "frame 5")
     for k in range(TIMES):
         step = partial(browser.press, "One frame on")
         times["step"].append(_timed(browser, step, partial(is_on, 6 + k), "the next frame"))
     for k in range(TIMES):
         frame = 20 + EVERY * k
-        go = partial(browser.put, "Go to", str(frame))
+        go = partial(browser.go_to, str(frame))
         times["seek"].append(_timed(browser, go, partial(is_on, frame), f"frame {frame}"))
     for k in range(TIMES):
         start, key = first + EVERY * k, ("Flag: force wrong", "Flag: moment wrong")[k % 2]
-        browser.put("Go to", f"{start}:{start + LENGTH}")
-        chosen = f"Frames {start} to {start + LENGTH - 1}<"
+        browser.go_to(f"{start}:{start + LENGTH}")
+        chosen = f"frames {start}–{start + LENGTH - 1},"
         browser.until(lambda chosen=chosen: chosen in browser.html(), chosen)
         time.sleep(PAUSE_S)
         painted = partial(is_painted, start, key.removeprefix("Flag: "))

@@ -7,6 +7,7 @@ import numpy as np
 import trimesh
 import viser
 from jaxtyping import Float, Int, UInt8
+from scipy.spatial.transform import Rotation
 
 from addb_viewer.trial_view.palette import BONE, CAUSE_SURFACE, GREY, NO_MODEL, Rgb
 from addb_viewer.trial_view.replay import BodyReplay, MarkerReplay
@@ -48,8 +49,18 @@ class BodyNodes:
             for index, name in enumerate(replay.names)
             if name in meshes
         }  # fmt: skip
+        boxes = {index: trimesh.bounds.corners(meshes[replay.names[index]].bounds) for index in self.handles}
+        self._corners = np.array(list(boxes.values())).reshape(len(boxes), 8, 3)  # of each bone's box [m]
         self.painted = dict.fromkeys(self.handles, color)
         self.see_through = False
+
+    def extent(self, frame: int) -> Float[np.ndarray, "points 3"]:
+        """Corners of boxes around the bones that are seen on a frame [m]."""
+        seen = [place for place, index in enumerate(self.handles) if self.known[frame, index]]
+        index = np.array(list(self.handles), dtype=int)[seen]
+        turned = Rotation.from_quat(self.replay.wxyz[frame, index], scalar_first=True).as_matrix()
+        placed = np.einsum("bij,bkj->bki", turned, self._corners[seen])
+        return (placed + self.replay.position[frame, index][:, None]).reshape(-1, 3)
 
     def draw(
         self,

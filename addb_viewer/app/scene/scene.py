@@ -8,7 +8,7 @@ import viser
 from jaxtyping import Float, UInt8
 
 from addb_viewer.app.scene.camera import Eye
-from addb_viewer.app.scene.cause_nodes import CauseNodes
+from addb_viewer.app.scene.cause_nodes import CauseNodes, CauseSizes
 from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.scene.labels import settle
 from addb_viewer.app.scene.legend import BY_NOTHING, legend_html, tints
@@ -183,10 +183,15 @@ class TrialScene:
         return self.lab.position + self.path[frame] + np.array([0.0, middle, 0.0])
 
     def extent(self, frame: int) -> Float[np.ndarray, "points 3"]:
-        """Where the person is on a frame [m], as the cameras see it: the markers, and the bodies of a fit."""
+        """Where the person is on a frame [m], as cameras see it: bones, else markers, and labels."""
         assert self.replay is not None
-        held, bodies = self.markers.tracks.held[frame].astype(float), self.replay.bodies
-        points = held if bodies is None else np.concatenate([held, bodies.position[frame]])
+        points = self.markers.tracks.held[frame].astype(float)
+        if self.bodies is not None and self.bodies.known[frame].any():
+            points = self.bodies.extent(frame)
+        if self.causes.labels:
+            sizes = CauseSizes()
+            top = [[0.0, sizes.over_head + 2 * sizes.line_height, 0.0]]
+            points = np.concatenate([points, self.path[frame] + top])
         return self.lab.position + points[np.isfinite(points).all(axis=1)]
 
     def follow(self, on: bool, frame: int) -> None:
