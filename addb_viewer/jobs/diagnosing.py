@@ -1,18 +1,50 @@
 """Diagnose a subject and keep the answer; find one that still holds."""
 
+import contextlib
+import hashlib
+from collections.abc import Mapping
 from dataclasses import replace
 from json import dumps, loads
 from pathlib import Path
 
 from addb_viewer.jobs.kept_diagnosis import keep, kept
 from addb_viewer.jobs.solving import Job
-from solver.common.errors import ResultsError
+from solver.common.errors import ResultsError, SolverError
 from solver.common.progress import Progress, silent
+from solver.contact.detected_ranges import sure_ranges
+from solver.contact.force_review import ForceReview
+from solver.contact.mask import mask_of
+from solver.contact.wrenches import RECORDING, FrameMask
 from solver.diagnosis.diagnose_subject import diagnose as diagnosis_of
 from solver.diagnosis.diagnosis_report import DiagnosisReport, report
 from solver.fitting.provenance import provenance_of
+from solver.fitting.results.kept_trials import kept_trials
 from solver.fitting.results.store import check_place
 from solver.fitting.settings import as_dict
+
+COUNTS = "counts"  # in what a kept diagnosis was made from: by trial, SHA-256 of which forces count
+
+
+def counts_of(masks: Mapping[str, FrameMask]) -> dict[str, str]:
+    """By trial, SHA-256 of which forces count.
+
+    Args:
+        masks: of trials that have forces.
+    """
+    return {name: hashlib.sha256(mask.counts.tobytes()).hexdigest() for name, mask in masks.items()}
+
+
+def _counts_now(job: Job) -> dict[str, str]:
+    """Which forces count by the present flags, as far as a kept fit tells what detection leaves out."""
+    least, masks = job.settings.detection.confidence, {}
+    for name, kept_trial in kept_trials(job.results).items():
+        mask, said = kept_trial.mask, (job.reviews or {}).get(name, ForceReview())
+        if mask is not None:
+            of_recording = zip(mask.reasons, mask.sources, strict=True)
+            gaps = tuple(gap for gap, by in of_recording if by == RECORDING)
+            sure = sure_ranges(kept_trial.proposals, least)
+            masks[name] = mask_of(kept_trial.feet, len(mask.counts), gaps, said, sure)
+    return counts_of(masks)
 
 
 def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> tuple[DiagnosisReport, Path]:
@@ -29,6 +61,10 @@ def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> 
     read = [t for t in chosen if t.name in found.trials]
     if len(read) < len(chosen):  # the others cannot be read
         made_from["provenance"] = provenance_of(job.subject, read, job.reviews)
+    with contextlib.suppress(
+        SolverError
+    ):  # without a fit that can be read, the flags themselves have to be the same
+        made_from[COUNTS] = _counts_now(job)
     return figures, keep(figures, made_from, job.results)
 
 
@@ -41,6 +77,7 @@ def kept_of(job: Job) -> DiagnosisReport | None:
     if found is None:
         return None
     figures, made_from = found
+    made_from.pop(COUNTS, None)
     chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
     now = {
         "provenance": provenance_of(job.subject, chosen, job.reviews),

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from addb_viewer.jobs.diagnosing import diagnosed
+from addb_viewer.jobs.diagnosing import COUNTS, counts_of, diagnosed
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import whole_log
 from addb_viewer.jobs.solving import Job, kept_fit
@@ -122,7 +122,10 @@ def _changed(fit: Fit, made_from: Mapping[str, Mapping], trials: Sequence[str]) 
     """What the diagnosis was made of and the fit was not."""
     then, now = made_from["provenance"], fit.provenance
     changed = other_recordings(then, now)
-    if _reviews(then, trials) != _reviews(now, trials):
+    count = counts_of({trial.capture.name: trial.mask for trial in fit.trials if trial.mask is not None})
+    known = made_from.get(COUNTS, {})
+    same = all(name in known and known[name] == count.get(name) for name in trials)
+    if not same and _reviews(then, trials) != _reviews(now, trials):
         changed.append("the flags")
     if made_from["settings"] != fit.settings:
         changed.append("the settings")

@@ -104,7 +104,7 @@ def test_every_verdict_is_status_0_and_is_kept(command_line, finder, found):
     assert answer is not None
     figures, made_from = answer
     assert figures.verdict == found.verdict
-    assert set(made_from) == {"provenance", "settings"}
+    assert set(made_from) == {"provenance", "settings", "counts"}
     assert any(name.startswith("sha256") for name in made_from["provenance"])
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from addb_viewer.jobs.diagnosing import counts_of
 from addb_viewer.jobs.kept_diagnosis import keep
 from addb_viewer.report.reporting import diagnosis_shown
 
@@ -22,10 +23,11 @@ def fit(make_fit):
 def shown(fit, diagnosis, tmp_path):
     """What is shown of a diagnosis whose inputs differ from the fit's so."""
 
-    def of(provenance=None, settings=None):
+    def of(provenance=None, settings=None, **more):
         made_from = {
             "provenance": {**fit.provenance, **(provenance or {})},
             "settings": {**fit.settings, **(settings or {})},
+            **more,
         }
         keep(diagnosis, made_from, tmp_path)
         return diagnosis_shown(fit, tmp_path)
@@ -54,6 +56,14 @@ def test_a_diagnosis_of_other_inputs_is_not_shown_and_the_difference_is_named(sh
     found = shown(**changed)
     assert found.figures is None
     assert f"these have changed: {named}. " in found.absent
+
+
+def test_flags_that_change_no_force_that_counts_do_not_matter(shown, diagnosis, fit):
+    other_flags = {"sha256 of the review of walk": "c" * 64}
+    same = counts_of({"walk": fit.trials[0].mask})
+    assert shown(other_flags, counts=same).figures == diagnosis
+    turned = replace(fit.trials[0].mask, counts=~fit.trials[0].mask.counts)
+    assert shown(other_flags, counts=counts_of({"walk": turned})).figures is None
 
 
 def test_flags_of_trials_that_it_is_not_about_do_not_matter(shown, diagnosis):
