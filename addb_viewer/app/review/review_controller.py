@@ -254,7 +254,7 @@ class ReviewController:
         review, history = self.review, self.screen.shared.reviews.history(replay.name)
         fit = self.screen.shared.fits.shown.fit
         self.proposals = pending(replay.forces.proposals, review, fit.provenance if fit else {})
-        self.panel.ranges.content = ranges_html(review, replay.bodies is not None)
+        self.panel.ranges.content = ranges_html(review)
         self.panel.history.content = history_html(history)
         self.comments.show()
         self.show_selection()

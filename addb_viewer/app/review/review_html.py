@@ -77,7 +77,7 @@ def suggested_html(suggested: Sequence[SuggestedActivity], current: SuggestedAct
     return boxed("".join(rows) or "No suggestion waits for you.")
 
 
-def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
+def ranges_html(review: TrialReview) -> str:
     """What does not count, by whom; and where reviewers disagree."""
     rows = [
         clickable(
@@ -100,8 +100,7 @@ def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
     ]
     rows += [f"⚠ {html.escape(str(row))}." for row in review.unreadable]
     if not review.decided and not rows:
-        left_out = "; frames that detection left out of the last solve are hatched" if has_fit else ""
-        rows.append(f"Nobody has decided anything yet{left_out}.")
+        rows.append("None yet.")
     conflicts = "".join(
         f"<div style='margin-top:.3em'>⚠ {html.escape(conflict_words(conflict))}</div>"
         for conflict in review.conflicts

@@ -97,7 +97,7 @@ function drawAxis() {
   for (let at = Math.ceil(span.first / step) * step; at <= span.last; at += step) {
     const shift = x(at) < GUTTER + TICK_PIXELS / 2 ? 0 : x(at) > GUTTER + width() - TICK_PIXELS / 2 ? -100 : -50;
     const style = { left: `${x(at)}px`, transform: `translateX(${shift}%)` };
-    ticks.push(element("span", { style }, `${at} · ${time(at)} s`));
+    ticks.push(element("span", { style, title: `${time(at)} s` }, ticks.length ? `${at}` : `frame ${at}`));
   }
   axis.replaceChildren(...ticks);
 }
