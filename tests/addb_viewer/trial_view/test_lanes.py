@@ -62,7 +62,7 @@ def test_what_detection_leaves_out_is_hatched_until_somebody_decides_about_it(la
 
 def left_out(lanes, side="left"):
     """Blocks of a foot's lane that say what the next solve leaves out."""
-    return [b for b in lanes[f"{side} foot"] if b.bottom > 0 and b.text[:1] not in "?✓✗"]
+    return [b for b in lanes[f"{side} foot"] if b.bottom > 0 and not b.text.startswith(("?", "✓", "✗"))]
 
 
 def test_a_flag_of_both_feet_stands_in_both_lanes(lanes):
