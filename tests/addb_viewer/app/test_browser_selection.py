@@ -25,6 +25,7 @@ def test_escape_and_a_click_into_the_scene_drop_the_selection(app, open_page, un
     page.keyboard.press("Escape")
     until(lambda: session.review.chosen is None, "Esc")
     select()
+    page.get_by_text("Reasons and notes").click()
     page.locator("xpath=//*[text()='Note']/following::*[self::input or self::textarea][1]").click()
     page.keyboard.type("seen on video")
     click_into_the_scene()  # gives the keyboard back, and no more
