@@ -190,6 +190,9 @@ class Person:
             self.press("t", lambda: self.edits(place) > count, "the end")
         self.write(place, ("finish",))
         self.just_finished = place
+        self.settle()
+        if questions.waits:  # it was the last one
+            self.press("Escape", lambda: not questions.waits, "the end of the list")
 
 
 @pytest.mark.slow

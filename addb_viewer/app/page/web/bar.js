@@ -9,7 +9,7 @@ const solve = element("span", { id: "addb-solve" });
 const notice = element("span", { id: "addb-notice", role: "status", "aria-live": "polite" });
 const opener = button("Notices", () => open("notes", notes.hidden), { id: "addb-notices", "aria-expanded": "false" });
 const worker = button("", () => open("work", works.hidden), { id: "addb-work", "aria-expanded": "false", hidden: true });
-const notes = element("ul", { className: "addb-list", hidden: true, "aria-label": "Notices, newest first" });
+const notes = element("ul", { id: "addb-notes", className: "addb-list", hidden: true, "aria-label": "Notices, newest first" });
 const works = element("ul", { className: "addb-list", hidden: true, "aria-label": "At work" });
 const bar = element("div", { id: "addb-bar" }, chips, solve, notice, worker, opener);
 strip.append(bar);

@@ -41,6 +41,7 @@ import { stepAhead } from "./timeline.js";
   };
   const isTheWidgets = (event, name) =>
     OF_WIDGETS.test(name) &&
+    event.target.checkVisibility?.() && // a dialog that has just gone keeps the focus until the page is drawn again
     (event.target.closest?.("dialog, [role=dialog]") || (byTab && event.target.matches?.(WIDGETS)));
 
   window.addEventListener(
