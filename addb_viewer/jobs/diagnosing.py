@@ -40,8 +40,7 @@ def _counts_now(job: Job) -> dict[str, str]:
     for name, kept_trial in kept_trials(job.results).items():
         mask, said = kept_trial.mask, (job.reviews or {}).get(name, ForceReview())
         if mask is not None:
-            of_recording = zip(mask.reasons, mask.sources, strict=True)
-            gaps = tuple(gap for gap, by in of_recording if by == RECORDING)
+            gaps = tuple(gap for k, gap in enumerate(mask.reasons) if mask.source_of(k) == RECORDING)
             sure = sure_ranges(kept_trial.proposals, least)
             masks[name] = mask_of(kept_trial.feet, len(mask.counts), gaps, said, sure)
     return counts_of(masks)

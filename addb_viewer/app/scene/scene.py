@@ -183,11 +183,11 @@ class TrialScene:
         return self.lab.position + self.path[frame] + np.array([0.0, middle, 0.0])
 
     def extent(self, frame: int) -> Float[np.ndarray, "points 3"]:
-        """Where the person is on a frame [m], as cameras see it: bones, else markers, and labels."""
+        """Where the person is on a frame [m], as cameras see it: markers, bones and labels."""
         assert self.replay is not None
         points = self.markers.tracks.held[frame].astype(float)
         if self.bodies is not None and self.bodies.known[frame].any():
-            points = self.bodies.extent(frame)
+            points = np.concatenate([points, self.bodies.extent(frame)])
         if self.causes.labels:
             sizes = CauseSizes()
             top = [[0.0, sizes.over_head + 2 * sizes.line_height, 0.0]]

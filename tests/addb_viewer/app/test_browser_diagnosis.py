@@ -223,8 +223,8 @@ def test_a_decision_is_echoed_with_its_author(page, folder, diagnosed):
 def test_x_shows_a_diagnosis_that_holds(page, folder, diagnosed, until):
     tab = page.get_by_role("tab", name="Diagnosis", exact=True)
     page.get_by_role("tab", name="Curves", exact=True).click()
-    until(lambda: page.session.shared.jobs.task is None)
+    until(lambda: page.session.shared.jobs.progress is None)
     until(lambda: tab.get_attribute("aria-selected") == "false", "another tab")
     page.keyboard.press("x")
     until(lambda: tab.get_attribute("aria-selected") == "true", "the tab")
-    assert page.session.shared.jobs.task is None, "a diagnosis that holds is not made again"
+    assert page.session.shared.jobs.progress is None, "a diagnosis that holds is not made again"

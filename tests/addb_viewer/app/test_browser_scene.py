@@ -24,7 +24,7 @@ LASTS = """() => new Promise((done) => {
 
 
 def test_while_it_plays_markers_and_bones_are_of_one_frame(page, until):
-    """The head's marker stands over the box of the pelvis: as many pixels aside as at rest."""
+    """The head's marker stands over the box of the pelvis: as many pixels aside as on frames at rest."""
     session, canvas = page.session, page.locator("#root canvas").first.bounding_box()
     for option in ("forces", "required", "residual", "total", "model_markers"):
         setattr(session.scene.options, option, False)
@@ -37,15 +37,17 @@ def test_while_it_plays_markers_and_bones_are_of_one_frame(page, until):
         return head - box
 
     session.view("Side")
-    session.playback.seek(60)
-    page.wait_for_timeout(1500)
-    rest = apart()
+    rest = []
+    for frame in range(40, 121, 20):
+        session.playback.seek(frame)
+        page.wait_for_timeout(1500)
+        rest.append(apart())
     session.playback.play_at(2.0)
     session.playback.loop(40, 120)
     page.wait_for_timeout(500)
     seen = [apart() for _ in range(8)]
     session.playback.pause()
-    assert np.abs(np.array(seen) - rest).max() < NEAR_PX, seen
+    assert min(rest) - NEAR_PX < min(seen) <= max(seen) < max(rest) + NEAR_PX, (rest, seen)
 
 
 def test_labels_are_in_the_picture_and_clicks_measure_what_is_seen(page, until):
