@@ -24,7 +24,7 @@ def boxed(content: str) -> str:
     Args:
         content: safe HTML.
     """
-    return f"<div style='font-size:.8rem;line-height:1.4;padding:.15em .9em .15em .6em'>{content}</div>"
+    return f"<div style='font-size:12px;line-height:1.4;padding:.15em .9em .15em .6em'>{content}</div>"
 
 
 def range_words(start: int, end: int) -> str:
@@ -46,7 +46,7 @@ def swatch(color: Rgb, text: str = "") -> str:
     """A small square of a colour, with a sign on it: nobody has to tell colours apart."""
     return (
         "<span style='display:inline-block;min-width:1.1em;height:1.15em;line-height:1.15em;"
-        "text-align:center;font-weight:700;font-size:.95em;border:1px solid gray;"
+        "text-align:center;font-weight:700;border:1px solid gray;"
         f"background:{color.css};color:{color.ink.css}'>{html.escape(text)}</span>"
     )
 

@@ -34,7 +34,7 @@ def verdict_html(figures: DiagnosisReport | None, changed: Sequence[str] = ()) -
         )
     sign, word, color = VERDICTS.get(figures.verdict, ("?", figures.verdict, GREY))
     head = (
-        f"<div style='display:flex;align-items:center;gap:.5em;font-weight:bold;font-size:1.05rem'>"
+        f"<div style='display:flex;align-items:center;gap:.5em;font-weight:bold;font-size:14px'>"
         f"<span style='background:{color.css};color:{color.ink.css};border-radius:50%;width:1.4em;"
         f"height:1.4em;display:inline-flex;align-items:center;justify-content:center'>{sign}</span>"
         f"{html.escape(word)}</div>"
@@ -82,7 +82,7 @@ def _changed(changed: Sequence[str]) -> str:
 
 def _rows(section: Section) -> str:
     return "".join(
-        f"<div style='margin:.3em 0'><div style='opacity:.7;font-size:.75rem'>{html.escape(label)}</div>"
+        f"<div style='margin:.3em 0'><div style='opacity:.7;font-size:12px'>{html.escape(label)}</div>"
         f"<div style='overflow-wrap:anywhere'>{_listed(label, text)}</div></div>"
         for label, text in section.rows
     )

@@ -69,6 +69,7 @@ class Greeting:
     """What a page says of itself when it comes."""
 
     asked: TrialAddress | None = None  # the frame that its address names
+    dark: bool = False  # its system wishes dark pages
     memory: Mapping[str, Any] = field(default_factory=dict)  # what the browser remembers, as it says
 
 
@@ -95,7 +96,8 @@ class Channel:
         """The page has come; what it says is from outside."""
         query, memory = said.get("query"), said.get("memory")
         asked = address_in(query) if isinstance(query, str) else None
-        self._greeting = Greeting(asked, memory if isinstance(memory, dict) else {})
+        kept = memory if isinstance(memory, dict) else {}
+        self._greeting = Greeting(asked, said.get("dark") is True, kept)
         self._greeted.set()
 
     def greeting(self) -> Greeting:

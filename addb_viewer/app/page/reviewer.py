@@ -25,11 +25,14 @@ class BrowserMemory:
             suggested: name for who has not said one yet.
         """
         self._channel, self.suggested = channel, suggested
-        kept = channel.greeting().memory
+        greeting = channel.greeting()
+        kept = greeting.memory
         self.author = str(kept.get("reviewer") or "")  # who decides here; empty where nobody has said
         # A random name of the browser itself: two of its pages have the same one.
         self.browser = str(kept.get("browser") or "") or secrets.token_hex(8)
-        self.dark = kept.get("dark") is True
+        self.system_dark = greeting.dark  # its system wishes dark pages
+        theme = kept.get("theme")
+        self._theme = theme if theme in ("dark", "light") else None  # chosen against the system's wish
         self.place: tuple[str, str] | None = None  # subject and trial that were on the screen last
         match kept.get("place"):
             case [str(subject), str(trial)]:
@@ -38,9 +41,19 @@ class BrowserMemory:
         self.curves: dict[str, Any] = curves if isinstance(curves, dict) else {}
         self.keep()
 
+    @property
+    def dark(self) -> bool:
+        """As chosen here; else as the system wishes."""
+        return self.system_dark if self._theme is None else self._theme == "dark"
+
+    def choose_theme(self, dark: bool) -> None:
+        """Keep a choice against the system's wish; one that agrees with it follows it again."""
+        self._theme = None if dark == self.system_dark else "dark" if dark else "light"
+        self.keep()
+
     def keep(self) -> None:
         """Let the browser remember what is known now."""
-        kept = {"reviewer": self.author, "browser": self.browser, "dark": self.dark}
+        kept = {"reviewer": self.author, "browser": self.browser, "theme": self._theme}
         self._channel.show("memory", kept | {"place": self.place, "curves": self.curves})
 
 

@@ -78,6 +78,22 @@ def spot_near(spots: Sequence[Spot], frame: int, eye: Eye, place: Float[np.ndarr
     return known[int(away.argmin())] if away.min() <= NEAR_PX else None
 
 
+def marker_words(replay: Replay, frame: int, eye: Eye, place: Float[np.ndarray, "2"]) -> str:
+    """Name and error of the marker that is seen at a place of the picture; "" where none is.
+
+    Args:
+        replay: the trial.
+        frame: that is shown.
+        eye: that looks at it, in the ground frame.
+        place: [px]
+    """
+    spot = spot_near(markers_of(replay), frame, eye, place)
+    if spot is None:
+        return ""
+    error = replay.markers.errors[frame, replay.markers.names.index(spot.words)]
+    return f"{spot.words} · error {100 * error:.1f} cm" if np.isfinite(error) else spot.words
+
+
 def spot_on_bone(
     bodies: BodyReplay,
     meshes: Mapping[str, trimesh.Trimesh],

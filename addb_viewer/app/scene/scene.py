@@ -12,7 +12,7 @@ from addb_viewer.app.scene.cause_nodes import CauseNodes, CauseSizes
 from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.scene.labels import settle
 from addb_viewer.app.scene.legend import BY_NOTHING, legend_html, tints
-from addb_viewer.app.scene.measuring import Measuring
+from addb_viewer.app.scene.measuring import Measuring, marker_words
 from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
 from addb_viewer.trial_view.cause_pictures import pictures
 from addb_viewer.trial_view.palette import OTHER_SOLVE
@@ -157,7 +157,15 @@ class TrialScene:
 
     def measure(self, frame: int, eye: Eye, place: Float[np.ndarray, "2"]) -> bool:
         """Take a click of the measuring tool; arguments and result as for `Measuring.click`."""
-        return self.measuring.click(frame, replace(eye, position=eye.position - self.lab.position), place)
+        return self.measuring.click(frame, self._in_lab(eye), place)
+
+    def pointed_at(self, frame: int, eye: Eye, place: Float[np.ndarray, "2"]) -> str:
+        """Which marker is under the pointer; arguments and result as for `marker_words`."""
+        assert self.replay is not None
+        return marker_words(self.replay, frame, self._in_lab(eye), place)
+
+    def _in_lab(self, eye: Eye) -> Eye:
+        return replace(eye, position=eye.position - self.lab.position)
 
     @property
     def legend(self) -> str:

@@ -147,6 +147,8 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
     _bind_buttons(s, actions)
     _bind_fields(s)
     listen(s)
+    s.channel.on("point", partial(_point, s))
+    s.channel.on("dark", lambda dark: s.system_turned(dark is True))
     s.channel.on("pick", lambda place: s.notices.obey("Measuring", partial(_pick, s, place)))
     keys.register(s.client.gui, s.channel, commands, keys.Acting(actions, s.notices, s.questions))
 
@@ -370,6 +372,15 @@ def _pick(s: Session, place: Any) -> None:
                 s.playback.redraw()
             else:
                 s.notices.tell("Nothing is there", HOW)
+
+
+def _point(s: Session, place: Any) -> None:
+    """The pointer rests in the scene."""
+    match place:
+        case [int() | float() as x, int() | float() as y, int(number)] if s.replay is not None:
+            eye = eye_of(s.client.camera, s.picture)
+            words = s.scene.pointed_at(s.frame, eye, np.array([x, y], dtype=float))
+            s.channel.show("pointed", [words, number])
 
 
 def _show_options(s: Session) -> None:

@@ -322,9 +322,16 @@ class Session:
 
     def set_dark(self, dark: bool) -> None:
         """Turn the theme."""
-        self.memory.dark = dark
-        self.memory.keep()
-        put(self.controls.show.dark, dark)
+        self.memory.choose_theme(dark)
+        self._show_theme()
+
+    def system_turned(self, dark: bool) -> None:
+        """The reviewer's system wishes dark pages, or no longer."""
+        self.memory.system_dark = dark
+        self._show_theme()
+
+    def _show_theme(self) -> None:
+        put(self.controls.show.dark, self.memory.dark)
         self._turn_theme()
 
     def _turn_theme(self) -> None:

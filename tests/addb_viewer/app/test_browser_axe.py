@@ -20,6 +20,16 @@ TRIALS = 30  # in the queue: more than are in sight
 LOOKS = 3  # viser's controls get their names up to 0.3 s after they are drawn
 # Drawings that lie over texts of the timeline, see-through: axe could not tell what is behind the texts.
 OVERLAYS = "#addb-curves, #addb-over"
+MOST_SIZES = 4  # of type
+SIZES = """() => {
+    const sizes = new Set();
+    for (const element of document.querySelectorAll("body *")) {
+        const isText = [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
+        if (isText && element.checkVisibility({visibilityProperty: true}) && element.getClientRects().length)
+            sizes.add(getComputedStyle(element).fontSize);
+    }
+    return [...sizes];
+}"""
 FADED = """async () => {
     const frame = () => new Promise((done) => requestAnimationFrame(done));
     await frame(), await frame();
@@ -67,16 +77,18 @@ def queue(tmp_path_factory, browser):
 
 
 def in_theme(page, dark):
-    """Press the page's own switch where it shows the other theme."""
+    """The system wishes it; the page's own switch turns it round, and back."""
     attribute, press = (
         ("data-theme", "document.getElementById('theme').click()")
         if page.url.endswith("/queue")
         else ("data-mantine-color-scheme", "window.addb.send('do', 'theme')")
     )
-    wanted = "dark" if dark else "light"
-    if page.locator("html").get_attribute(attribute) != wanted:
-        page.evaluate(press)
+    wanted, other = ("dark", "light") if dark else ("light", "dark")
+    page.emulate_media(color_scheme=wanted)
     page.locator(f"html[{attribute}={wanted}]").wait_for()
+    for pressed in (other, wanted):
+        page.evaluate(press)
+        page.locator(f"html[{attribute}={pressed}]").wait_for()
 
 
 def serious_faults(page):
@@ -92,6 +104,8 @@ def serious_faults(page):
 
 
 def assert_no_serious_fault(page):
+    sizes = page.evaluate(SIZES)
+    assert len(sizes) <= MOST_SIZES, sizes
     for _ in range(LOOKS):
         if not (faults := serious_faults(page)):
             return

@@ -70,6 +70,15 @@ def test_labels_are_in_the_picture_and_clicks_measure_what_is_seen(page, until):
         x, y = seen(point)
         page.mouse.click(canvas["x"] + x, canvas["y"] + y)
 
+    def named_at(point, aside):
+        (x, y), tip = seen(point), page.locator("#addb-pointed")
+        page.mouse.move(canvas["x"] + x + aside, canvas["y"] + y)
+        page.wait_for_timeout(500)
+        return tip.text_content()
+
+    until(lambda: named_at([0, 1.7, 0], 2) == "HEAD", "the marker's name")
+    assert not named_at([0, 1.7, 0], 60)
+
     page.keyboard.press("n")
     until(lambda: session.review.chosen is not None)
     page.keyboard.press("Home")

@@ -9,6 +9,7 @@ const known = new Map(); // the newest value of each kind
 const listeners = new Map();
 let socket = null, name = null;
 
+const system = matchMedia("(prefers-color-scheme: dark)");
 const remembered = () => {
   try {
     return JSON.parse(localStorage.getItem(MEMORY)) ?? {};
@@ -24,7 +25,8 @@ const hear = ({ data }) => {
 const connect = () => {
   const opened = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/addb/page`);
   opened.onopen = () => {
-    opened.send(JSON.stringify({ name, query: location.search.slice(1), memory: remembered() }));
+    const query = location.search.slice(1);
+    opened.send(JSON.stringify({ name, query, dark: system.matches, memory: remembered() }));
     socket = opened;
   };
   opened.onmessage = hear;
@@ -60,6 +62,7 @@ window.addb.on("memory", (memory) => {
     // a browser that keeps nothing
   }
 });
+system.addEventListener("change", () => window.addb.send("dark", system.matches));
 window.addb.on("theme", (theme) => (document.documentElement.dataset.addbTheme = theme));
 
 // The address names the frame on the screen. A browser allows a hundred changes in 30 s: what is scrubbed over is

@@ -30,6 +30,7 @@ export class Channel {
 // What the browser remembers of the reviewer, shared with the review page: name, theme, and the browser's own.
 
 const ITEM = "addb-viewer";
+export const system = matchMedia("(prefers-color-scheme: dark)");
 
 const read = () => {
   try {
@@ -61,9 +62,10 @@ export const memory = {
     return typeof browser === "string" ? browser : "";
   },
   get dark() {
-    return read().dark === true;
+    const { theme } = read();
+    return typeof theme === "string" ? theme === "dark" : system.matches;
   },
   set dark(dark) {
-    write({ dark });
+    write({ theme: dark === system.matches ? null : dark ? "dark" : "light" }); // else it follows the system's wish
   },
 };

@@ -1,6 +1,6 @@
 // The page put together: what the server says goes into the table, what people ask goes to the server.
 
-import { Channel, memory } from "./channel.js";
+import { Channel, memory, system } from "./channel.js";
 import { peopleView, commentsView } from "./drawer.js";
 import { at, button } from "./elements.js";
 import { CHIPS, CHOICES, hours, INSTEAD, inOrder, key, letThrough, NOBODY, ORDERS, stateOf } from "./rows.js";
@@ -283,6 +283,10 @@ function wire() {
   });
   at("theme").addEventListener("click", () => {
     memory.dark = !memory.dark;
+    theme();
+    draw();
+  });
+  system.addEventListener("change", () => {
     theme();
     draw();
   });

@@ -6,6 +6,22 @@ import { watchPage } from "./elements.js";
 // one picture shows one frame, no page is hidden to viser.
 Object.defineProperty(document, "hidden", { get: () => true });
 
+// viser's labels are black on white: the brightest things of a dark page. There they are pale on dark.
+const LABELS = [["vec4(1.0, 1.0, 1.0, 0.85 * vAlpha)", "vec4(0.17, 0.18, 0.19, 0.85 * vAlpha)"], ["vec4(0.0, 0.0, 0.0, a)", "vec4(0.75, 0.76, 0.78, a)"]];
+const gl = WebGL2RenderingContext.prototype, { shaderSource, useProgram } = gl, places = new WeakMap();
+gl.shaderSource = function (shader, text) {
+  const colors = LABELS.find(([bright]) => text.includes("vAlpha") && text.includes(bright));
+  const mixed = colors && text.replace("void main", "uniform float addbDark;\nvoid main").replace(colors[0], `mix(${colors}, addbDark)`);
+  shaderSource.call(this, shader, mixed ?? text);
+};
+gl.useProgram = function (program) {
+  useProgram.call(this, program);
+  if (!program) return;
+  if (!places.has(program)) places.set(program, this.getUniformLocation(program, "addbDark"));
+  const place = places.get(program);
+  if (place) this.uniform1f(place, document.documentElement.dataset.addbTheme === "dark" ? 1 : 0);
+};
+
 let seen = null;
 const told = new ResizeObserver(([{ contentRect }]) => tell(contentRect));
 const tell = ({ width, height }) => {
@@ -31,3 +47,25 @@ window.addb.on("tab", ([name, number]) => {
   shown = number;
 });
 window.addb.on("bar", () => seen && tell(seen.getBoundingClientRect())); // the session is there
+
+// The name of the marker under the pointer once it rests.
+const RESTS_MS = 80;
+const tip = document.createElement("div");
+tip.id = "addb-pointed";
+tip.setAttribute("role", "status");
+document.body.append(tip);
+let resting = null, rest = { x: 0, y: 0 }, rests = 0;
+document.addEventListener("pointermove", (event) => {
+  clearTimeout(resting);
+  rests += 1;
+  tip.textContent = "";
+  if (event.buttons || event.target.tagName !== "CANVAS" || !event.target.closest("#root")) return;
+  const { left, top } = seen.getBoundingClientRect();
+  rest = { x: event.clientX, y: event.clientY };
+  resting = setTimeout(() => window.addb.send("point", [rest.x - left, rest.y - top, rests]), RESTS_MS);
+});
+window.addb.on("pointed", ([words, number]) => {
+  if (number !== rests) return;
+  tip.textContent = words;
+  tip.style.translate = `${rest.x + 12}px ${rest.y - 24}px`;
+});

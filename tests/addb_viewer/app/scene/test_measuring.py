@@ -54,6 +54,16 @@ def test_the_scene_that_follows_the_person_is_clicked_where_it_is_seen(scene):
     assert scene.measuring.spots[0].words == "HEAD"
 
 
+def test_the_pointer_names_a_marker_and_its_error_where_the_model_has_it(scene):
+    scene.draw(100)
+    for point, words in (
+        ((1.0, 1.7, 0), "HEAD"),
+        ((1.1, 0.05, 0.1), "RTOE · error 3.0 cm"),
+        ((1.5, 1.4, 0), ""),
+    ):
+        assert scene.pointed_at(100, SIDEWAYS, at(point, scene.lab.position)) == words
+
+
 def test_a_point_on_a_bone_moves_with_it_and_beside_it_is_nothing(scene):
     assert scene.measure(0, SIDEWAYS, at((0.07, 1.04, 0.15)))
     (found,) = scene.measuring.spots
