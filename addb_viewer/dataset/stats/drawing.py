@@ -64,52 +64,68 @@ POINTS = (1.5, 14.0)  # [pt²] of a scatter plot: where they are many, and few
 INK = 3_000.0  # [pt²] of all points of a panel, between these
 LEAST_RANGE = {"deg": 1.0, "m": 0.01, "N·m": 1.0, "N": 1.0}  # of an axis: what is smaller is no movement
 LEAST_PEOPLE = {"age_years": 20.0, "bmi": 8.0}  # likewise
+QUALITY = {
+    "marker_cm": "marker error, RMS [cm]",
+    "linear_bw": "residual force, RMS [body weights]",
+    "angular_bwh": "residual moment, RMS [body weights · h]",
+}
+LIMITS = {
+    "linear_bw": {f"{LINEAR_BW:g} (paper, Hicks)": (LINEAR_BW, LIMIT)},
+    "angular_bwh": {
+        f"{ANGULAR_BWH:g} (paper)": (ANGULAR_BWH, LIMIT),
+        f"{HICKS_BWH:g} (Hicks)": (HICKS_BWH, OTHER_LIMIT),
+    },
+}
+SEXES = ("female", "male")  # whose boxes are drawn
 DOTS_UP_TO = 30  # persons of a box, who are drawn too
 
 Panel = tuple[str, str, Float[np.ndarray, " points"]]  # name, unit, values
 
 
-def activity_figure(rows: Rows) -> Figure:
-    """Hours of each class, on a log scale."""
+def activity_figure(rows: Rows) -> Figure | None:
+    """Hours of each class, on a log scale; None where there are none."""
+    shown = [r for r in rows if r["hours"] > 0]
+    if not shown:
+        return None
     figure = Figure(figsize=(6.4, 3.2))
     axes = figure.subplots()
-    shown = [r for r in rows if r["hours"] > 0]
     axes.barh([r["activity"] for r in shown], [r["hours"] for r in shown], color=BAR)
-    if shown:
-        axes.set_xscale("log")
-        low, high = min(r["hours"] for r in shown) / 2, max(r["hours"] for r in shown) * 4
-        marks = [words for words, hours in MARKS_H.items() if low <= hours <= high]
-        marks = marks[:: 1 + len(marks) // MOST_MARKS]
-        axes.set_xlim(low, high)
-        axes.set_ylim(max(len(shown), FEWEST_LINES) - 0.4, -0.6)
-        for r in shown:
-            axes.annotate(
-                lasting(r["hours"]),
-                (r["hours"], r["activity"]),
-                (4, 0),
-                textcoords="offset points",
-                va="center",
-            )
-        axes.set_xticks([MARKS_H[words] for words in marks], marks)
-        axes.minorticks_off()
-    else:
-        _nothing(axes)
+    axes.set_xscale("log")
+    low, high = min(r["hours"] for r in shown) / 2, max(r["hours"] for r in shown) * 4
+    marks = [words for words, hours in MARKS_H.items() if low <= hours <= high]
+    marks = marks[:: 1 + len(marks) // MOST_MARKS]
+    axes.set_xlim(low, high)
+    axes.set_ylim(max(len(shown), FEWEST_LINES) - 0.4, -0.6)
+    for r in shown:
+        axes.annotate(
+            lasting(r["hours"]),
+            (r["hours"], r["activity"]),
+            (4, 0),
+            textcoords="offset points",
+            va="center",
+        )
+    axes.set_xticks([MARKS_H[words] for words in marks], marks)
+    axes.minorticks_off()
     axes.set_xlabel("duration of the frames shown (log scale)")
     axes.grid(axis="x", alpha=0.3)
     return figure
 
 
-def speed_length_figure(rows: Rows) -> Figure:
-    """Average speed, and number of frames, of every segment."""
+def speed_length_figure(rows: Rows) -> Figure | None:
+    """Average speed, where any is known, and number of frames, of every segment; None where there is none."""
+    if not rows:
+        return None
+    speeds = _known(rows, "speed_m_s")
     figure = Figure(figsize=(8, 3.2))
-    left, right = figure.subplots(1, 2)
-    _histogram(left, _known(rows, "speed_m_s"), "average speed [m/s]")
+    *others, right = figure.subplots(1, 2 if speeds else 1, squeeze=False)[0]
+    for left in others:
+        _histogram(left, speeds, "average speed [m/s]")
     lengths = {
         "all frames": [r["frames"] for r in rows],
         "with force": [r["frames_with_force"] for r in rows],
         "with dynamics": [r["frames_with_dynamics"] for r in rows],
     }
-    longest = max(lengths["all frames"], default=0) or 1
+    longest = max(lengths["all frames"])
     for (name, values), color, width in zip(
         lengths.items(), (BAR, "#009E73", LIMIT), (3.2, 1.8, 0.8), strict=True
     ):  # the later the thinner, so that equal ones are all seen
@@ -121,16 +137,18 @@ def speed_length_figure(rows: Rows) -> Figure:
     return figure
 
 
-def contact_figure(rows: Rows) -> Figure:
-    """How much of each segment's frames is double support, single support and flight."""
-    figure = Figure(figsize=(6.4, 3.2))
-    axes = figure.subplots()
+def contact_figure(rows: Rows) -> Figure | None:
+    """How much of each segment's frames is double support, single support and flight; None: unknown."""
     groups = {
         "double_percent": "double support",
         "single_percent": "single support",
         "flight_percent": "flight",
     }
     values = [_known(rows, name) for name in groups]
+    if not any(values):
+        return None
+    figure = Figure(figsize=(6.4, 3.2))
+    axes = figure.subplots()
     axes.hist(
         values,
         bins=np.linspace(0, 100, 11).tolist(),
@@ -143,52 +161,51 @@ def contact_figure(rows: Rows) -> Figure:
     return figure
 
 
-def demographics_figure(rows: Rows) -> Figure:
-    """Age and body mass index by sex: all persons, and those in the figures."""
-    figure = Figure(figsize=(8, 3.4))
+def demographics_figure(rows: Rows) -> Figure | None:
+    """Age and body mass index by sex, of all persons and of those in the figures; None: unknown."""
+    named = {"age_years": "age [years]", "bmi": "body mass index [kg/m²]"}
+    known = [r for r in rows if r["sex"] in SEXES]
+    shown = {name: words for name, words in named.items() if any(r[name] is not None for r in known)}
+    if not shown:
+        return None
+    figure = Figure(figsize=(4 * len(shown), 3.4))
     for axes, (name, words) in zip(
-        figure.subplots(1, 2),
-        {"age_years": "age [years]", "bmi": "body mass index [kg/m²]"}.items(),
-        strict=True,
+        figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True
     ):
         boxes, names = [], []
-        for sex in ("female", "male"):
+        for sex in SEXES:
             for group, members in (("all", rows), ("shown", [r for r in rows if r["in_figures"]])):
                 of_sex = [float(r[name]) for r in members if r["sex"] == sex and r[name] is not None]
                 if of_sex:
                     boxes.append(of_sex)
                     names.append(f"{sex}\n{group} ({len(of_sex)})")
-        if boxes:
-            axes.boxplot(boxes, tick_labels=names, widths=0.5, medianprops={"color": LIMIT})
-            for place, box in enumerate(boxes, start=1):
-                if len(box) <= DOTS_UP_TO:
-                    axes.plot(np.full(len(box), place), box, "o", ms=3.5, alpha=0.5, color=BAR)
-            _not_below(axes, LEAST_PEOPLE[name])
-        else:
-            _nothing(axes)
+        axes.boxplot(boxes, tick_labels=names, widths=0.5, medianprops={"color": LIMIT})
+        for place, box in enumerate(boxes, start=1):
+            if len(box) <= DOTS_UP_TO:
+                axes.plot(np.full(len(box), place), box, "o", ms=3.5, alpha=0.5, color=BAR)
+        _not_below(axes, LEAST_PEOPLE[name])
         axes.set_ylabel(words)
     return figure
 
 
-def quality_figure(rows: Rows) -> Figure:
-    """Marker errors and residuals, RMS of each segment, with the published limits."""
-    figure = Figure(figsize=(10, 3.2))
-    marker, linear, angular = figure.subplots(1, 3)
-    _histogram(marker, _known(rows, "marker_cm"), "marker error, RMS [cm]")
-    _histogram(linear, _known(rows, "linear_bw"), "residual force, RMS [body weights]", LINEAR_BW)
-    _histogram(angular, _known(rows, "angular_bwh"), "residual moment, RMS [body weights · h]", ANGULAR_BWH)
-    _limits(linear, {f"{LINEAR_BW:g} (paper, Hicks)": (LINEAR_BW, LIMIT)})
-    _limits(
-        angular,
-        {
-            f"{ANGULAR_BWH:g} (paper)": (ANGULAR_BWH, LIMIT),
-            f"{HICKS_BWH:g} (Hicks)": (HICKS_BWH, OTHER_LIMIT),
-        },
-    )
+def quality_figure(rows: Rows) -> Figure | None:
+    """Marker errors and residuals, RMS of each segment, with the published limits; None: unknown."""
+    known = {name: values for name in QUALITY if (values := _known(rows, name))}
+    if not known:
+        return None
+    figure = Figure(figsize=(1 + 3 * len(known), 3.2))
+    for axes, (name, values) in zip(
+        figure.subplots(1, len(known), squeeze=False)[0], known.items(), strict=True
+    ):
+        limits = LIMITS.get(name, {})
+        reach = max((value for value, color in limits.values() if color == LIMIT), default=0.0)
+        _histogram(axes, values, QUALITY[name], reach)
+        if limits:
+            _limits(axes, limits)
     return figure
 
 
-def scatter_figures(rows: Rows) -> Mapping[str, Figure]:
+def scatter_figures(rows: Rows) -> Mapping[str, Figure | None]:
     """Angles, moments and joint centres against the share of the right foot and the load; by name.
 
     Args:
@@ -218,16 +235,19 @@ def _values(rows: Rows, name: str) -> Float[np.ndarray, " points"]:
     return np.array([row[name] for row in rows], dtype=float)
 
 
-def _panels(rows: Rows, panels: Sequence[Panel], label: str, across: str) -> Figure:
-    shown = [panel for panel in panels if np.isfinite(panel[2]).any()]
+def _panels(rows: Rows, panels: Sequence[Panel], label: str, across: str) -> Figure | None:
+    at = _values(rows, across)
+    shown = [panel for panel in panels if np.isfinite(panel[2] + at).any()]
+    if not shown:
+        return None
     columns = 6
-    lines = max(1, -(-len(shown) // columns))
+    lines = -(-len(shown) // columns)
     height = 1.9 * lines + 0.8
     by_hand = PlaceHolderLayoutEngine(adjust_compatible=True, colorbar_gridspec=True)
     figure = Figure(figsize=(13, height), layout=by_hand)  # forty panels would take most of the time
     figure.subplots_adjust(0.04, 0.5 / height, 0.99, 1 - 0.55 / height, wspace=0.28, hspace=0.42)
     axes = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
-    labels, at = [row["activity"] for row in rows], _values(rows, across)
+    labels = [row["activity"] for row in rows]
     order = np.random.default_rng(0).permutation(len(labels))  # no class lies on top of the others
     colors = [COLORS[labels[k]] for k in order]
     few, many = POINTS[::-1]
@@ -239,9 +259,6 @@ def _panels(rows: Rows, panels: Sequence[Panel], label: str, across: str) -> Fig
         place.tick_params(labelsize=7)
     for place in axes[len(shown) :]:
         place.set_visible(False)
-    if not shown:
-        axes[0].set_visible(True)
-        _nothing(axes[0])
     figure.supxlabel(label)
     handles = [
         Line2D([], [], marker="o", ls="", color=COLORS[name], label=name)
@@ -255,10 +272,7 @@ def _panels(rows: Rows, panels: Sequence[Panel], label: str, across: str) -> Fig
 
 def _histogram(axes: Axes, values: list[float], label: str, reach: float = 0.0) -> None:
     """From zero to the largest value, or to `reach` where that is more."""
-    if values:
-        axes.hist(values, bins=BINS, range=(0, max([*values, reach]) * 1.02 or 1), color=BAR)
-    else:
-        _nothing(axes)
+    axes.hist(values, bins=BINS, range=(0, max([*values, reach]) * 1.02 or 1), color=BAR)
     axes.set_xlabel(label)
     _counts(axes)
 
@@ -284,10 +298,6 @@ def _limits(axes: Axes, limits: Mapping[str, tuple[float, str]]) -> None:
     for words, (value, color) in limits.items():
         axes.axvline(value, color=color, ls="--", lw=1.2, label=words)
     _legend_above(axes)
-
-
-def _nothing(axes: Axes) -> None:
-    axes.text(0.5, 0.5, "nothing to show", transform=axes.transAxes, ha="center", va="center", color="#777")
 
 
 def _known(rows: Rows, name: str) -> list[float]:

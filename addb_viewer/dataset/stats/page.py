@@ -96,7 +96,7 @@ def page(name: str, frames: Frames, tables: Mapping[str, Rows], pictures: Mappin
         name: of the release.
         frames: which of them figures are about.
         tables: by name, as the CSV files hold them.
-        pictures: PNG by name.
+        pictures: PNG by name; those of which nothing is known are not there.
     """
     sections = (
         ("sources", "Sources", _sources(tables["sources"])),
@@ -178,10 +178,9 @@ def _contact(rows: Rows) -> str:
 
 def _people(rows: Rows) -> str:
     def told(r: Mapping[str, Any], name: str, digits: int) -> str:
-        if not math.isfinite(r[f"{name}_mean"]):
-            return "–"
-        mean, sd, low, high = (_n(r[f"{name}_{what}"], digits) for what in ("mean", "sd", "min", "max"))
-        return f"{mean} ± {sd} ({low} to {high})"
+        mean, sd, low, high = (r[f"{name}_{what}"] for what in ("mean", "sd", "min", "max"))
+        reach = "" if math.isnan(sd) else f" ({_n(low, digits)} to {_n(high, digits)})"
+        return _spread(mean, sd, digits) + reach
 
     return _table(
         ("persons", "sex", "n", "%", "age [years]", "age unknown", "BMI [kg/m²]", "BMI unknown"),
@@ -218,7 +217,7 @@ def _quality_row(
     r: Mapping[str, Any], words: str, digits: int, paper: tuple[float, float]
 ) -> tuple[object, ...]:
     def both(kind: str) -> str:
-        return f"{_n(r[f'mean{kind}'], digits)} ± {_n(r[f'sd{kind}'], digits)}"
+        return _spread(r[f"mean{kind}"], r[f"sd{kind}"] if r["n"] > 1 else math.nan, digits)
 
     limit = "–" if math.isnan(r["limit"]) else f"{r['limit']:g}"
     return words, r["n"], both(""), both("_by_frames"), limit, f"{paper[0]:g} ± {paper[1]:g}"
@@ -264,6 +263,8 @@ def _scatter(pictures: Mapping[str, bytes], points: int) -> str:
 
 
 def _picture(pictures: Mapping[str, bytes], name: str, caption: str) -> str:
+    if name not in pictures:
+        return "<p class='note'>Nothing is known of this.</p>"
     data = base64.b64encode(pictures[name]).decode()
     return (
         f"<figure><img alt='{html.escape(caption)}' src='data:image/png;base64,{data}'>"
@@ -289,12 +290,18 @@ def _n(value: float, digits: int) -> str:
     return "–" if math.isnan(value) else f"{value:.{digits}f}"
 
 
+def _spread(mean: float, sd: float, digits: int) -> str:
+    """Mean ± SD; of one value, itself."""
+    return _n(mean, digits) if math.isnan(sd) else f"{_n(mean, digits)} ± {_n(sd, digits)}"
+
+
 def clinical_percent() -> float:
     """What the paper's clinical hours are of its hours with forces [%]; its text says otherwise."""
     return 100 * CLINICAL_HOURS / PAPER_SUM.grf_hours
 
 
 DOTS_PER_INCH = 150
+KINDS = "svg", "png"  # of files of a figure
 
 
 def stats_of(found: Gathered) -> dict[str, Rows]:
@@ -352,7 +359,10 @@ def write_stats(release: Path, out: Path, frames: Frames | None) -> tuple[dict[s
     made_folder(out)
     for name, rows in tables.items():
         write_whole(out / f"{name}.csv", as_csv(rows))
-    pictures = {name: _written(figure, out, name) for name, figure in figures.items()}
+    pictures = {name: _written(figure, out, name) for name, figure in figures.items() if figure is not None}
+    for name in set(figures) - set(pictures):
+        for kind in KINDS:  # of another release
+            (out / f"{name}.{kind}").unlink(missing_ok=True)
     path = out / "index.html"
     write_whole(path, page(release.resolve().name, chosen, tables, pictures))
     return tables, chosen, path
@@ -380,8 +390,8 @@ def _cell(value: object) -> object:
 
 def _written(figure: "Figure", out: Path, name: str) -> bytes:
     """Both files of a figure; the PNG's bytes."""
-    with whole_file(out / f"{name}.svg") as file:
+    with whole_file(out / f"{name}.{KINDS[0]}") as file:
         figure.savefig(file, format="svg", metadata={"Date": None})
-    with whole_file(out / f"{name}.png") as file:
+    with whole_file(out / f"{name}.{KINDS[1]}") as file:
         figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
-    return (out / f"{name}.png").read_bytes()
+    return (out / f"{name}.{KINDS[1]}").read_bytes()

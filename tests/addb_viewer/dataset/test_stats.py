@@ -19,7 +19,15 @@ from addb_viewer.dataset.stats.drawing import (
     speed_length_figure,
 )
 from addb_viewer.dataset.stats.numbers import Frames, gathered
-from addb_viewer.dataset.stats.page import PAPER_SOURCES, PAPER_SUM, as_csv, clinical_percent, page, stats_of
+from addb_viewer.dataset.stats.page import (
+    PAPER_SOURCES,
+    PAPER_SUM,
+    as_csv,
+    clinical_percent,
+    page,
+    stats_of,
+    write_stats,
+)
 from addb_viewer.text.amounts import counted, lasting
 from tests.addb_viewer.dataset.synthetic_release import JOINTS, write, write_release
 from tests.addb_viewer.shell import run
@@ -278,16 +286,29 @@ def test_panels_leave_room_for_the_titles_of_those_below(release):
     assert upper.get_tightbbox(renderer).y0 > lower.title.get_window_extent(renderer).y1
 
 
-def test_a_release_without_reviewed_frames_says_so(tmp_path):
-    rows = write_release(tmp_path)
-    write(tmp_path, TRIALS, [trial | {"reviewed": False} for trial in rows["trials"]])
-    found = gathered(tmp_path, Frames.PAPER)
-    tables = stats_of(found)
-    told = page("r", Frames.PAPER, tables, dict.fromkeys(FIGURES, b""))
+def test_a_release_without_reviewed_frames_says_so_and_has_no_empty_figure(tmp_path):
+    release, out = tmp_path / "r", tmp_path / "out"
+    rows = write_release(release)
+    write(release, TRIALS, [trial | {"reviewed": False} for trial in rows["trials"]])
+    write_stats(release, out, Frames.ALL)
+    assert (out / "quality.png").is_file()
+    _, _, path = write_stats(release, out, Frames.PAPER)
+    told = path.read_text()
     assert "No frame of this release is such a frame" in told
-    for figure in (activity_figure(tables["activity"]), quality_figure(tables["segments"])):
-        figure.draw_without_rendering()
-    assert {len(figure.axes) for figure in scatter_figures(found.points).values()} == {6}
+    assert "Nothing is known of this." in told
+    assert "± –" not in told
+    assert not {"activity", "quality", "joints_load"} & {file.stem for file in out.glob("*.png")}
+
+
+def test_one_value_has_no_spread(release):
+    found = gathered(release[0], Frames.ALL)
+    tables = stats_of(found)
+    alone = [row | {"n": 1, "age_years_sd": math.nan, "bmi_sd": math.nan} for row in tables["demographics"]]
+    quality = [row | {"n": 1, "sd": math.nan} for row in tables["quality"]]
+    told = page("r", Frames.ALL, tables | {"demographics": alone, "quality": quality}, {})
+    people, marker = told.split("People</h2>")[1], f"<td>{quality[0]['mean']:.2f}</td>"
+    assert "±" not in people.split("</table>")[0]
+    assert marker in told
 
 
 @pytest.mark.slow
