@@ -42,7 +42,7 @@ def held_out_table(trials: Sequence[TrialFigures]) -> Safe | None:
         rows += _layout_rows(figures) or _first_layout_row(figures)
     head = (
         "Trial",
-        "HeldOut",
+        "Held out",
         "Frames",
         "Force missed",
         "by markers alone",

@@ -45,11 +45,13 @@ def signature(subject_folder: Path, results: Path, *, review: bool) -> Signature
 class QueueWatch:
     """Looks at all subjects in turn, from a thread of its own."""
 
-    def __init__(self, names: Sequence[str], look: Callable[[str], None], every: float = LOOK_EVERY) -> None:
+    def __init__(
+        self, names: Callable[[], Sequence[str]], look: Callable[[str], None], every: float = LOOK_EVERY
+    ) -> None:
         """Begin to look.
 
         Args:
-            names: of the subjects.
+            names: of the subjects, as they are known then.
             look: at one of them; what it raises is its own affair.
             every: [s] between two looks.
         """
@@ -67,7 +69,7 @@ class QueueWatch:
         pause = self._every
         while not self._stop.wait(pause):
             began = time.monotonic()
-            for name in self._names:
+            for name in self._names():
                 if self._stop.is_set():
                     return
                 self._look_at(name)
@@ -117,6 +119,8 @@ class TrialQueue:
     def rows(self, *, anew: bool = False) -> list[Row]:
         """All trials in order; read from the disk once, and again when asked for."""
         with self._lock:
+            if anew:
+                self.subjects.find_new()
             if anew or not self._rows:
                 rows = [row for name in self.subjects.root.names for row in self._rows_of(name)]
                 self._rows = sorted(rows, key=order)
@@ -152,7 +156,7 @@ class TrialQueue:
         """Notice from now on what other programs do to any subject."""
         with self._lock:
             if self._watch is None:
-                self._watch = QueueWatch(self.subjects.root.names, self._look_at)
+                self._watch = QueueWatch(lambda: self.subjects.root.names, self._look_at)
 
     def unfitted(self) -> list[str]:
         """Subjects that can be opened and have no fit, in the order of their names."""

@@ -1,5 +1,6 @@
 """The opened folder's subjects: those that somebody looks at, or just did, are in memory."""
 
+import contextlib
 import threading
 import time
 from collections import OrderedDict
@@ -9,8 +10,9 @@ from pathlib import Path
 from addb_viewer.app.subjects.library import Library, library_of
 from addb_viewer.app.subjects.people import People
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from addb_viewer.jobs.root_folder import RootFolder
+from addb_viewer.jobs.root_folder import RootFolder, open_root
 from solver.capture.capture import Subject
+from solver.common.errors import CaptureError
 from solver.common.memory_release import release_memory
 from solver.fitting.results.store import default_folder
 
@@ -47,6 +49,12 @@ class OpenSubjects:
         subjects.read = lambda name: library.subject
         subjects._loaded["."] = SharedSubject(".", library, subjects.people)
         return subjects
+
+    def find_new(self) -> None:
+        """Take in subjects that came into the opened folder since; those that have gone are left out."""
+        with contextlib.suppress(CaptureError):  # nothing can be read there now: what is known stays
+            self.root = open_root(self.root.path)
+            self.read = self.root.subject
 
     @property
     def several(self) -> bool:

@@ -73,6 +73,18 @@ def test_status_and_figures_are_read_from_the_subjects_folder(tmp_path):
     assert (c.status, c.figures) == (Status.UNSEEN, None)
 
 
+def test_read_anew_takes_in_folders_that_have_come(tmp_path):
+    write_subject(tmp_path / "S1")
+    queue = TrialQueue(OpenSubjects(open_root(tmp_path)))
+    assert {row.subject for row in queue.rows()} == {"S1"}
+    write_subject(tmp_path / "S2")
+    assert {row.subject for row in queue.rows()} == {"S1"}
+    assert {row.subject for row in queue.rows(anew=True)} == {"S1", "S2"}
+    shared = queue.subjects.subject("S2")
+    assert shared.subject.folder == tmp_path.resolve() / "S2"
+    shared.close()
+
+
 def test_names_from_files_stay_text():
     rows = [row(SPITEFUL), Row(SPITEFUL, "", error=SPITEFUL), Row(SPITEFUL, "x", by=SPITEFUL)]
     assert "<script>" not in rows_html(rows, ("", ""), notes=(SPITEFUL,))
