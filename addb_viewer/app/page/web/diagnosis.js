@@ -1,4 +1,4 @@
-// The tab "Diagnosis" on one screen: verdict, one card a cause, before and after. viser makes the tab, with a place
+// The tab "Diagnosis" on one screen: verdict, before and after, one card a cause. viser makes the tab, with a place
 // for us in it that comes and goes. Everything that is shown is set as text.
 import { button as plain, element, keepIn } from "./elements.js";
 import { view, watch } from "./timeline.js";
@@ -6,8 +6,8 @@ import { view, watch } from "./timeline.js";
 const WIDE = 400, HIGH = 60; // of a curve's own coordinates
 const SVG = "http://www.w3.org/2000/svg";
 let state = null, picture = null;
-const parts = element("div"), drawn = element("div", { id: "addb-before-after" });
-const root = element("section", { id: "addb-diagnosis", "aria-label": "Diagnosis" }, parts, drawn);
+const head = element("div"), drawn = element("div", { id: "addb-before-after" }), cards = element("div");
+const root = element("section", { id: "addb-diagnosis", "aria-label": "Diagnosis" }, head, drawn, cards);
 
 const say = (does, card) => window.addb.send("cause", [does, card.key]);
 const button = (text, act, { title = "", off = false, name = text } = {}) => plain(text, act, { title, disabled: off, "aria-label": name });
@@ -102,10 +102,8 @@ function chart({ title, unit, lines }) {
 }
 
 function draw() {
-  parts.replaceChildren();
-  if (state) {
-    parts.append(verdict(state), ...state.cards.map(card));
-  }
+  head.replaceChildren(...(state ? [verdict(state)] : []));
+  cards.replaceChildren(...(state ? state.cards.map(card) : []));
   drawn.hidden = !picture || !state;
   if (drawn.hidden) return;
   const worst = button("Worst half second", () => window.addb.send("go_to", `${picture.worst}`), { title: "Go where it begins" });
