@@ -27,7 +27,7 @@ class NameNeededError(SolverError):
     """Somebody decides who has not said who they are."""
 
     def __init__(self) -> None:
-        super().__init__("a decision needs a name; say yours under Review, 'Who did what'")
+        super().__init__("a decision needs a name; say yours under Review, 'History'")
 
 
 @dataclass(frozen=True)

@@ -126,7 +126,7 @@ class Questions:
         """
         reason = (
             "Your name stands by every decision that you make, and U takes back yours only. This browser "
-            "remembers it; change it under Review, “Who did what”."
+            "remembers it; change it under Review, “History”."
         )
 
         answers = {"Decide under this name": lambda text: then(checked_name(text))}

@@ -28,7 +28,7 @@ class ReviewPanel:
                 self.note = gui.add_text("Note", "", hint="Goes with the next flag or label")
                 self.reason = gui.add_dropdown("Reason", other_reasons(), hint="Those that no key stands for")
                 self.paint = gui.add_button("Flag with this reason", color="gray")
-            with gui.add_folder("What the person does", expand_by_default=False):
+            with gui.add_folder("Activity", expand_by_default=False):
                 self.suggested = gui.add_html("")
                 self.suggestion = gui.add_button_group(
                     "Suggestion", SUGGESTION, hint="The one that is selected, or under the cursor"
@@ -39,7 +39,7 @@ class ReviewPanel:
                 )
             with gui.add_folder("Comments", expand_by_default=False):
                 self.comments = CommentsPanel(gui)
-            with gui.add_folder("Who did what", expand_by_default=False):
+            with gui.add_folder("History", expand_by_default=False):
                 self.author = gui.add_html("")
                 self.rename = gui.add_button("Change your name", color="gray")
                 self.history = gui.add_html("")

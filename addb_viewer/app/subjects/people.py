@@ -170,7 +170,7 @@ class People:
             if person.listener is not None:
                 person.listener.told(
                     f"Two browsers decide as {here.name}",
-                    "If that is two people, one of you should take another name (Review, Who did what): "
+                    "If that is two people, one of you should take another name (Review, History): "
                     "it says whose a decision is, and which ones U takes back.",
                 )
 

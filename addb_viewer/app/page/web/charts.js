@@ -1,6 +1,6 @@
 // The tab "Curves": quantities are chosen here and come from the server; cursor, zoom and read-out stay here. viser makes
 // the tab, with a place for us in it that comes and goes.
-import { makeChooser } from "./chooser.js";
+import { makeChooser, takeAway } from "./chooser.js";
 import { told } from "./curves.js";
 import { element, keepIn } from "./elements.js";
 import { dashOf, drawByCycle, drawOverTime, GUTTER, MARGIN, niceTicks, tickText } from "./multiples.js";
@@ -43,8 +43,9 @@ function build() {
     ...charts.map((chart) => {
       const name = element("b", { textContent: `${chart.title} [${chart.unit}]` }), values = element("span", { className: "addb-plot-values" });
       const canvas = element("canvas", { role: "img", "aria-label": `${chart.title} ${cycles ? "by gait cycle, mean and standard deviation" : "over time"}` });
+      const gone = takeAway(chart.title, "×", () => chooser.toggle(chart.id));
       const keys = chart.lines.filter(({ label, style, trial }) => label && style !== "before" && !trial).map(key);
-      return element("figure", {}, element("figcaption", {}, name, element("span", { className: "addb-plot-keys" }, ...keys), values), canvas);
+      return element("figure", {}, element("figcaption", {}, name, element("span", { className: "addb-plot-keys" }, ...keys), values, gone), canvas);
     }),
   );
   draw();
@@ -147,6 +148,7 @@ window.addb.on("curve-charts", (heard) => {
   pointer = null;
   note.textContent = heard.note;
   options.drawn(heard.over);
+  chooser.drawn(charts.map(({ id }) => id));
   build();
 });
 area.addEventListener("pointermove", (event) => {

@@ -1,18 +1,21 @@
-// The search of curves: a box that finds quantities by their words, and what is chosen as chips that a click takes away.
+// The search of curves: a box that finds quantities by their words; chips for what is chosen and has no chart here.
 import { button, element } from "./elements.js";
 
 const MOST_FOUND = 60;
 
+/** A button that takes a quantity away. */
+export const takeAway = (words, content, act) => button(content, act, { className: "addb-curve-chip", title: "Take it away", "aria-label": `Take away ${words}` });
+
 /** Makes box, list and chips. changed: called with the ids that are to be shown, in their order. */
 export function makeChooser(changed) {
   const list = element("ul", { id: "addb-curve-list", hidden: true, role: "listbox", "aria-label": "Curves" });
-  const chips = element("div", { id: "addb-curve-chips", role: "group", "aria-label": "Curves that are shown" });
+  const chips = element("div", { id: "addb-curve-chips", role: "group", "aria-label": "Curves that this trial has not" });
   const box = element("input", {
     type: "search", id: "addb-curve-search", placeholder: "Add a curve: knee torque, hip angle …", autocomplete: "off",
     role: "combobox", "aria-label": "Add a curve", "aria-controls": list.id, "aria-expanded": "false", "aria-autocomplete": "list",
   });
 
-  let choices = [], chosen = [], at = 0, found = [];
+  let choices = [], chosen = [], drawn = [], at = 0, found = [];
   const words = (id) => choices.find((choice) => choice.id === id)?.words;
   const matches = ({ words, unit, also }) => {
     const text = `${words} ${unit} ${also}`.toLowerCase();
@@ -27,10 +30,7 @@ export function makeChooser(changed) {
 
   function draw() {
     chips.replaceChildren(
-      ...chosen.filter(words).map((id) => {
-        const told = { className: "addb-curve-chip", title: "Take it away", "aria-label": `Take away ${words(id)}` };
-        return button([words(id), element("span", {}, " ×")], () => toggle(id), told);
-      }),
+      ...chosen.filter((id) => words(id) && !drawn.includes(id)).map((id) => takeAway(words(id), [words(id), element("span", {}, " ×")], () => toggle(id))),
     );
     if (list.hidden) return;
     found = choices.filter(matches).slice(0, MOST_FOUND);
@@ -78,6 +78,11 @@ export function makeChooser(changed) {
   };
   return {
     parts: [box, list, chips],
+    toggle,
+    drawn(ids) {
+      drawn = ids;
+      draw();
+    },
     show(told) {
       [choices, chosen] = [told.choices, told.chosen];
       draw();

@@ -4,15 +4,15 @@ import { dashOf } from "./multiples.js";
 
 /** Makes the row of switches. choose: called with what was chosen, {by} or {over}. */
 export function makeOptions(choose) {
-  const switches = Object.entries({ time: "over time", cycle: "by gait cycle" }).map(([by, words]) => [by, button(words, () => choose({ by }))]);
-  const group = element("span", { className: "addb-switch", role: "group", "aria-label": "Curves over" }, ...switches.map(([, made]) => made));
+  const isOn = (made) => made.getAttribute("aria-pressed") === "true";
+  const byCycle = button("by gait cycle", () => choose({ by: isOn(byCycle) ? "time" : "cycle" }));
   const list = element("fieldset", { id: "addb-curve-trials", hidden: true, "aria-label": "Trials drawn over this one" });
   const unfold = () => {
     list.hidden = !list.hidden;
     opener.setAttribute("aria-expanded", String(!list.hidden));
   };
   const opener = button("Other trials", unfold, { "aria-expanded": "false" });
-  const perKg = button("per kg", () => choose({ per_kg: perKg.getAttribute("aria-pressed") !== "true" }), { title: "Torques and powers for each kilogram of the person" });
+  const perKg = button("per kg", () => choose({ per_kg: !isOn(perKg) }), { title: "Torques and powers for each kilogram of the person" });
   const writer = button("CSV", () => window.addb.send("do", "curves_csv"), { title: "Write what is shown into results/curves" });
   const legend = element("span", { id: "addb-curve-over" });
   let over = [], trials = [], lying = []; // lying: over the charts, in the order of their dashes
@@ -26,15 +26,13 @@ export function makeOptions(choose) {
       }),
     );
   return {
-    part: element("div", { id: "addb-curve-options" }, group, perKg, opener, writer, list, legend),
+    part: element("div", { id: "addb-curve-options" }, byCycle, perKg, opener, writer, list, legend),
     numberOf: (name) => lying.indexOf(name),
     show(told) {
       [over, trials] = [told.over, told.trials];
-      for (const [by, made] of switches) {
-        made.setAttribute("aria-pressed", String(by === told.by));
-        made.disabled = !told.cycles && by === "cycle";
-        made.title = made.disabled ? "Gait cycles need a fit" : "";
-      }
+      byCycle.setAttribute("aria-pressed", String(told.by === "cycle"));
+      byCycle.disabled = !told.cycles;
+      byCycle.title = told.cycles ? "" : "Gait cycles need a fit";
       perKg.setAttribute("aria-pressed", String(told.per_kg));
       perKg.hidden = !told.cycles;
       opener.hidden = !trials.length;

@@ -2,11 +2,7 @@
 // not carry, and its buttons with a picture have a name only while the pointer lies over them.
 import { watchPage } from "./elements.js";
 
-const PICTURES = {
-  adjustments: "Configuration and diagnostics",
-  "arrow-back": "Back to the controls",
-  "list-search": "Commands (Ctrl K)",
-};
+const PICTURES = { "list-search": "Commands (Ctrl K)" };
 const EVERY_MS = 300; // at most: the charts in the panel are drawn anew with each frame
 
 document.getElementById("root").setAttribute("role", "main");
