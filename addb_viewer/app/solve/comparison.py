@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.replay import Replay, ResidualReplay
 from solver.common.true_runs import runs
 from solver.fitting.fit_summary import TrialFigures
 
@@ -55,18 +55,56 @@ def compared(
 WORSE = 0.1  # by how much of itself a figure grows before a solve is called worse
 
 
-def got_worse(before: TrialFigures | None, now: TrialFigures | None) -> tuple[str, ...]:
+def got_worse(
+    before: Replay, now: Replay, figures_before: TrialFigures | None, figures_now: TrialFigures | None
+) -> tuple[str, ...]:
     """What another solve made worse in a trial, as "residual force 9.3 → 20.1 N".
 
+    Residuals are compared on frames that count in both. Frames that count in the new one alone make it worse
+    where what is missing on them is beyond the limit, and more than was missing before. Forces that were held
+    out are compared where the same frames count: else other ones are held out.
+
     Args:
-        before: figures of the solve that it is compared with; None: it has none of the trial.
-        now: of the new one.
+        before: the trial in the solve that is compared with.
+        now: in the new one.
+        figures_before: of the trial; None: that solve has none of it.
+        figures_now: likewise.
     """
-    told = []
-    for (label, unit, digits), was, is_now in zip(_TOLD, _values(before), _values(now), strict=True):
+    told = _residuals_worse(before.residual, now.residual)
+    same = not changed_frames(before, now).any()
+    for row, was, is_now in zip(_TOLD, _values(figures_before), _values(figures_now), strict=True):
+        if (row[0].startswith("Held-out") and not same) or row[0].startswith("Residual"):
+            continue
         if was is not None and is_now is not None and is_now > (1 + WORSE) * was:
-            told.append(f"{label.lower()} {was:.{digits}f} → {is_now:.{digits}f} {unit}")
+            told.append(_change_words(row, was, is_now))
     return tuple(told)
+
+
+def _residuals_worse(before: ResidualReplay | None, now: ResidualReplay | None) -> list[str]:
+    if before is None or now is None or len(before.used) != len(now.used):
+        return []
+    told = []
+    for row, was_missing, is_missing, limit in (
+        (_TOLD[0], before.force, now.force, now.force_limit),
+        (_TOLD[1], before.moment, now.moment, now.moment_limit),
+    ):
+        both, added = before.used & now.used, now.used & ~before.used
+        was, is_now = _rms(was_missing[both]), _rms(is_missing[both])
+        if is_now > (1 + WORSE) * was:
+            told.append(_change_words(row, was, is_now))
+        elif (on_added := _rms(is_missing[added])) > max(limit, (1 + WORSE) * was):
+            told.append(f"{_change_words(row, was, on_added)} on frames that count now")
+    return told
+
+
+def _rms(vectors: Float[np.ndarray, "frames 3"]) -> float:
+    """0 of none."""
+    return float(np.sqrt((vectors**2).sum(axis=1).mean())) if len(vectors) else 0.0
+
+
+def _change_words(row: tuple[str, str, int], was: float, is_now: float) -> str:
+    label, unit, digits = row
+    return f"{label.lower()} {was:.{digits}f} → {is_now:.{digits}f} {unit}"
 
 
 def changed_frames(before: Replay, now: Replay) -> Bool[np.ndarray, " frames"]:

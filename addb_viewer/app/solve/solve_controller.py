@@ -125,7 +125,11 @@ class SolveController:
         fits, replay = self.screen.shared.fits, self.screen.replay
         if fits.new is None or fits.compared is None or replay is None:
             return ()
-        return got_worse(fits.compared.figures(replay.name), fits.shown.figures(replay.name))
+        before, now = fits.compared, fits.shown
+        if replay.name not in before.trials:
+            return ()
+        was = before.replay(replay.name)
+        return got_worse(was, replay, before.figures(replay.name), now.figures(replay.name))
 
     def decide(self) -> None:
         """Y: the new solve is kept, unless it is worse."""

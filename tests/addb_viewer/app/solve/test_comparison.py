@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.solve.comparison import around, changed_frames, compared
+from addb_viewer.app.solve.comparison import around, changed_frames, compared, got_worse
 from addb_viewer.app.solve.solve_html import comparison_html
 from tests.addb_viewer.fit_figures import first_layout, force, of_trial
 
@@ -41,6 +41,35 @@ def test_both_feet_flagged_one_by_one_is_the_same_as_together(pair):
         before, forces=replace(before.forces, missing=((5, 9, "calcn_r", "b"), (5, 9, "calcn_l", "c")))
     )
     assert not changed_frames(together, apart).any()
+
+
+@pytest.mark.parametrize(
+    ("added_N", "in_both", "words"),
+    [
+        (30.0, 1.0, ()),  # harder frames than those before, within the limit of 35 N
+        (300.0, 1.0, ("residual force 20.0 → 300.0 N on frames that count now",)),
+        (30.0, 1.2, ("residual force 20.0 → 24.0 N",)),
+        (0.0, 1.05, ()),
+    ],
+)
+def test_a_solve_is_worse_by_frames_that_count_in_both_or_by_what_is_beyond_the_limit_on_new_ones(
+    make_replay, added_N, in_both, words
+):
+    replay = make_replay()
+    force = np.zeros((replay.frames, 3))
+    force[:, 1] = 20.0
+    used = np.arange(replay.frames) >= 60
+    before = replace(replay, residual=replace(replay.residual, force=force, moment=0 * force, used=used))
+    now = in_both * force
+    now[:60, 1] = added_N
+    more = replace(replay, residual=replace(before.residual, force=now, used=used | True))
+    assert got_worse(before, more, None, None) == words
+
+
+def test_a_solve_with_larger_marker_errors_is_worse(pair):
+    larger = replace(FIGURES, marker_rms_m=0.0085)
+    assert got_worse(pair[0], pair[0], FIGURES, larger) == ("marker error 0.75 → 0.85 cm",)
+    assert not got_worse(pair[0], pair[0], FIGURES, FIGURES)
 
 
 def test_torques_are_compared_near_the_edit(pair):
