@@ -8,7 +8,7 @@ from functools import cached_property
 from addb_viewer.report.frames_kept import Kept, kept_frames
 from addb_viewer.trial_view.proposals import pending, still_open
 from addb_viewer.trial_view.recorded_subject import Recording
-from addb_viewer.trial_view.trial_verdict import CauseKey, TrialVerdict, trial_verdict
+from addb_viewer.trial_view.trial_verdict import NO_DECISIONS, CauseDecisions, TrialVerdict, trial_verdict
 from annotations.folding import folded
 from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport
 from solver.fitting.results.extension_log import Standing
@@ -23,7 +23,7 @@ class DiagnosisShown:
     decision: str = ""  # who accepted or rejected it
     standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause
     gain: AcceptedGain | None = None
-    taken_in: frozenset[CauseKey] = frozenset()  # causes that the fit has in its model
+    decided: CauseDecisions = NO_DECISIONS  # about its causes
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,6 @@ class SubjectReport:
             review = folded(name, [edit for edit in self.recording.edits if edit.trial == name], feet)
             waiting = still_open(pending(record.replay.forces.proposals, review, {}))
             found.append(
-                trial_verdict(record.figures, review, shown.figures, shown.taken_in, proposals=waiting)
+                trial_verdict(record.figures, review, shown.figures, shown.decided, proposals=waiting)
             )
         return tuple(found)

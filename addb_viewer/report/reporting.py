@@ -115,7 +115,7 @@ def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
         )
     state = read_state(fit.subject, results, fit)
     decided = decision_in_words(state)
-    return DiagnosisShown(figures, "", decided, state.standings, state.gain, state.taken_in)
+    return DiagnosisShown(figures, "", decided, state.standings, state.gain, state.decided)
 
 
 def _changed(fit: Fit, made_from: Mapping[str, Mapping], trials: Sequence[str]) -> list[str]:

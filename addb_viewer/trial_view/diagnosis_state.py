@@ -8,14 +8,14 @@ from pathlib import Path
 from addb_viewer.jobs.accepted_extension import kept_gain
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.text.diagnosis_vocabulary import title
-from addb_viewer.trial_view.trial_verdict import CauseKey
+from addb_viewer.trial_view.trial_verdict import NO_DECISIONS, CauseDecisions
 from solver.capture.capture import Subject
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport, Rival
 from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import extension_in, other_recordings, provenance_of
 from solver.fitting.results import extension_log
-from solver.fitting.results.extension_log import ACCEPT, Decision, Standing, standings
+from solver.fitting.results.extension_log import ACCEPT, REJECT, Decision, Standing, standings
 
 
 class InFit(Enum):
@@ -35,7 +35,7 @@ class DiagnosisState:
     changed: tuple[str, ...] = ()  # recordings that are others than those it was made of
     decision: Decision | None = None  # the last one
     in_fit: InFit = InFit.NO_FIT
-    taken_in: frozenset[CauseKey] = frozenset()  # causes that the fit on the screen has in its model
+    decided: CauseDecisions = NO_DECISIONS  # about its causes
     standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause
     gain: AcceptedGain | None = None  # by the accepted causes
 
@@ -53,8 +53,8 @@ class DiagnosisState:
         return held or (self.figures is not None and bool(self.figures.effects))
 
 
-def taken_in(results: Path, extension: str | None) -> frozenset[CauseKey]:
-    """Causes that a fit has in its model; none where its extension is not the accepted one.
+def cause_decisions(results: Path, extension: str | None) -> CauseDecisions:
+    """What people decided; a fit has causes in its model where its extension is the accepted one.
 
     Args:
         results: where the decisions are kept.
@@ -63,10 +63,14 @@ def taken_in(results: Path, extension: str | None) -> frozenset[CauseKey]:
     Raises:
         ResultsError: the log of decisions cannot be read.
     """
+    made = standings(extension_log.decisions(results))
+    accepted, rejected = (
+        frozenset(key for key, standing in made.items() if standing.kind == kind) for kind in (ACCEPT, REJECT)
+    )
     held = None if extension is None else extension_log.accepted(results)
     if held is None or held[1].fingerprint != extension:
-        return frozenset()
-    return frozenset((cause.id, cause.target) for cause in held[0].causes)
+        return CauseDecisions(accepted, rejected)
+    return CauseDecisions(accepted, rejected, frozenset((c.id, c.target) for c in held[0].causes))
 
 
 def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisState:
@@ -85,7 +89,7 @@ def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisSta
     state = DiagnosisState(
         decision=decision,
         in_fit=_in_fit(results, fit),
-        taken_in=taken_in(results, None if fit is None else extension_in(fit.provenance)),
+        decided=cause_decisions(results, None if fit is None else extension_in(fit.provenance)),
         standings=standings(made),
         gain=None if decision is None else kept_gain(decision, results),
     )

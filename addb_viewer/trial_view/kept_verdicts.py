@@ -8,7 +8,7 @@ from pathlib import Path
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import whole_log
 from addb_viewer.jobs.stored_solves import stored_solves, waiting_solves
-from addb_viewer.trial_view.diagnosis_state import taken_in
+from addb_viewer.trial_view.diagnosis_state import cause_decisions
 from addb_viewer.trial_view.forces_in_use import is_changed
 from addb_viewer.trial_view.proposals import pending, still_open
 from addb_viewer.trial_view.replay import ForceUse
@@ -77,7 +77,7 @@ class KeptResults:
             self.figures.get(name),
             review,
             self.report,
-            taken_in(self.folder, fit.extension),
+            cause_decisions(self.folder, fit.extension),
             proposals=proposals,
             waiting=self.waiting,
             changed=review is not None and is_changed(fit.feet, forces, review),

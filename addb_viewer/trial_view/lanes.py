@@ -250,7 +250,7 @@ def _usable(replay: Replay) -> list[Lane]:
 
     counted = [Block(int(a), int(b), "", "counts", COUNTS) for a, b in runs(used)]
     others = [Block(int(a), int(b), "", why(a, b), GREY, hatched=True) for a, b in runs(~used)]
-    return [Lane("usable", tuple(sorted((*counted, *others), key=lambda block: block.start)))]
+    return [Lane("forces count", tuple(sorted((*counted, *others), key=lambda block: block.start)))]
 
 
 def _causes(figures: DiagnosisReport, trial: str) -> list[Lane]:

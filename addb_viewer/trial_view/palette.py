@@ -108,7 +108,10 @@ UNSEEN = PALE  # a marker while it's lost
 NO_MODEL = GREY  # a marker that nothing was fitted to
 PLATES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, GREY)  # in the plots, in the file's order
 
-COUNTS, REVIEWED = Rgb(84, 122, 148), Rgb(52, 58, 64)  # frames that figures cover; that somebody decided on
+COUNTS, REVIEWED = (
+    Rgb(84, 122, 148),
+    Rgb(120, 128, 138),
+)  # frames that figures cover; that somebody decided on
 
 # Of the reasons' keys, in the app's lanes: the number stands on the block as well. No foot's, no residual's.
 REASONS = {

@@ -1,14 +1,14 @@
 """What detection proposes for a trial, and what people made of it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Bool
 
 from addb_viewer.jobs.review_store import as_proposal
-from annotations.events import Proposal
+from annotations.events import AcceptProposal, Event, FlagRange, Proposal
 from annotations.label_runs import true_runs
 from annotations.open_proposals import open_proposals
 from annotations.trial_review import TrialReview
@@ -48,6 +48,23 @@ def pending(
     known.sort(key=lambda p: (p.start, p.end, p.foot or ""))
     waiting = {id(p) for p in open_proposals(known, review)}
     return tuple(Pending(p, State.OPEN if id(p) in waiting else _decided(p, review)) for p in known)
+
+
+def as_proposed(flag: FlagRange, proposals: Sequence[Pending]) -> list[Event]:
+    """Frames of a cause as decisions: what detection proposes there is accepted, the rest is flagged.
+
+    Args:
+        flag: the frames.
+        proposals: of the trial; open ones of the same foot, mostly in these frames, are accepted.
+    """
+    rest, accepted = np.ones(flag.end - flag.start, dtype=bool), []
+    for found in (p.proposal for p in proposals if p.state is State.OPEN and p.proposal.foot == flag.foot):
+        start, end = max(0, found.start - flag.start), min(len(rest), found.end - flag.start)
+        if 2 * (end - start) > found.end - found.start:
+            rest[start:end] = False
+            accepted.append(AcceptProposal(found))
+    left = [replace(flag, start=flag.start + a, end=flag.start + b) for a, b in true_runs(rest)]
+    return [*accepted, *left]
 
 
 def still_open(proposals: Sequence[Pending], least: float = 0.0) -> int:

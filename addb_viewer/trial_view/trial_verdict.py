@@ -1,6 +1,6 @@
 """Where a trial stands: its verdict by figures, causes and people, what is open, and the next act."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +33,7 @@ NEXT = {
     "compare": "look at the new solve",
     "next": "decide",
     "diagnose": "find the cause",
+    "show_diagnosis": "decide about the cause",
     "finish": "finish",
 }
 PLAIN = {
@@ -45,13 +46,25 @@ FIGURES = {Why.MARKERS: "marker error", Why.MOMENT: "moment", Why.FORCE: "force"
 
 
 @dataclass(frozen=True)
+class CauseDecisions:
+    """What people decided about causes, by id and target, and which of these a fit has in its model."""
+
+    accepted: frozenset[CauseKey] = frozenset()
+    rejected: frozenset[CauseKey] = frozenset()
+    in_fit: frozenset[CauseKey] = frozenset()
+
+
+NO_DECISIONS = CauseDecisions()
+
+
+@dataclass(frozen=True)
 class VerdictLine:
     """Its parts; empty where there is nothing to say."""
 
     sign: str
     use: str
-    why: str
     frames: str
+    why: str
     open: str
     next: str  # the action, as `COMMANDS` call it
     doing: str  # what it does, in words
@@ -59,7 +72,7 @@ class VerdictLine:
     @property
     def text(self) -> str:
         """All but the next act, in one line."""
-        told = " · ".join(filter(None, (self.use, self.why, self.frames, self.open)))
+        told = " · ".join(filter(None, (self.use, self.frames, self.why, self.open)))
         return f"{self.sign} {told}"
 
 
@@ -76,6 +89,8 @@ class TrialVerdict:
     waiting: tuple[str, ...] = ()  # whose new solves wait to be kept or discarded
     changed: bool = False  # other forces count now than in the fit
     diagnosed: bool = False  # by a diagnosis that still holds
+    undecided: int = 0  # causes of it that limit the use, and nobody has accepted
+    accepted: int = 0  # those that somebody has, and the fit has not in its model
 
     @property
     def is_marked(self) -> bool:
@@ -98,10 +113,14 @@ class TrialVerdict:
             return "next"
         if self.changed:
             return "solve"
-        asks = any(r.why in (Why.FORCE, Why.MOMENT) for r in self.verdict.reasons) and not self.diagnosed
-        if self.status is not Status.FINISHED and (asks or self.verdict.named):
-            return "diagnose"
-        return "finish"
+        if self.status is Status.FINISHED:
+            return "finish"
+        if self.undecided and self.verdict.named:
+            return "show_diagnosis"
+        if self.accepted:
+            return "solve"
+        asks = any(r.why in (Why.FORCE, Why.MOMENT) for r in self.verdict.reasons)
+        return "diagnose" if asks and not self.diagnosed else "finish"
 
 
 def _line(trial: TrialVerdict) -> VerdictLine:
@@ -112,8 +131,8 @@ def _line(trial: TrialVerdict) -> VerdictLine:
     return VerdictLine(
         sign,
         USES[verdict.use],
-        "" if verdict.decides is None else reason_words(verdict.decides),
         f"{verdict.usable_frames} of {verdict.frames} frames" if verdict.usable_frames else "",
+        "" if verdict.decides is None else reason_words(verdict.decides),
         open_words(trial) if fitted else "",
         trial.next,
         "go on" if trial.next == "finish" and trial.status is Status.FINISHED else doing,
@@ -152,6 +171,7 @@ def open_words(trial: TrialVerdict) -> str:
     ]
     told += [f"a new solve of {by} waits" for by in trial.waiting]
     told += ["other forces count now"] if trial.changed else []
+    told += ["an accepted cause is not in the fit yet"] if trial.accepted else []
     if trial.status is Status.SECOND_LOOK:
         told.insert(0, f"second look for {trial.by}{f': {trial.note}' if trial.note else ''}")
     if not told and trial.status is Status.FINISHED:
@@ -163,7 +183,7 @@ def trial_verdict(
     figures: TrialFigures | None,
     review: TrialReview | None,
     report: DiagnosisReport | None = None,
-    taken_in: Collection[CauseKey] = (),
+    decided: CauseDecisions = NO_DECISIONS,
     *,
     proposals: int = 0,
     waiting: tuple[str, ...] = (),
@@ -175,20 +195,32 @@ def trial_verdict(
         figures: of its fit; None: it is not fitted.
         review: what people decided; None: nothing is known of it.
         report: of a diagnosis that still holds; None: nobody has asked.
-        taken_in: causes that the fit has in its model.
+        decided: about its causes.
         proposals: that nobody has decided.
         waiting: whose new solves wait.
         changed: whether other forces count now than in the fit.
     """
     verdict = NOT_FITTED if figures is None else figures.judged()
     asked = report is not None and figures is not None and figures.name in report.trials
+    undecided = accepted = 0
     if report is not None and figures is not None and asked:
-        verdict = verdict.also(_of_causes(report, figures, taken_in, review))
+        causes = dict(_of_causes(report, figures, decided, review))
+        verdict = verdict.also(causes.values())
+        accepted = len(causes.keys() & decided.accepted)
+        undecided = sum(reason.why is Why.CAUSE for reason in causes.values()) - accepted
     if review is not None and review.unusable is not None:
         leaves = Use.ANGLES if review.unusable is Unusable.TORQUES else Use.NOTHING
         by = review.status_author or ""
         verdict = verdict.also([Reason(Why.PERSON, leaves, of=by, words=review.status_note)])
-    found = TrialVerdict(verdict, proposals=proposals, waiting=waiting, changed=changed, diagnosed=asked)
+    found = TrialVerdict(
+        verdict,
+        proposals=proposals,
+        waiting=waiting,
+        changed=changed,
+        diagnosed=asked,
+        undecided=undecided,
+        accepted=accepted,
+    )
     if review is None:
         return found
     said = replace(found, status=review.status, by=review.status_author or "", note=review.status_note)
@@ -216,27 +248,28 @@ LOOK_WRONG = ("forceDiscrepancy", "torqueDiscrepancy", "copOutsideConvexFootErro
 def _of_causes(
     report: DiagnosisReport,
     figures: TrialFigures,
-    taken_in: Collection[CauseKey],
+    decided: CauseDecisions,
     review: TrialReview | None,
-) -> Iterator[Reason]:
-    """What the causes that act on the trial limit: what is not corrected yet, and not left out either."""
+) -> Iterator[tuple[CauseKey | None, Reason]]:
+    """What causes that act on the trial limit, unless corrected, left out or rejected; None: no name."""
     trial, named = figures.name, names_of(report)
     for cause in (*named, *tentative_of(report)):
         sure = max(cause.confidence, cause.in_its_class or 0.0)
         if trial not in {name for name, _, _ in cause.frames} or corrected_on_reading(cause):
             continue
-        if (cause.id, cause.target) in taken_in or _is_left_out(report, cause, figures, review):
+        key = (cause.id, cause.target)
+        if key in decided.in_fit | decided.rejected or _is_left_out(report, cause, figures, review):
             continue
-        known, key = about(cause), f"{cause.id} {cause.target}"
+        known = about(cause)
         doubted = Use.NOTHING if known.doubts_angles else Use.ANGLES
         near = known.in_markers or cause.is_tentative or sure < LEAST_SURE
         leaves = Use.TORQUES if near else doubted
         single = cause.confidence >= LEAST_SURE
         words = short_title(cause) if single else f"{short_title(cause)}, or a like cause"
         told = cause.confidence if single else sure
-        yield Reason(Why.CAUSE, leaves, of=key, confidence=told, words=words)
+        yield key, Reason(Why.CAUSE, leaves, of=" ".join(key), confidence=told, words=words)
     if report.verdict == "unexplained" and trial in trials_in_question(report):
-        yield Reason(Why.UNEXPLAINED, Use.ANGLES)
+        yield None, Reason(Why.UNEXPLAINED, Use.ANGLES)
 
 
 def _is_left_out(

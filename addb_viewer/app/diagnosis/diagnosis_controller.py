@@ -3,6 +3,7 @@
 import itertools
 import threading
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import viser
@@ -16,9 +17,11 @@ from addb_viewer.app.subjects.shared_subject import DIAGNOSING, HOLDING_OUT, REC
 from addb_viewer.text.diagnosis_vocabulary import about, short_title
 from addb_viewer.text.verdict_words import verdict
 from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words, read_state
+from addb_viewer.trial_view.proposals import as_proposed, pending
 from addb_viewer.trial_view.replay import Replay
 from solver.common.errors import SolverError
-from solver.diagnosis.diagnosis_report import Cause
+from solver.diagnosis.causes.catalogue import cannot_be_accepted
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 OTHERS = (SOLVING, RECORDING, HOLDING_OUT)  # told by other tabs
@@ -41,6 +44,7 @@ class DiagnosisController:
         self.replay: Replay | None = None  # on the screen
         self.drawing = threading.Lock()  # of the panel
         self._shown = itertools.count()  # how often the tab was asked for
+        self._asked_about: Cause | None = None  # that X has shown, of the trial on the screen
 
     def show(self) -> None:
         """Read what is kept and show it; what cannot be read is told, and the panel is then empty."""
@@ -55,9 +59,27 @@ class DiagnosisController:
             self._draw_screen()
         self._draw_picture()
 
+    @property
+    def asked_about(self) -> Cause | None:
+        """The cause that X has shown and nobody has decided about: keys accept or reject it."""
+        cause = self._asked_about
+        return cause if cause is not None and self._is_open(cause) else None
+
+    @property
+    def uncorrected(self) -> DiagnosisReport | None:
+        """What is known, without the causes that the fit on the screen has in its model."""
+        state = self.state
+        if state.figures is None:
+            return None
+        left = [c for c in state.figures.effects if (c.id, c.target) not in state.decided.in_fit]
+        return replace(state.figures, effects=tuple(left))
+
+    def _is_open(self, cause: Cause) -> bool:
+        return not cannot_be_accepted(cause.id) and (cause.id, cause.target) not in self.state.standings
+
     def show_trial(self, replay: Replay) -> None:
         """Show what was found in the trial that is now on the screen."""
-        self.replay = replay
+        self.replay, self._asked_about = replay, None
         self._draw_picture()
 
     def show_reviews(self) -> None:
@@ -80,9 +102,12 @@ class DiagnosisController:
         """Show the tab, and go to what it names in the trial on the screen."""
         self.screen.channel.show("tab", ["Diagnosis", next(self._shown)])
         effects = () if self.state.figures is None else self.state.figures.effects
-        here = "" if self.replay is None else self.replay.name
-        for effect in effects:
-            if about(effect).at_certain_frames and here in {trial for trial, _, _ in effect.frames}:
+        name = "" if self.replay is None else self.replay.name
+        here = [effect for effect in effects if name in {trial for trial, _, _ in effect.frames}]
+        self._asked_about = next(filter(self._is_open, here), None)
+        self.screen.draw_lanes()
+        for effect in here:
+            if about(effect).at_certain_frames:
                 self.go(effect)
                 return
 
@@ -94,6 +119,18 @@ class DiagnosisController:
         """Leave the named causes out of later fits."""
         self.screen.shared.decide("Rejecting", ["reject"], "rejecting", self.screen.reviewer.author())
 
+    def accept_shown(self) -> None:
+        """Enter, where X has shown a cause and no proposal is at hand."""
+        self._decide_shown(ACCEPT)
+
+    def reject_shown(self) -> None:
+        """Backspace, likewise."""
+        self._decide_shown(REJECT)
+
+    def _decide_shown(self, kind: str) -> None:
+        if (cause := self.asked_about) is not None:
+            self.decide_one(kind, cause)
+
     def decide_one(self, kind: str, effect: Cause) -> None:
         """Accept or reject one cause; what was decided about others stays."""
         doing, stage = {ACCEPT: ("Accepting", ACCEPTING), REJECT: ("Rejecting", "rejecting")}[kind]
@@ -104,11 +141,17 @@ class DiagnosisController:
         """Flag the frames of a cause, so that no fit uses them."""
         assert self.state.figures is not None
         shared, author = self.screen.shared, self.screen.reviewer.author()
-        flags = flags_of(self.state.figures, effect, shared.fits.shown.trials)
-        for trial, event in flags:
-            shared.reviews.record(trial, event, author)
+        library = shared.fits.shown
+        flags = flags_of(self.state.figures, effect, library.trials)
+        for trial, flag in flags:
+            found, review = library.replay(trial).forces.proposals, shared.reviews.review(trial)
+            proposals = pending(found, review, library.fit.provenance if library.fit else {})
+            for event in as_proposed(flag, proposals):
+                shared.reviews.record(trial, event, author)
         trials = ", ".join(dict.fromkeys(trial for trial, _ in flags))
-        self.notices.tell("Flagged", f"{short_title(effect)}, in {trials}. U there takes it back; G solves.")
+        self.notices.tell(
+            "Flagged", f"{short_title(effect)}, in {trials}. U there takes the last range back; G solves."
+        )
 
     def go(self, effect: Cause) -> None:
         """Go to the frame where a cause begins, in the trial on the screen if it acts there."""

@@ -168,7 +168,7 @@ def _said(item: WorkItem) -> list[Any]:
 def _verdict_words(trial: TrialVerdict) -> list[str]:
     """Sign, use, and the rest of the trial's line."""
     line = trial.line
-    return [line.sign, line.use, " · ".join(filter(None, (line.why, line.frames, line.open)))]
+    return [line.sign, line.use, " · ".join(filter(None, (line.frames, line.why, line.open)))]
 
 
 def _rounded(value: float | None) -> float | None:

@@ -22,6 +22,7 @@ from solver.contact.wrenches import DETECTION, NOBODY
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.dynamics.thresholds import Thresholds
 from solver.fitting.fit_summary import TrialFigures
+from solver.fitting.verdict import Use
 
 RECENT_S = 900.0  # who edited a trial so short a time ago is still on it, in whichever app
 
@@ -135,9 +136,13 @@ class Row:
         return residual + (self.left_out or 0.0) + self.doubtful + (1.0 if self.undecided else 0.0)
 
 
-def order(row: Row) -> tuple[bool, float, str]:
-    """Where a row stands; equally bad trials of a subject stay in the subject's own order."""
-    return row.finished, -row.badness, row.subject
+WORST_FIRST = (Use.UNKNOWN, Use.NOTHING, Use.ANGLES, Use.TORQUES)
+
+
+def order(row: Row) -> tuple[bool, int, float, str]:
+    """Where a row stands: by its verdict, by how much it needs a person, in the subject's own order."""
+    use = Use.UNKNOWN if row.verdict is None else row.verdict.verdict.use
+    return row.finished, WORST_FIRST.index(use), -row.badness, row.subject
 
 
 def next_trial(rows: Sequence[Row], here: TrialPlace | None, taken: Collection[TrialPlace]) -> Row | None:

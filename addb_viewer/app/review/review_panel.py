@@ -33,7 +33,7 @@ class ReviewPanel:
                 self.suggestion = gui.add_button_group(
                     "Suggestion", SUGGESTION, hint="The one that is selected, or under the cursor"
                 )
-                self.activity = gui.add_dropdown("Activity", activity_names(), hint="What the person does")
+                self.activity = gui.add_dropdown("Label", activity_names(), hint="What the person does")
                 self.label = gui.add_button(
                     "Label the selection", color="gray", hint="The whole trial where nothing is selected"
                 )

@@ -164,8 +164,8 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "foot": review.next_foot,
         "next": review.steps.on,
         "previous": review.steps.back,
-        "accept_proposal": review.steps.accept,
-        "reject_proposal": review.steps.reject,
+        "accept_proposal": lambda: _decide(s, review.steps.accept, s.diagnosis.accept_shown),
+        "reject_proposal": lambda: _decide(s, review.steps.reject, s.diagnosis.reject_shown),
         "undo": s.finishing.undo,
         "redo": review.redo,
         "what_if": review.what_if,
@@ -381,6 +381,12 @@ def _point(s: Session, place: Any) -> None:
             eye = eye_of(s.client.camera, s.picture)
             words = s.scene.pointed_at(s.frame, eye, np.array([x, y], dtype=float))
             s.channel.show("pointed", [words, number])
+
+
+def _decide(s: Session, proposal: Action, cause: Action) -> None:
+    """About the proposal at hand; where there is none, about the cause that X has shown."""
+    is_of_cause = s.review.current is None and s.diagnosis.asked_about is not None
+    (cause if is_of_cause else proposal)()
 
 
 def _show_options(s: Session) -> None:

@@ -17,6 +17,7 @@ from addb_viewer.app.solve.solve_controller import SolveController
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.text.coordinate_words import torque_in_words
+from addb_viewer.text.diagnosis_vocabulary import short_title, sureness
 from addb_viewer.trial_view.charts import charts_of
 from addb_viewer.trial_view.forces_in_use import contact_words
 from addb_viewer.trial_view.lanes import Lane
@@ -26,7 +27,7 @@ from addb_viewer.trial_view.trial_verdict import TrialVerdict, cause_against
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words
-from solver.diagnosis.diagnosis_report import DiagnosisReport
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 from solver.fitting.fit_summary import TrialFigures
 from solver.fitting.verdict import Use, Why
 
@@ -111,11 +112,17 @@ class Bar:
         known = replay is not None or s.shared.fits.shown.fit is None
         self._say(
             **place_json(s.queue.here, s.queue.let_through()),
-            verdict=verdict_json(s.verdict, at_work=at_work) if known else None,
+            verdict=verdict_json(s.verdict, at_work=at_work, then=self._then()) if known else None,
             people=people_json(others),
             solve=solve_json(s.shared, replay, s.solving.other, s.solving.worse),
         )
         self.show_work()
+
+    def _then(self) -> str:
+        solving = self._session.solving
+        if self._session.shared.fits.new is None or not solving.comparing:
+            return ""
+        return "discard it" if solving.worse else "keep it"
 
     def show_work(self) -> None:
         """Say what is at work."""
@@ -126,7 +133,11 @@ class Bar:
         """Say what the next key acts on."""
         s = self._session
         if s.replay is not None:
-            self._say(chips=chips_json(s.review, s.replay, s.frame, s.diagnosis.state.figures))
+            self._say(
+                chips=chips_json(
+                    s.review, s.replay, s.frame, s.diagnosis.uncorrected, s.diagnosis.asked_about
+                )
+            )
 
     def _say(self, **parts: Any) -> None:
         """Say this from now on, beside all that was said before."""
@@ -151,26 +162,28 @@ def place_json(here: TrialPlace, rows: Sequence[Row]) -> dict[str, Any]:
     return {"place": place, "of": of}
 
 
-def verdict_json(trial: TrialVerdict, *, at_work: bool) -> dict[str, Any]:
+def verdict_json(trial: TrialVerdict, *, at_work: bool, then: str = "") -> dict[str, Any]:
     """The first line of the page: its parts, and what a click on one does.
 
     Args:
         trial: where it stands.
         at_work: whether its subject is being fitted.
+        then: what Y does to the new solve that has been looked at; empty where none has.
     """
     line, decides = trial.line, trial.verdict.decides
     fitting = at_work and trial.verdict.use is Use.UNKNOWN
     return {
         "sign": line.sign,
         "use": line.use,
-        "why": line.why,
         "frames": line.frames,
+        "why": line.why,
         "open": "it is being fitted" if fitting else line.open,
         "where": None if decides is None else WHERE.get(decides.why),
-        "next": None if fitting else [line.next, line.doing],
+        "next": None if fitting else ["yes", then] if then else [line.next, line.doing],
     }
 
 
+DECIDE = [["accept_proposal", "accept"], ["reject_proposal", "reject"]]
 WHERE = {
     Why.FORCE: "worst",
     Why.MOMENT: "worst",
@@ -182,9 +195,21 @@ WHERE = {
 
 
 def chips_json(
-    review: ReviewController, replay: Replay, frame: int, report: DiagnosisReport | None
+    review: ReviewController,
+    replay: Replay,
+    frame: int,
+    report: DiagnosisReport | None,
+    asked_about: Cause | None = None,
 ) -> list[Chip]:
-    """What the next key acts on: the range, and the proposal on it, with a cause that may be the reason."""
+    """What the next key acts on: the range, and the proposal on it, with a cause that may be the reason.
+
+    Args:
+        review: of the trial.
+        replay: the trial.
+        frame: under the cursor.
+        report: of the diagnosis.
+        asked_about: a cause that waits for a decision where no proposal is at hand.
+    """
     chosen, about, found = review.chosen, review.about, review.current
     foot = foot_words(about)
     if chosen is not None:
@@ -202,9 +227,12 @@ def chips_json(
         chips.append(
             {
                 "text": f"{where}{reason_words(p.reason)}?  {sure_words(p.confidence)} sure{perhaps}",
-                "keys": [["accept_proposal", "accept"], ["reject_proposal", "reject"]],
+                "keys": DECIDE,
             }
         )
+    elif asked_about is not None:
+        sure = sureness(asked_about.confidence)
+        chips.append({"text": f"cause: {short_title(asked_about)}?  {sure} sure", "keys": DECIDE})
     return chips
 
 

@@ -218,7 +218,7 @@ class Session:
             fits.shown.figures(replay.name),
             review,
             None if state.changed else state.figures,
-            state.taken_in,
+            state.decided,
             proposals=still_open(self.review.proposals),
             waiting=() if fits.new is None else (fits.new.by,),
             changed=is_changed(replay.feet, replay.forces, review),
@@ -308,7 +308,7 @@ class Session:
 
     def explain(self) -> None:
         """Draw the causes of the diagnosis that is kept."""
-        self.scene.explain(self.diagnosis.state.figures)
+        self.scene.explain(self.diagnosis.uncorrected)
         self.controls.show.legend.content = self.scene.legend
         self.draw_lanes()
         self.playback.redraw()
@@ -316,7 +316,7 @@ class Session:
     def draw_lanes(self) -> None:
         """Show what has changed in the lanes."""
         if self._replay is not None:
-            lanes = self.review.lanes(self.diagnosis.state.figures)
+            lanes = self.review.lanes(self.diagnosis.uncorrected)
             self.timeline.draw_lanes(lanes, self.review.chosen)
             self.bar.show_chips()
 

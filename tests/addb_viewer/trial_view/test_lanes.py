@@ -86,7 +86,7 @@ def proposed(lanes, side):
 
 
 def test_every_frame_is_usable_or_says_why_not(lanes):
-    found = lanes()["usable"]
+    found = lanes()["forces count"]
     assert [(b.start, b.end, b.told.split(":")[0]) for b in found] == [
         (0, 20, "does not count"),
         (20, 200, "counts"),

@@ -1,6 +1,7 @@
+from dataclasses import replace
 from datetime import UTC, datetime
 
-from addb_viewer.trial_view.proposals import State, pending, still_open
+from addb_viewer.trial_view.proposals import State, as_proposed, pending, still_open
 from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, RejectProposal
 from annotations.folding import folded
 from solver.contact.detected_ranges import Proposal as Detected
@@ -42,3 +43,17 @@ def test_the_last_word_counts():
 def test_a_flag_of_the_other_foot_or_of_a_part_decides_nothing():
     assert states(FlagRange(10, 20, "manualReview", "calcn_l"))[0] is State.OPEN
     assert states(FlagRange(10, 15, "manualReview", "calcn_r"))[0] is State.OPEN
+
+
+def test_frames_of_a_cause_accept_what_is_proposed_there_and_flag_the_rest():
+    proposals = pending(FOUND, folded("walk", [], FEET), {})
+    right = proposals[0].proposal
+    inside = FlagRange(9, 18, "notOverForcePlate", "calcn_r")
+    assert as_proposed(inside, proposals) == [AcceptProposal(right), replace(inside, end=10)]
+    aside = FlagRange(0, 14, "notOverForcePlate", "calcn_r")
+    assert as_proposed(aside, proposals) == [aside], "the proposal is mostly about others"
+    assert as_proposed(replace(inside, foot="calcn_l"), proposals) == [replace(inside, foot="calcn_l")]
+    again = pending(
+        FOUND, folded("walk", [Edit(1, "walk", "Zoë", datetime.now(UTC), AcceptProposal(right))], FEET), {}
+    )
+    assert as_proposed(inside, again) == [inside]

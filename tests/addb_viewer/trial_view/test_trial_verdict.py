@@ -3,7 +3,7 @@
 import pytest
 
 from addb_viewer.text.residual_words import TAKEN_OFF
-from addb_viewer.trial_view.trial_verdict import times_the_limit, trial_verdict
+from addb_viewer.trial_view.trial_verdict import CauseDecisions, times_the_limit, trial_verdict
 from annotations.events import Edit, FlagRange, SetStatus, Status, Unusable
 from annotations.folding import folded
 from annotations.review_errors import ReviewError
@@ -14,6 +14,7 @@ from tests.annotations.conftest import FIRST
 
 FEET = ("calcn_r", "calcn_l")
 USED = ((0, 100),)
+LATE = frozenset({("clock_offset", "all")})
 
 
 def figures(force_BW=0.02, moment_BWh=0.006, marker_rms_m=0.01, marker_max_m=0.03, **more):
@@ -80,7 +81,9 @@ def test_a_cause_limits_what_it_spoils(found, use):
 
 
 def test_a_cause_that_the_fit_has_in_its_model_or_that_acts_elsewhere_limits_nothing():
-    assert trial_verdict(figures(), None, report(cause()), {("clock_offset", "all")}).verdict.within
+    assert trial_verdict(figures(), None, report(cause()), CauseDecisions(in_fit=LATE)).verdict.within
+    assert trial_verdict(figures(), None, report(cause()), CauseDecisions(rejected=LATE)).verdict.within
+    assert not trial_verdict(figures(), None, report(cause()), CauseDecisions(accepted=LATE)).verdict.within
     assert trial_verdict(figures(), None, report(cause(frames=(("run", 0, 9),)))).verdict.within
 
 
@@ -126,7 +129,10 @@ def test_a_trial_is_marked_unusable_with_a_reason_and_by_finishing_it():
         (trial_verdict(figures(), None, waiting=("Bo",), proposals=1), "compare"),
         (trial_verdict(figures(moment_BWh=0.05), None), "diagnose"),
         (trial_verdict(figures(moment_BWh=0.05), None, report(verdict="clean")), "finish"),
-        (trial_verdict(figures(), None, report(cause())), "diagnose"),
+        (trial_verdict(figures(), None, report(cause())), "show_diagnosis"),
+        (trial_verdict(figures(), None, report(cause()), CauseDecisions(accepted=LATE)), "solve"),
+        (trial_verdict(figures(), None, report(cause()), CauseDecisions(LATE, in_fit=LATE)), "finish"),
+        (trial_verdict(figures(), None, report(cause()), CauseDecisions(rejected=LATE)), "finish"),
         (trial_verdict(figures(moment_BWh=0.05), reviewed(SetStatus(Status.FINISHED))), "finish"),
     ],
 )
@@ -138,12 +144,12 @@ def test_the_line_says_what_it_is_good_for_what_decides_and_what_is_open():
     good = trial_verdict(figures(), None)
     assert (
         good.line.text
-        == "✓ Torques usable · marker RASI 75 % of the limit · 100 of 100 frames · nothing open"
+        == "✓ Torques usable · 100 of 100 frames · marker RASI 75 % of the limit · nothing open"
     )
     over = trial_verdict(figures(moment_BWh=0.051), None, proposals=1)
-    assert over.line.text == "! Angles only · moment 5.1 × the limit · 100 of 100 frames · 1 proposal open"
+    assert over.line.text == "! Angles only · 100 of 100 frames · moment 5.1 × the limit · 1 proposal open"
     late = trial_verdict(figures(), None, report(cause(confidence=0.9)))
-    assert "! Angles only · forces shifted in time against the markers (90 %)" in late.line.text
+    assert "· forces shifted in time against the markers (90 %) · nothing open" in late.line.text
     assert trial_verdict(None, None).line.text == "– Not fitted"
     looked = trial_verdict(figures(), reviewed(SetStatus(Status.SECOND_LOOK, "left foot?")))
     assert looked.line.open == "second look for Ada: left foot?"

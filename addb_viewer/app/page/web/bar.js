@@ -42,11 +42,11 @@ const drawHead = () => {
   });
   const playing = speed ? [element("span", { className: "speed" }, `▶ ${speed < 0 ? "−" : ""}${Math.abs(speed)}×`)] : [];
   if (!verdict) return head.replaceChildren(chooser, ...playing);
-  const { sign, use, why, frames, open, where, next } = verdict;
+  const { sign, use, frames, why, open, where, next } = verdict;
   head.dataset.sign = sign;
   head.replaceChildren(
     chooser,
-    element("span", { id: "addb-verdict" }, word(`${sign} ${use}`, true), ...part(why, where, `${why}: show it`), ...part(frames), ...part(open, /proposal|disagreement/.test(open) ? "next" : "", "Go to the next one")),
+    element("span", { id: "addb-verdict" }, word(`${sign} ${use}`, true), ...part(frames), ...part(why, where, `${why}: show it`), ...part(open, /proposal|disagreement/.test(open) ? "next" : "", "Go to the next one")),
     ...playing,
     ...(next ? [element("span", { id: "addb-next" }, "next: ", act(next))] : []),
   );

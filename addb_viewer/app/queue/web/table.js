@@ -9,7 +9,7 @@ const COLUMNS = [
   ["last", "last edit"], ["comments", "comments", true],
 ];
 const TOLD = {
-  verdict: "What the trial is good for, and why. In the order of how much it needs a person: residual in units of its limit (Hicks et al. 2015), plus the shares left out and under open proposals, plus one where nobody has decided",
+  verdict: "What the trial is good for, and why. By what it is good for, the worst first; then by how much it needs a person: residual in units of its limit (Hicks et al. 2015), plus the shares left out and under open proposals, plus one where nobody has decided",
   comments: "Comments that are not settled",
 };
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,6 +110,23 @@ def test_one_cause_is_decided_by_the_commands_own_words(browser, monkeypatch):
         task = asked.pop()
         assert task.command[1:3] == (does, "--cause=clock_offset:all")
         assert task.command[-2:] == ("--author", "Zoë")
+
+
+@pytest.mark.parametrize(("key", "does"), [("Accept", "accept"), ("Reject", "reject")])
+def test_after_x_a_key_decides_about_the_cause_where_no_proposal_is_at_hand(browser, monkeypatch, key, does):
+    asked = []
+    monkeypatch.setattr(browser.session.shared, "_start", asked.append)
+    monkeypatch.setattr(
+        browser.session.diagnosis, "state", replace(browser.session.diagnosis.state, changed=())
+    )
+    browser.press(f"{key} the proposal")
+    browser.until(lambda: browser.told("no open proposal here"))
+    assert not asked, "nobody has looked at the cause"
+    browser.press("Diagnose, or show the diagnosis")
+    browser.until(lambda: "cause: forces shifted" in browser.html())
+    browser.press(f"{key} the proposal")
+    browser.until(lambda: asked)
+    assert asked[0].command[1:3] == (does, "--cause=clock_offset:all")
 
 
 @pytest.mark.parametrize(

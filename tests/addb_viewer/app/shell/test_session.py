@@ -298,7 +298,7 @@ def test_everything_is_there_again_after_a_restart(app, enter, stored, make_repl
 def test_a_second_look_and_a_label_are_recorded_with_their_note(app, enter, stored):
     browser = enter(app)
     browser.put("Note", "stumbles")
-    browser.put("Activity", "walk, treadmill")
+    browser.put("Label", "walk, treadmill")
     browser.until(lambda: browser.session.review.panel.activity.value == "walk, treadmill")
     browser.session.notices.do("Labelling", browser.session.review.activities.label)
     browser.until(lambda: [(a.start, a.end, a.label, a.note) for a in stored().activities])
