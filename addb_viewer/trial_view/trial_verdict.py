@@ -33,7 +33,6 @@ NEXT = {
     "compare": "look at the new solve",
     "next": "decide",
     "diagnose": "find the cause",
-    "show_diagnosis": "decide about the cause",
     "finish": "finish",
 }
 PLAIN = {
@@ -116,7 +115,7 @@ class TrialVerdict:
         if self.status is Status.FINISHED:
             return "finish"
         if self.undecided and self.verdict.named:
-            return "show_diagnosis"
+            return "diagnose"
         if self.accepted:
             return "solve"
         asks = any(r.why in (Why.FORCE, Why.MOMENT) for r in self.verdict.reasons)
@@ -128,6 +127,8 @@ def _line(trial: TrialVerdict) -> VerdictLine:
     fitted = verdict.use is not Use.UNKNOWN
     sign = "!" if verdict.use is Use.TORQUES and verdict.reasons else SIGNS[verdict.use]
     doing = NEXT[trial.next] if fitted else "fit"
+    if trial.next == "diagnose" and trial.undecided:
+        doing = "decide about the cause"
     return VerdictLine(
         sign,
         USES[verdict.use],

@@ -34,6 +34,7 @@ from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 MOST_POINTS = 400  # of a curve: more than pixels
+LEFT_OUT = "Its frames are flagged: every fit leaves them out."
 FILES_ONLY = "It lies in the markers alone: no fit can take it in. Correct the markers."
 
 
@@ -103,7 +104,9 @@ def _card(
     rivals = rivals_of(figures, effect)
     flags = flags_of(figures, effect, trials)
     standing = state.standings.get((effect.id, effect.target))
-    can_be = not cannot_be_accepted(effect.id)
+    flagged = bool(flags) and is_flagged(flags, reviews)
+    why_not = FILES_ONLY if cannot_be_accepted(effect.id) else LEFT_OUT if flagged else ""
+    is_accepted = standing is not None and standing.kind == ACCEPT
     timed = about(effect).at_certain_frames
     sizes, places = amounts(effect), _places(figures, effect) if timed else []
     return {
@@ -118,11 +121,11 @@ def _card(
         "decided": "" if standing is None else f"{standing.kind}ed by {standing.by}",
         "when": "" if standing is None else f"{standing.when.astimezone():%Y-%m-%d %H:%M}",
         "standing": "" if standing is None else standing.kind,
-        "can_accept": can_be and not state.changed and (standing is None or standing.kind != ACCEPT),
-        "why_not": "" if can_be else FILES_ONLY,
+        "can_accept": not (why_not or state.changed or is_accepted),
+        "why_not": why_not,
         "can_reject": standing is None or standing.kind != REJECT,
         "flags": [_flag_words(trial, flag, len(set(trials))) for trial, flag in flags],
-        "flagged": bool(flags) and is_flagged(flags, reviews),
+        "flagged": flagged,
         "goes": timed,
     }
 

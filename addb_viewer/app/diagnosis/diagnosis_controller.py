@@ -23,6 +23,7 @@ from solver.common.errors import SolverError
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 from solver.fitting.results.extension_log import ACCEPT, REJECT
+from solver.fitting.verdict import Why
 
 OTHERS = (SOLVING, RECORDING, HOLDING_OUT)  # told by other tabs
 ACCEPTING = "finding the causes once more, then fitting without and with them"
@@ -75,7 +76,10 @@ class DiagnosisController:
         return replace(state.figures, effects=tuple(left))
 
     def _is_open(self, cause: Cause) -> bool:
-        return not cannot_be_accepted(cause.id) and (cause.id, cause.target) not in self.state.standings
+        """Whether it limits the trial's use, and can be accepted."""
+        limits = {reason.of for reason in self.screen.verdict.verdict.reasons if reason.why is Why.CAUSE}
+        key, decided = (cause.id, cause.target), self.state.standings
+        return " ".join(key) in limits and key not in decided and not cannot_be_accepted(cause.id)
 
     def show_trial(self, replay: Replay) -> None:
         """Show what was found in the trial that is now on the screen."""

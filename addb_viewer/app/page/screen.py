@@ -8,6 +8,7 @@ from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.page.reviewer import Reviewer
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.trial_view.replay import Replay
+from addb_viewer.trial_view.trial_verdict import TrialVerdict
 
 
 class Loops(Protocol):
@@ -39,6 +40,10 @@ class Screen(Protocol):
     @property
     def replay(self) -> Replay | None:
         """The trial on the screen; None before the first one opened."""
+
+    @property
+    def verdict(self) -> TrialVerdict:
+        """Where the trial on the screen stands."""
 
     @property
     def frame(self) -> int:

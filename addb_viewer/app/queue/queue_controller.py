@@ -18,7 +18,7 @@ from addb_viewer.text.amounts import counted
 from addb_viewer.trial_view.disagreements import conflict_words
 from addb_viewer.trial_view.frame_ranges import Stop
 from addb_viewer.trial_view.proposals import State, undecided_frames, unsure_proposals
-from addb_viewer.trial_view.trial_verdict import USES, TrialVerdict, reason_words
+from addb_viewer.trial_view.trial_verdict import USES, reason_words
 from addb_viewer.trial_view.worst_frame import beyond
 from annotations.events import AcceptProposal, Proposal, SetStatus, Status, Unusable
 from annotations.foot_names import foot_words
@@ -37,10 +37,6 @@ class Judging(Screen, Protocol):
     """A session, as far as finishing a trial asks it."""
 
     solving: SolveController
-
-    @property
-    def verdict(self) -> TrialVerdict:
-        """Where the trial on the screen stands."""
 
     def diagnose(self) -> None:
         """X."""

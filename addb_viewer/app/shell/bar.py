@@ -86,10 +86,6 @@ class Shown(Screen, Protocol):
     solving: SolveController
     diagnosis: DiagnosisController
 
-    @property
-    def verdict(self) -> TrialVerdict:
-        """Where the trial on the screen stands."""
-
 
 class Bar:
     """What the bar says; each part is replaced by itself."""

@@ -129,7 +129,7 @@ def test_a_trial_is_marked_unusable_with_a_reason_and_by_finishing_it():
         (trial_verdict(figures(), None, waiting=("Bo",), proposals=1), "compare"),
         (trial_verdict(figures(moment_BWh=0.05), None), "diagnose"),
         (trial_verdict(figures(moment_BWh=0.05), None, report(verdict="clean")), "finish"),
-        (trial_verdict(figures(), None, report(cause())), "show_diagnosis"),
+        (trial_verdict(figures(), None, report(cause())), "diagnose"),
         (trial_verdict(figures(), None, report(cause()), CauseDecisions(accepted=LATE)), "solve"),
         (trial_verdict(figures(), None, report(cause()), CauseDecisions(LATE, in_fit=LATE)), "finish"),
         (trial_verdict(figures(), None, report(cause()), CauseDecisions(rejected=LATE)), "finish"),

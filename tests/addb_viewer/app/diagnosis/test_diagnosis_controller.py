@@ -12,6 +12,7 @@ from addb_viewer.jobs.accepted_extension import keep_gain
 from solver.dynamics.trajectory.extension import Cause, Extension
 from solver.fitting.results import extension_log
 from tests.addb_viewer.commands.test_accept import GAIN
+from tests.addb_viewer.fit_figures import of_trial
 from tests.patience import FOR_EVER_S
 
 
@@ -119,6 +120,8 @@ def test_after_x_a_key_decides_about_the_cause_where_no_proposal_is_at_hand(brow
     monkeypatch.setattr(
         browser.session.diagnosis, "state", replace(browser.session.diagnosis.state, changed=())
     )
+    fitted = of_trial(name="walk", frames_used_ranges=((20, 180),))
+    monkeypatch.setattr(type(browser.session.shared.fits.shown), "figures", lambda *_: fitted)
     browser.press(f"{key} the proposal")
     browser.until(lambda: browser.told("no open proposal here"))
     assert not asked, "nobody has looked at the cause"
