@@ -182,7 +182,7 @@ class Steps:
             self._show(onward)
             return
         review.drop()
-        review.notices.tell("All proposals are decided", "T finishes the trial and goes to the next.")
+        review.notices.tell("All proposals are decided", f"Next: {self._screen.verdict.line.doing}.")
 
     def _show(self, stop: Stop) -> None:
         """Select it, show the frame on which most of its force is missing, and play its frames."""
