@@ -58,7 +58,7 @@ class PressingFoot:
 
 
 def pressing_feet(markers: Markers) -> Sequence[PressingFoot]:
-    """Both feet, or the one that is seen; none where no foot has two markers."""
+    """Both feet; none unless both have two markers: one that is not seen may bear a plate as well."""
     height = markers.positions_ground[:, :, 1]
     seen = np.flatnonzero(np.isfinite(height).any(axis=0))
     if not len(seen):
@@ -70,7 +70,7 @@ def pressing_feet(markers: Markers) -> Sequence[PressingFoot]:
     side_of = sides(tuple(markers.names))
     groups = [g for kept in still for g in _one_foot_each(markers, low[kept], side_of)]
     groups = [g for g in sorted(groups, key=len, reverse=True) if len(g) >= FEWEST_MARKERS]
-    return [_foot(markers.positions_ground[:, g]) for g in groups[:2]]
+    return [_foot(markers.positions_ground[:, g]) for g in groups[:2]] if len(groups) > 1 else []
 
 
 def _one_foot_each(

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from solver.capture.capture import Capture, ForcePlate, Markers
@@ -47,6 +47,7 @@ def test_where_nothing_tells_them_apart_there_is_none():
 
 
 @settings(max_examples=60, deadline=None)
+@example([((0, 3), 0, 200)])
 @given(
     st.lists(
         st.tuples(st.sampled_from([(0, 3), (3, 6), (0, 6), (1, 2)]), st.integers(0, 199), st.integers(1, 200))
