@@ -8,14 +8,17 @@ from pathlib import Path
 from addb_viewer.jobs.accepted_extension import kept_gain
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.text.diagnosis_vocabulary import title
-from addb_viewer.trial_view.trial_verdict import NO_DECISIONS, CauseDecisions
+from addb_viewer.trial_view.trial_verdict import NO_DECISIONS, CauseDecisions, CauseKey
 from solver.capture.capture import Subject
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport, Rival
+from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import extension_in, other_recordings, provenance_of
 from solver.fitting.results import extension_log
 from solver.fitting.results.extension_log import ACCEPT, REJECT, Decision, Standing, standings
+
+Held = tuple[Decision, Extension] | None  # the extension that was accepted last; None: none is
 
 
 class InFit(Enum):
@@ -53,21 +56,18 @@ class DiagnosisState:
         return held or (self.figures is not None and bool(self.figures.effects))
 
 
-def cause_decisions(results: Path, extension: str | None) -> CauseDecisions:
+def cause_decisions(known: Mapping[CauseKey, Standing], held: Held, extension: str | None) -> CauseDecisions:
     """What people decided; a fit has causes in its model where its extension is the accepted one.
 
     Args:
-        results: where the decisions are kept.
+        known: what holds about each cause.
+        held: the accepted extension, and the decision for it.
         extension: fingerprint that the fit was made with.
-
-    Raises:
-        ResultsError: the log of decisions cannot be read.
     """
-    made = standings(extension_log.decisions(results))
     accepted, rejected = (
-        frozenset(key for key, standing in made.items() if standing.kind == kind) for kind in (ACCEPT, REJECT)
+        frozenset(key for key, standing in known.items() if standing.kind == kind)
+        for kind in (ACCEPT, REJECT)
     )
-    held = None if extension is None else extension_log.accepted(results)
     if held is None or held[1].fingerprint != extension:
         return CauseDecisions(accepted, rejected)
     return CauseDecisions(accepted, rejected, frozenset((c.id, c.target) for c in held[0].causes))
@@ -85,12 +85,13 @@ def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisSta
         ResultsError: the kept diagnosis or the log of decisions cannot be read.
     """
     made = extension_log.decisions(results)
-    decision = made[-1] if made else None
+    decision, known = made[-1] if made else None, standings(made)
+    held = None if fit is None else extension_log.accepted(results)
     state = DiagnosisState(
         decision=decision,
-        in_fit=_in_fit(results, fit),
-        decided=cause_decisions(results, None if fit is None else extension_in(fit.provenance)),
-        standings=standings(made),
+        in_fit=_in_fit(held, fit),
+        decided=cause_decisions(known, held, None if fit is None else extension_in(fit.provenance)),
+        standings=known,
         gain=None if decision is None else kept_gain(decision, results),
     )
     found = kept(results)
@@ -102,11 +103,11 @@ def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisSta
     return replace(state, figures=figures, changed=tuple(changed))
 
 
-def _in_fit(results: Path, fit: Fit | None) -> InFit:
+def _in_fit(held: Held, fit: Fit | None) -> InFit:
     """By the fingerprint that the fit was made with."""
     if fit is None:
         return InFit.NO_FIT
-    fingerprint, held = extension_in(fit.provenance), extension_log.accepted(results)
+    fingerprint = extension_in(fit.provenance)
     if fingerprint is None:
         return InFit.NOTHING
     same = held is not None and held[1].fingerprint == fingerprint

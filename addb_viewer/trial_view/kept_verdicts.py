@@ -8,17 +8,19 @@ from pathlib import Path
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import whole_log
 from addb_viewer.jobs.stored_solves import stored_solves, waiting_solves
-from addb_viewer.trial_view.diagnosis_state import cause_decisions
+from addb_viewer.trial_view.diagnosis_state import Held, cause_decisions
 from addb_viewer.trial_view.forces_in_use import is_changed
 from addb_viewer.trial_view.proposals import pending, still_open
 from addb_viewer.trial_view.replay import ForceUse
-from addb_viewer.trial_view.trial_verdict import TrialVerdict, trial_verdict
+from addb_viewer.trial_view.trial_verdict import CauseKey, TrialVerdict, trial_verdict
 from annotations.folding import folded
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Subject
 from solver.common.errors import ResultsError
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.fit_summary import TrialFigures, read_summary
+from solver.fitting.results import extension_log
+from solver.fitting.results.extension_log import Standing, standings
 from solver.fitting.results.kept_trials import KeptTrial, kept_trials
 from solver.fitting.results.store import default_folder
 from solver.fitting.settings import settings_for
@@ -77,11 +79,22 @@ class KeptResults:
             self.figures.get(name),
             review,
             self.report,
-            cause_decisions(self.folder, fit.extension),
+            cause_decisions(self._standings, self._held if fit.extension else None, fit.extension),
             proposals=proposals,
             waiting=self.waiting,
             changed=review is not None and is_changed(fit.feet, forces, review),
         )
+
+    @cached_property
+    def _standings(self) -> Mapping[CauseKey, Standing]:
+        try:
+            return standings(extension_log.decisions(self.folder))
+        except ResultsError:
+            return {}
+
+    @cached_property
+    def _held(self) -> Held:
+        return extension_log.accepted(self.folder)
 
     @cached_property
     def _trials(self) -> Mapping[str, KeptTrial]:

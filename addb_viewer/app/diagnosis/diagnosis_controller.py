@@ -123,18 +123,6 @@ class DiagnosisController:
         """Leave the named causes out of later fits."""
         self.screen.shared.decide("Rejecting", ["reject"], "rejecting", self.screen.reviewer.author())
 
-    def accept_shown(self) -> None:
-        """Enter, where X has shown a cause and no proposal is at hand."""
-        self._decide_shown(ACCEPT)
-
-    def reject_shown(self) -> None:
-        """Backspace, likewise."""
-        self._decide_shown(REJECT)
-
-    def _decide_shown(self, kind: str) -> None:
-        if (cause := self.asked_about) is not None:
-            self.decide_one(kind, cause)
-
     def decide_one(self, kind: str, effect: Cause) -> None:
         """Accept or reject one cause; what was decided about others stays."""
         doing, stage = {ACCEPT: ("Accepting", ACCEPTING), REJECT: ("Rejecting", "rejecting")}[kind]

@@ -26,6 +26,7 @@ from addb_viewer.trial_view.worst_frame import worst_frame
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named
 from annotations.review_errors import ReviewError
+from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 LARGEST_PX = 1e5  # of a picture that a page tells
 
@@ -164,8 +165,8 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "foot": review.next_foot,
         "next": review.steps.on,
         "previous": review.steps.back,
-        "accept_proposal": lambda: _decide(s, review.steps.accept, s.diagnosis.accept_shown),
-        "reject_proposal": lambda: _decide(s, review.steps.reject, s.diagnosis.reject_shown),
+        "accept_proposal": lambda: _decide(s, ACCEPT, review.steps.accept),
+        "reject_proposal": lambda: _decide(s, REJECT, review.steps.reject),
         "undo": s.finishing.undo,
         "redo": review.redo,
         "what_if": review.what_if,
@@ -383,10 +384,13 @@ def _point(s: Session, place: Any) -> None:
             s.channel.show("pointed", [words, number])
 
 
-def _decide(s: Session, proposal: Action, cause: Action) -> None:
+def _decide(s: Session, kind: str, proposal: Action) -> None:
     """About the proposal at hand; where there is none, about the cause that X has shown."""
-    is_of_cause = s.review.current is None and s.diagnosis.asked_about is not None
-    (cause if is_of_cause else proposal)()
+    cause = s.diagnosis.asked_about if s.review.current is None else None
+    if cause is None:
+        proposal()
+    else:
+        s.diagnosis.decide_one(kind, cause)
 
 
 def _show_options(s: Session) -> None:

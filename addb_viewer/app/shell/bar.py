@@ -105,20 +105,16 @@ class Bar:
         s = self._session
         replay, others = s.replay, s.trials.people.others(s.page).get(s.queue.here, ())
         at_work = s.shared.solving or s.trials.is_being_fitted(s.shared.name)
-        known = replay is not None or s.shared.fits.shown.fit is None
+        known, worse = replay is not None or s.shared.fits.shown.fit is None, s.solving.worse
+        is_compared = s.shared.fits.new is not None and s.solving.comparing
+        then = "" if not is_compared else "discard it" if worse else "keep it"
         self._say(
             **place_json(s.queue.here, s.queue.let_through()),
-            verdict=verdict_json(s.verdict, at_work=at_work, then=self._then()) if known else None,
+            verdict=verdict_json(s.verdict, at_work=at_work, then=then) if known else None,
             people=people_json(others),
-            solve=solve_json(s.shared, replay, s.solving.other, s.solving.worse),
+            solve=solve_json(s.shared, replay, s.solving.other, worse),
         )
         self.show_work()
-
-    def _then(self) -> str:
-        solving = self._session.solving
-        if self._session.shared.fits.new is None or not solving.comparing:
-            return ""
-        return "discard it" if solving.worse else "keep it"
 
     def show_work(self) -> None:
         """Say what is at work."""

@@ -71,10 +71,9 @@ def got_worse(
         figures_now: likewise.
     """
     told = _residuals_worse(before.residual, now.residual)
-    same = not changed_frames(before, now).any()
-    for row, was, is_now in zip(_TOLD, _values(figures_before), _values(figures_now), strict=True):
-        if (row[0].startswith("Held-out") and not same) or row[0].startswith("Residual"):
-            continue
+    first = len(_RESIDUALS) + (len(_HELD_OUT) if changed_frames(before, now).any() else 0)
+    rows = list(zip(_TOLD, _values(figures_before), _values(figures_now), strict=True))
+    for row, was, is_now in rows[first:]:
         if was is not None and is_now is not None and is_now > (1 + WORSE) * was:
             told.append(_change_words(row, was, is_now))
     return tuple(told)
@@ -84,11 +83,14 @@ def _residuals_worse(before: ResidualReplay | None, now: ResidualReplay | None) 
     if before is None or now is None or len(before.used) != len(now.used):
         return []
     told = []
-    for row, was_missing, is_missing, limit in (
-        (_TOLD[0], before.force, now.force, now.force_limit),
-        (_TOLD[1], before.moment, now.moment, now.moment_limit),
+    both, added = before.used & now.used, now.used & ~before.used
+    for row, was_missing, is_missing, limit in zip(
+        _RESIDUALS,
+        (before.force, before.moment),
+        (now.force, now.moment),
+        (now.force_limit, now.moment_limit),
+        strict=True,
     ):
-        both, added = before.used & now.used, now.used & ~before.used
         was, is_now = _rms(was_missing[both]), _rms(is_missing[both])
         if is_now > (1 + WORSE) * was:
             told.append(_change_words(row, was, is_now))
@@ -167,14 +169,9 @@ def _rows(before: TrialFigures | None, now: TrialFigures | None) -> list[tuple[s
     return rows
 
 
-_TOLD = (
-    ("Residual force", "N", 1),
-    ("Residual moment", "N·m", 1),
-    ("Held-out force", "N", 1),
-    ("Held-out moment", "N·m", 1),
-    ("Marker error", "cm", 2),
-    ("Largest one", "cm", 2),
-)
+_RESIDUALS = ("Residual force", "N", 1), ("Residual moment", "N·m", 1)  # name, unit, digits
+_HELD_OUT = ("Held-out force", "N", 1), ("Held-out moment", "N·m", 1)
+_TOLD = (*_RESIDUALS, *_HELD_OUT, ("Marker error", "cm", 2), ("Largest one", "cm", 2))
 
 
 def _values(figures: TrialFigures | None) -> tuple[float | None, ...]:

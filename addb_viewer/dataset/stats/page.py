@@ -301,7 +301,10 @@ def clinical_percent() -> float:
 
 
 DOTS_PER_INCH = 150
-KINDS = "svg", "png"  # of files of a figure
+KINDS: dict[str, dict[str, Any]] = {  # of files of a figure; the same numbers give the same bytes
+    "svg": {"metadata": {"Date": None}},
+    "png": {"metadata": {"Software": None}, "dpi": DOTS_PER_INCH},
+}
 
 
 def stats_of(found: Gathered) -> dict[str, Rows]:
@@ -390,8 +393,7 @@ def _cell(value: object) -> object:
 
 def _written(figure: "Figure", out: Path, name: str) -> bytes:
     """Both files of a figure; the PNG's bytes."""
-    with whole_file(out / f"{name}.{KINDS[0]}") as file:
-        figure.savefig(file, format="svg", metadata={"Date": None})
-    with whole_file(out / f"{name}.{KINDS[1]}") as file:
-        figure.savefig(file, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
-    return (out / f"{name}.{KINDS[1]}").read_bytes()
+    for kind, options in KINDS.items():
+        with whole_file(out / f"{name}.{kind}") as file:
+            figure.savefig(file, format=kind, **options)
+    return (out / f"{name}.png").read_bytes()

@@ -60,7 +60,7 @@ document.addEventListener("pointermove", (event) => {
   rests += 1;
   tip.textContent = "";
   if (event.buttons || event.target.tagName !== "CANVAS" || !event.target.closest("#root")) return;
-  const { left, top } = seen.getBoundingClientRect();
+  const { left, top } = event.target.getBoundingClientRect();
   rest = { x: event.clientX, y: event.clientY };
   resting = setTimeout(() => window.addb.send("point", [rest.x - left, rest.y - top, rests]), RESTS_MS);
 });
