@@ -14,9 +14,11 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from addb_viewer.app.page.channel import CONNECTION
+from addb_viewer.app.shell.commands import COMMANDS
 from tests.patience import PATIENCE_S
 
 ENDING_S = 2.0
+ACTIONS = {command.label: command.action for command in COMMANDS}
 
 
 def _texts(value):
@@ -73,7 +75,12 @@ class PaperBrowser:
         )
 
     def press(self, label):
-        """As the command's key does."""
+        """As the command's key does: over the channel, in the order of the clicks."""
+        self.until(lambda: self._told.get("keys"), "the keys")
+        self._ask("do", ACTIONS[label])
+
+    def press_in_palette(self, label):
+        """As the palette of commands does: after what was put into fields."""
         self._say("CommandTriggerMessage", uuid=self.until(lambda: self.commands.get(label), label))
 
     def finish(self, *words):
@@ -92,6 +99,11 @@ class PaperBrowser:
     def go_to(self, text):
         """As a click on the timeline or on a list."""
         self._ask("go_to", text)
+
+    def select(self, start, end):
+        """Frames, the last exclusive, as a drag over the timeline does; returns when they are."""
+        self.go_to(f"{start}:{end}")
+        self.until(lambda: self._shown("selection") == [start, end], "the selection")
 
     def open_trial(self, name):
         """From the list of trials."""

@@ -92,8 +92,9 @@ def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject)
             browser.until(lambda browser=browser: "data-addb-curves" in browser.html(), "a trial")
             note = f"so that there is something to solve, {k}"
             browser.put("Note", note)
-            browser.go_to(f"{150 + 10 * k}:{155 + 10 * k}")
-            browser.press("Flag: other")
+            start = 150 + 10 * k
+            browser.select(start, start + 5)
+            browser.press_in_palette("Flag: other")
             browser.until(lambda browser=browser, note=note: f"({note})" in browser.html(), note)
             browser.press("Solve again")
             browser.until(lambda browser=browser: browser.bar["work"], "the solve")

@@ -136,11 +136,11 @@ def test_what_is_no_request_is_turned_away_without_a_word(app, capfd, caplog, se
 
 
 def still_works(browser):
-    """A key of somebody else still does what it should."""
+    """A command still does what it should, after all that was said before it."""
     session = browser.session
     to = "First frame" if session.frame else "One frame on"
     was = session.frame
-    browser.press(to)
+    browser.press_in_palette(to)
     browser.until(lambda: session.frame != was, "the frame")
 
 

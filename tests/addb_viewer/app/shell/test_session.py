@@ -432,6 +432,7 @@ def failures_in_the_bar(browser):
 def test_a_failed_edit_keeps_its_note_and_escape_closes_what_was_told(app, enter, stored, monkeypatch):
     browser = enter(app)
     browser.put("Note", "seen on video")
+    browser.until(lambda: browser.session.review.panel.note.value)
     browser.press("Last frame")
     browser.press("Flag: force wrong")
     browser.until(lambda: browser.told("no contact at frame 199"))
