@@ -13,6 +13,7 @@ from annotations.events import FlagRange, Proposal, Status, Unusable
 from annotations.trial_review import TrialReview
 from solver.diagnosis.causes.about import CorrectedBy, TimeHistory
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
+from solver.dynamics.thresholds import Thresholds
 from solver.fitting.fit_summary import Span, TrialFigures
 from solver.fitting.verdict import NOT_FITTED, Reason, Use, Verdict, Why
 
@@ -42,6 +43,12 @@ PLAIN = {
     Why.UNEXPLAINED: "something unexplained is wrong",
 }
 FIGURES = {Why.MARKERS: "marker error", Why.MOMENT: "moment", Why.FORCE: "force", Why.MARKER: "marker"}
+LIMITS = {
+    Why.MARKERS: f"{1000 * Thresholds.marker_rms_m:.0f} mm",
+    Why.MOMENT: f"{100 * Thresholds.angular_BWh:.0f} % BW·h",
+    Why.FORCE: f"{100 * Thresholds.linear_BW:.0f} % BW",
+    Why.MARKER: f"{1000 * Thresholds.marker_max_m:.0f} mm",
+}
 
 
 @dataclass(frozen=True)
@@ -149,7 +156,7 @@ def reason_words(reason: Reason) -> str:
     if reason.share is None:
         return PLAIN.get(reason.why, "")
     name = " ".join(filter(None, (FIGURES[reason.why], reason.of)))
-    return f"{name} {times_the_limit(reason.share)}"
+    return f"{name} {times_the_limit(reason.share)} of {LIMITS[reason.why]}"
 
 
 def times_the_limit(share: float) -> str:

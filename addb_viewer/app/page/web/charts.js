@@ -45,6 +45,7 @@ function build() {
       const canvas = element("canvas", { role: "img", "aria-label": `${chart.title} ${cycles ? "by gait cycle, mean and standard deviation" : "over time"}` });
       const gone = takeAway(chart.title, "×", () => chooser.toggle(chart.id));
       const keys = chart.lines.filter(({ label, style, trial }) => label && style !== "before" && !trial).map(key);
+      if (chart.lines.some(({ style }) => style === "before")) keys.push(key({ label: "before", color: "inherit", style: "before" }));
       return element("figure", {}, element("figcaption", {}, name, element("span", { className: "addb-plot-keys" }, ...keys), values, gone), canvas);
     }),
   );
@@ -125,12 +126,14 @@ function tellWhere(trial, at) {
 
 /** What stands at a chart's right: values under the pointer, else at the cursor. */
 function valuesOf(chart, frame) {
-  const lines = chart.lines.filter(({ style }) => style !== "bound" && style !== "trial");
+  const lines = chart.lines.filter(({ style }) => !["bound", "trial", "before"].includes(style));
   return lines.flatMap((line) => {
     const at = cycles ? (pointer ?? percentOf(line.label, frame)) : (pointer ?? frame);
     if (at === null) return [];
     const values = line.mean ?? line.values, spread = pointer !== null && line.std;
-    const value = element("span", { textContent: told(values[Math.round(at)]) + (spread ? ` ± ${told(line.std[Math.round(at)])}` : "") });
+    const before = chart.lines.find(({ style, color }) => style === "before" && color === line.color), then = before?.mean ?? before?.values;
+    const words = (then ? `${told(then[Math.round(at)])} → ` : "") + told(values[Math.round(at)]) + (spread ? ` ± ${told(line.std[Math.round(at)])}` : "");
+    const value = element("span", { textContent: words });
     value.style.color = line.ink;
     return [value];
   });

@@ -44,7 +44,7 @@ function drawOne(pen, curve, { left, width, top, height }, x, span) {
   const y = (value) => top + height * (1 - (value - curve.low) / (curve.high - curve.low));
   pen.fillStyle = css("--addb-weak");
   pen.textAlign = "right";
-  pen.fillText(told(curve.high), left - 6, top + 9);
+  pen.fillText(told(curve.bound ?? curve.high), left - 6, curve.bound === null ? top + 9 : Math.max(y(curve.bound) + 4, top + 9));
   pen.fillText(told(curve.low), left - 6, top + height);
   pen.textAlign = "left";
   pen.save();

@@ -49,14 +49,23 @@ function plot(canvas, { low, high }) {
 export function drawOverTime(canvas, chart, span, dashes) {
   const { pen, y, width, height } = plot(canvas, chart);
   const x = (frame) => GUTTER + (width * (frame - span.first)) / Math.max(span.last - span.first, 1e-6);
-  pen.fillStyle = "rgba(128, 128, 128, 0.25)";
-  for (const [start, end] of chart.shaded) pen.fillRect(x(start - 0.5), 1, x(end - 0.5) - x(start - 0.5), height);
   for (const { values, color, style, step, trial } of chart.lines) {
     pen.strokeStyle = resolved(color);
     pen.lineWidth = style ? 1.1 : 1.6;
     pen.setLineDash({ bound: [5, 4], before: BEFORE, trial: dashes(trial) }[style] ?? []);
     trace(pen, values, (at) => x(at * step), y, { first: span.first / step, last: span.last / step });
   }
+  pen.save();
+  pen.beginPath();
+  for (const [start, end] of chart.shaded) pen.rect(x(start - 0.5), 1, x(end - 0.5) - x(start - 0.5), height);
+  pen.clip();
+  pen.globalAlpha = 0.6; // what nobody measured is faint
+  pen.fillStyle = css("--addb-row");
+  pen.fillRect(GUTTER, 1, width, height);
+  pen.globalAlpha = 0.25;
+  pen.fillStyle = "#808080";
+  pen.fillRect(GUTTER, 1, width, height);
+  pen.restore();
   pen.setLineDash([]);
   pen.textBaseline = "top";
   for (const [frame, value, color] of chart.peaks) {

@@ -5,7 +5,7 @@ import { drawCurves, titles, told } from "./curves.js";
 import { element, isTyped } from "./elements.js";
 import { heightOf, rowOf } from "./rows.js";
 
-const GUTTER = 96, MARGIN = 12, AXIS = 16, BAR = 30; // [pixel]; as in strip.css
+const GUTTER = 96, MARGIN = 12, AXIS = 16, BAR = 30, EDGE = 2; // [pixel]; as in strip.css
 const FEWEST_PIXELS = 4; // of a drag; less is a click
 const FEWEST_FRAMES = 8; // that zoom leaves
 const TICK_PIXELS = 130;
@@ -86,8 +86,9 @@ function draw() {
 function put(block, start, end) {
   const left = share(start - 0.5), right = share(end - 0.5);
   block.hidden = right <= 0 || left >= 1;
-  block.style.left = `${100 * Math.max(left, -0.01)}%`;
-  block.style.width = `${100 * (Math.min(right, 1.01) - Math.max(left, -0.01))}%`;
+  const [from, to] = [Math.max(left, -EDGE / width()), Math.min(right, 1 + EDGE / width())];
+  block.style.left = `${100 * from}%`;
+  block.style.width = `${100 * (to - from)}%`;
 }
 
 function drawAxis() {
@@ -112,7 +113,8 @@ function drawMarks() {
   values.replaceChildren(
     ...titles(curves, place()).map(({ top, curve }) => {
       const title = element("span", {}, `${curve.title} [${curve.unit}]${curve.bound_label ? `, dashed: ${curve.bound_label}` : ""}`);
-      const value = element("b", {}, `${told(curve.values[frame])} ${curve.unit}`);
+      const before = curve.before ? `${told(curve.before[frame])} → ` : "";
+      const value = element("b", {}, `${before}${told(curve.values[frame])} ${curve.unit}`);
       return element("div", { className: "addb-title", style: { top: `${top}px` } }, title, value);
     }),
   );
