@@ -31,7 +31,7 @@ USES = {
 SIGNS = {Use.TORQUES: "✓", Use.ANGLES: "!", Use.NOTHING: "✗", Use.UNKNOWN: "–"}
 NEXT = {
     "solve": "solve again",
-    "compare": "look at the new solve",
+    "compare": "see the new solve",
     "next": "decide",
     "diagnose": "find the cause",
     "finish": "finish",
@@ -156,7 +156,7 @@ def reason_words(reason: Reason) -> str:
     if reason.share is None:
         return PLAIN.get(reason.why, "")
     name = " ".join(filter(None, (FIGURES[reason.why], reason.of)))
-    return f"{name} {times_the_limit(reason.share)} of {LIMITS[reason.why]}"
+    return f"{name} {times_the_limit(reason.share)} ({LIMITS[reason.why]})"
 
 
 def times_the_limit(share: float) -> str:
@@ -177,7 +177,7 @@ def open_words(trial: TrialVerdict) -> str:
         )
         if count
     ]
-    told += [f"a new solve of {by} waits" for by in trial.waiting]
+    told += [f"new solve of {by}" for by in trial.waiting]
     told += ["other forces count now"] if trial.changed else []
     told += ["an accepted cause is not in the fit yet"] if trial.accepted else []
     if trial.status is Status.SECOND_LOOK:

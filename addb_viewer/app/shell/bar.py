@@ -258,11 +258,11 @@ def _outcome(shared: SharedSubject, replay: Replay | None, other: Replay | None)
     if compared is None or replay is None:
         return ""
     was, now = (_residual(library.figures(replay.name)) for library in (compared, shared.fits.shown))
-    told = [f"{was} → {now} N"] if was and now else []
+    told = [f"residual {was} → {now} N"] if was and now else []
     changes = () if other is None else torque_changes(other, replay, changed_frames(other, replay))
     if changes and abs(changes[0].largest) >= 0.5:  # whole numbers are told
-        largest = f"{changes[0].largest:+.0f}".replace("-", "−")
-        told.append(f"{torque_in_words(changes[0].name)} {largest} {changes[0].unit}")
+        by = f"by up to {abs(changes[0].largest):.0f} {changes[0].unit}"
+        told.append(f"{torque_in_words(changes[0].name)} moved {by}")
     return ", ".join(told)
 
 

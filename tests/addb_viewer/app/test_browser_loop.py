@@ -120,8 +120,8 @@ def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(
         page.get_by_text("A new solve is on the screen.").wait_for()
         page.get_by_text("Frames whose forces count differently").wait_for()
         until(lambda: session.scene.other is not None)
-        for place in ("#addb-plots figure:has-text('Knee flexion torque')", ".addb-title"):
-            until(lambda at=page.locator(place).first: " → " in at.text_content(), "the value before, and now")
+        for chart in ("#addb-plots figure:has-text('Knee flexion torque')", ".addb-title"):
+            page.locator(chart, has_text=" → ").first.wait_for()  # the value before, and now
         page.keyboard.press("m")
         until(lambda: session.scene.other is None)
         page.keyboard.press("m")

@@ -144,10 +144,10 @@ def test_the_line_says_what_it_is_good_for_what_decides_and_what_is_open():
     good = trial_verdict(figures(), None)
     assert (
         good.line.text
-        == "✓ Torques usable · 100 of 100 frames · marker RASI 75 % of the limit of 40 mm · nothing open"
+        == "✓ Torques usable · 100 of 100 frames · marker RASI 75 % of the limit (40 mm) · nothing open"
     )
     over = trial_verdict(figures(moment_BWh=0.051), None, proposals=1)
-    told = "! Angles only · 100 of 100 frames · moment 5.1 × the limit of 1 % BW·h · 1 proposal open"
+    told = "! Angles only · 100 of 100 frames · moment 5.1 × the limit (1 % BW·h) · 1 proposal open"
     assert over.line.text == told
     late = trial_verdict(figures(), None, report(cause(confidence=0.9)))
     assert "· forces shifted in time against the markers (90 %) · nothing open" in late.line.text
