@@ -266,6 +266,10 @@ class Finishing:
             return []
         return undecided((), unsure_proposals(self.review.proposals, review, replay.frames, self._least))
 
+    def look(self) -> None:
+        """Whoever presses another key than T has looked at the trial that T brought."""
+        self._came_at = -math.inf
+
     def undo(self) -> None:
         """U: right after T, the finishing, in the trial that it is about; else the last edit of this one."""
         last, self._last = self._last, None

@@ -77,6 +77,9 @@ def entry(text: str) -> Entry | None:
     return None
 
 
+FINISHING = ("finish", "finish_sure")
+
+
 def listen(s: Session) -> None:
     """Obey what is clicked and dragged on the page's own parts."""
 
@@ -140,7 +143,10 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
     help_page = keys.page_html(commands, str(keys.key_file()))
     s.keys_page.content = help_page
     actions = {
-        **actions_of(s),
+        **{
+            name: act if name in FINISHING or name in keys.ANSWERS else _then(s.finishing.look, act)
+            for name, act in actions_of(s).items()
+        },
         "picture": capturing.picture,
         "film": capturing.film,
         "help": lambda: _toggle_help(s, help_page),

@@ -3,8 +3,13 @@
 import pytest
 
 from addb_viewer.text.residual_words import TAKEN_OFF
-from addb_viewer.trial_view.trial_verdict import CauseDecisions, times_the_limit, trial_verdict
-from annotations.events import Edit, FlagRange, SetStatus, Status, Unusable
+from addb_viewer.trial_view.trial_verdict import (
+    CauseDecisions,
+    cause_against,
+    times_the_limit,
+    trial_verdict,
+)
+from annotations.events import Edit, FlagRange, Proposal, SetStatus, Status, Unusable
 from annotations.folding import folded
 from annotations.review_errors import ReviewError
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Figure, Remains
@@ -154,6 +159,14 @@ def test_the_line_says_what_it_is_good_for_what_decides_and_what_is_open():
     assert trial_verdict(None, None).line.text == "– Not fitted"
     looked = trial_verdict(figures(), reviewed(SetStatus(Status.SECOND_LOOK, "left foot?")))
     assert looked.line.open == "second look for Ada: left foot?"
+
+
+def test_a_cause_that_makes_sound_forces_look_wrong_stands_beside_such_a_proposal():
+    late, wrong = report(cause()), Proposal(10, 20, "forceDiscrepancy", "calcn_r", 0.9)
+    assert cause_against(late, "walk", wrong) == "forces shifted in time against the markers"
+    assert cause_against(late, "run", wrong) == ""
+    assert cause_against(report(cause(confidence=0.3)), "walk", wrong) == ""
+    assert cause_against(late, "walk", Proposal(10, 20, "notOverForcePlate", "calcn_r", 0.9)) == ""
 
 
 def test_a_share_beyond_the_limit_never_reads_as_within_nor_the_other_way():
