@@ -41,7 +41,7 @@ function heightOfOne() {
 function build() {
   plots.replaceChildren(
     ...charts.map((chart) => {
-      const name = element("b", { textContent: `${chart.title} [${chart.unit}]` }), values = element("span", { className: "addb-plot-values" });
+      const title = `${chart.title} [${chart.unit}]`, name = element("b", { title }, title), values = element("span", { className: "addb-plot-values" });
       const canvas = element("canvas", { role: "img", "aria-label": `${chart.title} ${cycles ? "by gait cycle, mean and standard deviation" : "over time"}` });
       const gone = takeAway(chart.title, "×", () => chooser.toggle(chart.id));
       const keys = chart.lines.filter(({ label, style, trial }) => label && style !== "before" && !trial).map(key);

@@ -96,7 +96,7 @@ function chart({ title, unit, lines }) {
   const [before, ...others] = lines, after = others.find(({ dashed }) => !dashed), ordinary = lines.at(-1);
   const number = (of) => element("b", { style: { color: of.text } }, figure(of.rms));
   const words = element("figcaption", {}, `${title.replace("Residual ", "")} `, number(before), ...(after ? [" → ", number(after)] : []), ` ${unit}`);
-  words.append(element("small", { textContent: ` ordinary ${figure(ordinary.rms)}` }));
+  words.append(element("small", { textContent: ` usual ${figure(ordinary.rms)}` }));
   svg.setAttribute("aria-label", `${title} over time, as recorded${after ? " and with the named causes" : ""}: ${words.textContent}`);
   return element("figure", {}, words, svg);
 }
@@ -114,7 +114,7 @@ function draw() {
   };
   const after = picture.charts[0].lines.length > 2;
   const title = `Residual of ${picture.trial}${after ? ", before → after" : ""}`;
-  const meaning = "Root mean squares. Before: as recorded; after: with the named causes; ordinary: what a good recording shows";
+  const meaning = "Root mean squares. Before: as recorded; after: with the named causes; usual: what a good recording shows";
   drawn.replaceChildren(element("h4", {}, element("b", { textContent: title, title: meaning }), worst), charts);
   mark();
 }
