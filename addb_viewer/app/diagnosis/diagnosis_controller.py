@@ -17,7 +17,7 @@ from addb_viewer.app.subjects.shared_subject import DIAGNOSING, HOLDING_OUT, REC
 from addb_viewer.text.diagnosis_vocabulary import about, short_title
 from addb_viewer.text.verdict_words import verdict
 from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words, read_state
-from addb_viewer.trial_view.proposals import as_proposed, pending
+from addb_viewer.trial_view.proposals import as_proposed
 from addb_viewer.trial_view.replay import Replay
 from solver.common.errors import SolverError
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
@@ -136,9 +136,7 @@ class DiagnosisController:
         library = shared.fits.shown
         flags = flags_of(self.state.figures, effect, library.trials)
         for trial, flag in flags:
-            found, review = library.replay(trial).forces.proposals, shared.reviews.review(trial)
-            proposals = pending(found, review, library.fit.provenance if library.fit else {})
-            for event in as_proposed(flag, proposals):
+            for event in as_proposed(flag, library.proposals(trial, shared.reviews.review(trial))):
                 shared.reviews.record(trial, event, author)
         trials = ", ".join(dict.fromkeys(trial for trial, _ in flags))
         self.notices.tell(

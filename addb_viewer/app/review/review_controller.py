@@ -28,7 +28,7 @@ from addb_viewer.trial_view.frame_ranges import (
     stops_of,
 )
 from addb_viewer.trial_view.lanes import Lane, lanes_of, reviewed_ranges
-from addb_viewer.trial_view.proposals import Pending, State, pending
+from addb_viewer.trial_view.proposals import Pending, State
 from annotations.activities import ACTIVITIES, activity_words
 from annotations.events import (
     AcceptProposal,
@@ -252,8 +252,7 @@ class ReviewController:
         if replay is None:
             return
         review, history = self.review, self.screen.shared.reviews.history(replay.name)
-        fit = self.screen.shared.fits.shown.fit
-        self.proposals = pending(replay.forces.proposals, review, fit.provenance if fit else {})
+        self.proposals = self.screen.shared.fits.shown.proposals(replay.name, review)
         self.panel.ranges.content = ranges_html(review)
         self.panel.history.content = history_html(history)
         self.comments.show()

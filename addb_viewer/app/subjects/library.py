@@ -11,9 +11,11 @@ import trimesh
 
 from addb_viewer.jobs.root_folder import check_recorded
 from addb_viewer.trial_view.joint_loads import large_joint_load
+from addb_viewer.trial_view.proposals import Pending, pending
 from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
 from addb_viewer.trial_view.trial_curves import TrialCurves, trial_curves
+from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, UnusedFile
 from solver.capture.trial import read_trial
 from solver.common.notes import Kind, Note, noted
@@ -113,6 +115,11 @@ class Library:
         """What can be drawn of a trial as curves; None where it is not fitted."""
         trial = self.fitted(name)
         return None if self.fit is None or trial is None else trial_curves(trial, self.fit.skeleton)
+
+    def proposals(self, name: str, review: TrialReview) -> tuple[Pending, ...]:
+        """Of a trial, as detection made them, and what a review says of each."""
+        provenance = self.fit.provenance if self.fit else {}
+        return pending(self.replay(name).forces.proposals, review, provenance)
 
     def knows_gait(self, name: str) -> bool:
         """Whether `gait` tells it at once."""

@@ -73,6 +73,14 @@ def test_status_and_figures_are_read_from_the_subjects_folder(tmp_path):
     assert (c.status, c.figures) == (Status.UNSEEN, None)
 
 
+def test_a_torn_log_of_causes_takes_no_trial_out_of_the_queue(small_fit):
+    results = small_fit.subject.folder / "results"
+    save_fit(small_fit, results)
+    before = [row.verdict for row in subject_rows("S1", small_fit.subject)]
+    (results / "extension_log.jsonl").write_text("{torn\n{}\n")
+    assert [row.verdict for row in subject_rows("S1", small_fit.subject)] == before
+
+
 def test_read_anew_takes_in_folders_that_have_come(tmp_path):
     write_subject(tmp_path / "S1")
     queue = TrialQueue(OpenSubjects(open_root(tmp_path)))
