@@ -65,6 +65,13 @@ def test_the_cursor_is_read_out_and_a_click_goes_to_its_frame(page, until):
     until(
         lambda: abs(float(value.text_content().replace("−", "-")) - angle) < 0.06, "the value at the cursor"
     )
+    torque = page.locator("#addb-plots figure", has_text="Knee flexion torque").locator(
+        ".addb-plot-values span"
+    )
+    used = page.session.replay.residual.used
+    for frame, told in ((int(used.argmax()), ""), (int((~used).argmax()), "not measured, or not counted")):
+        page.evaluate("(frame) => window.addb.send('go_to', `${frame}`)", frame)
+        until(lambda told=told: torque.first.get_attribute("title") == told, "whether it counts")
 
 
 def test_strides_are_counted_read_out_overlaid_written_and_remembered(page, app, until):

@@ -133,9 +133,8 @@ function valuesOf(chart, frame) {
     const values = line.mean ?? line.values, spread = pointer !== null && line.std;
     const before = chart.lines.find(({ style, color }) => style === "before" && color === line.color), then = before?.mean ?? before?.values;
     const words = (then ? `${told(then[Math.round(at)])} → ` : "") + told(values[Math.round(at)]) + (spread ? ` ± ${told(line.std[Math.round(at)])}` : "");
-    const value = element("span", { textContent: words });
-    value.style.color = line.ink;
-    return [value];
+    const counts = cycles || !chart.shaded.some(([start, end]) => start <= at && at < end);
+    return [element("span", { textContent: words, title: counts ? "" : "not measured, or not counted", style: { color: counts ? line.ink : "var(--addb-weak)" } })];
   });
 }
 
