@@ -136,7 +136,8 @@ class DiagnosisController:
         library = shared.fits.shown
         flags = flags_of(self.state.figures, effect, library.trials)
         for trial, flag in flags:
-            for event in as_proposed(flag, library.proposals(trial, shared.reviews.review(trial))):
+            proposals = library.proposals(library.replay(trial), shared.reviews.review(trial))
+            for event in as_proposed(flag, proposals):
                 shared.reviews.record(trial, event, author)
         trials = ", ".join(dict.fromkeys(trial for trial, _ in flags))
         self.notices.tell(

@@ -252,7 +252,7 @@ class ReviewController:
         if replay is None:
             return
         review, history = self.review, self.screen.shared.reviews.history(replay.name)
-        self.proposals = self.screen.shared.fits.shown.proposals(replay.name, review)
+        self.proposals = self.screen.shared.fits.shown.proposals(replay, review)
         self.panel.ranges.content = ranges_html(review)
         self.panel.history.content = history_html(history)
         self.comments.show()

@@ -116,10 +116,9 @@ class Library:
         trial = self.fitted(name)
         return None if self.fit is None or trial is None else trial_curves(trial, self.fit.skeleton)
 
-    def proposals(self, name: str, review: TrialReview) -> tuple[Pending, ...]:
+    def proposals(self, replay: Replay, review: TrialReview) -> tuple[Pending, ...]:
         """Of a trial, as detection made them, and what a review says of each."""
-        provenance = self.fit.provenance if self.fit else {}
-        return pending(self.replay(name).forces.proposals, review, provenance)
+        return pending(replay.forces.proposals, review, self.fit.provenance if self.fit else {})
 
     def knows_gait(self, name: str) -> bool:
         """Whether `gait` tells it at once."""
