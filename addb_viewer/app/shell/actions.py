@@ -29,6 +29,7 @@ from annotations.review_errors import ReviewError
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 
 LARGEST_PX = 1e5  # of a picture that a page tells
+FINISHING = ("finish", "finish_sure")  # the only keys after which nobody has looked at what they brought
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,6 @@ def entry(text: str) -> Entry | None:
     if text == "-":
         return Drop()
     return None
-
-
-FINISHING = ("finish", "finish_sure")
 
 
 def listen(s: Session) -> None:

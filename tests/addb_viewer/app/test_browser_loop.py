@@ -122,6 +122,7 @@ def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(
         until(lambda: session.scene.other is not None)
         for chart in ("#addb-plots figure:has-text('Knee flexion torque')", ".addb-title"):
             page.locator(chart, has_text=" → ").first.wait_for()  # the value before, and now
+        until(lambda: page.locator("#addb-plots figure").first.locator(".addb-plot-values span").count() == 3)
         page.keyboard.press("m")
         until(lambda: session.scene.other is None)
         page.keyboard.press("m")

@@ -9,7 +9,7 @@ from tests.addb_viewer.chromium import remembering
 from tests.patience import PATIENCE_MS
 
 SIZES = [(1280, 800), (1440, 900)]
-T, N, ENTER = "Finish the trial, go to the next", "Next proposal or flagged range", "Accept the proposal"
+T, N = "Finish the trial, go to the next", "Next proposal or flagged range"
 IN_SIGHT = """(part) => {
     const box = part.getBoundingClientRect(), at = (x, y) => part.contains(document.elementFromPoint(x, y));
     return box.top >= 0 && box.bottom <= innerHeight
@@ -40,6 +40,7 @@ def test_who_has_pressed_another_key_has_looked_at_the_trial(app, enter, monkeyp
     browser.press(T)
     browser.until(lambda: browser.asked("you have not looked at it"))
     browser.press("No, to the question")
+    browser.until(lambda: not browser.questions, "the question to go")
     browser.press(key)
     browser.press(T)
     browser.until(lambda: browser.asked("Finish run?"))
@@ -87,8 +88,8 @@ def test_nothing_lies_over_a_question_and_the_newest_notice_is_seen(app, open_pa
 
 
 @pytest.fixture
-def queue(app, browser, folder):
-    """The queue's page; one of its two trials is finished."""
+def queue(app, browser):
+    """The queue's page; none of its two trials is finished."""
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.set_default_timeout(PATIENCE_MS)
     page.add_init_script(remembering("Zoë"))
@@ -99,7 +100,7 @@ def queue(app, browser, folder):
 
 
 @pytest.mark.browser
-def test_filters_never_leave_an_empty_table_and_the_rows_have_the_keys_after_a_click(queue, until):
+def test_to_do_and_finished_exclude_each_other_and_the_rows_have_the_keys_after_a_click(queue, until):
     until(lambda: queue.rows.count() == 2, "both")
     queue.get_by_role("checkbox", name="Select all that are shown").check()
     queue.get_by_role("button", name="Finished").click()

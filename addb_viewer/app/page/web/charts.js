@@ -126,12 +126,14 @@ function tellWhere(trial, at) {
 
 /** What stands at a chart's right: values under the pointer, else at the cursor. */
 function valuesOf(chart, frame) {
-  const lines = chart.lines.filter(({ style }) => !["bound", "trial", "before"].includes(style));
+  const beforeOf = ({ color }) => chart.lines.find((line) => line.style === "before" && line.color === color);
+  const solid = chart.lines.filter(({ style }) => !["bound", "trial", "before"].includes(style)), paired = solid.map(beforeOf);
+  const lines = chart.lines.filter((line) => solid.includes(line) || (line.style === "before" && !paired.includes(line)));
   return lines.flatMap((line) => {
     const at = cycles ? (pointer ?? percentOf(line.label, frame)) : (pointer ?? frame);
     if (at === null) return [];
     const values = line.mean ?? line.values, spread = pointer !== null && line.std;
-    const before = chart.lines.find(({ style, color }) => style === "before" && color === line.color), then = before?.mean ?? before?.values;
+    const before = line.style === "before" ? null : beforeOf(line), then = before?.mean ?? before?.values;
     const words = (then ? `${told(then[Math.round(at)])} → ` : "") + told(values[Math.round(at)]) + (spread ? ` ± ${told(line.std[Math.round(at)])}` : "");
     const counts = cycles || !chart.shaded.some(([start, end]) => start <= at && at < end);
     return [element("span", { textContent: words, title: counts ? "" : "not measured, or not counted", style: { color: counts ? line.ink : "var(--addb-weak)" } })];

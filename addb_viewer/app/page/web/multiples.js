@@ -55,17 +55,14 @@ export function drawOverTime(canvas, chart, span, dashes) {
     pen.setLineDash({ bound: [5, 4], before: BEFORE, trial: dashes(trial) }[style] ?? []);
     trace(pen, values, (at) => x(at * step), y, { first: span.first / step, last: span.last / step });
   }
-  pen.save();
   pen.beginPath();
   for (const [start, end] of chart.shaded) pen.rect(x(start - 0.5), 1, x(end - 0.5) - x(start - 0.5), height);
-  pen.clip();
-  pen.globalAlpha = 0.6; // what nobody measured is faint
-  pen.fillStyle = css("--addb-row");
-  pen.fillRect(GUTTER, 1, width, height);
-  pen.globalAlpha = 0.25;
-  pen.fillStyle = "#808080";
-  pen.fillRect(GUTTER, 1, width, height);
-  pen.restore();
+  for (const [color, alpha] of [[css("--addb-row"), 0.6], ["#808080", 0.25]]) { // what nobody measured is faint, on grey
+    pen.fillStyle = color;
+    pen.globalAlpha = alpha;
+    pen.fill();
+  }
+  pen.globalAlpha = 1;
   pen.setLineDash([]);
   pen.textBaseline = "top";
   for (const [frame, value, color] of chart.peaks) {
