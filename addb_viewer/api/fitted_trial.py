@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from addb_viewer.api.labelled import AXES, Series, Table
+from addb_viewer.api.labelled import AXES, Series, Table, read_only
 from solver.common.notes import Note
 from solver.export.gait_tables import UNITS
 from solver.export.trial_table import trial_columns
@@ -28,7 +28,8 @@ class FittedTrial:
     """One trial of a fit. Everything is in the ground frame, y up; a time axis comes first.
 
     Torques and residuals belong to `coordinates`, the motion that they were computed on. A trial without
-    dynamics (no usable motion for them) has empty series in their place.
+    dynamics (no usable motion for them) has empty series in their place. The series of coordinates and `com`
+    have standard deviations, `std`, where the motion was fitted to forces.
     """
 
     def __init__(self, trial: TrialFit, skeleton: Skeleton) -> None:
@@ -63,7 +64,7 @@ class FittedTrial:
     @cached_property
     def times(self) -> np.ndarray:
         """Time of each frame on the recording's clock [s]; [frames]."""
-        return _frozen(self._motion.times)
+        return read_only(self._motion.times)
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -74,12 +75,12 @@ class FittedTrial:
     def used(self) -> np.ndarray:
         """Frames on which every foot's force was measured and counts, bool [frames]: the figures' frames."""
         dynamics = self._trial.dynamics
-        return _frozen(np.zeros(self.frames, bool) if dynamics is None else dynamics.used)
+        return read_only(np.zeros(self.frames, bool) if dynamics is None else dynamics.used)
 
     @cached_property
     def coordinates(self) -> Series:
         """Generalized coordinates q [rad, m]; [frames, coordinates]."""
-        return self._of_coordinates(self._motion.q, 0, "")
+        return self._of_coordinates(self._motion.q, 0, "", "angle")
 
     @cached_property
     def determined(self) -> Series:
@@ -92,18 +93,20 @@ class FittedTrial:
     @cached_property
     def velocities(self) -> Series:
         """Their first derivative [rad/s, m/s]; [frames, coordinates]."""
-        return self._of_coordinates(self._motion.velocity, 0, "/s")
+        return self._of_coordinates(self._motion.velocity, 0, "/s", "speed")
 
     @cached_property
     def accelerations(self) -> Series:
         """Their second derivative [rad/s², m/s²]; [frames, coordinates]."""
-        return self._of_coordinates(self._motion.acceleration, 0, "/s²")
+        return self._of_coordinates(self._motion.acceleration, 0, "/s²", "acceleration")
 
     @cached_property
     def torques(self) -> Series:
         """Generalized force of each coordinate [N·m, N], the root's included; [frames, coordinates]."""
         dynamics = self._trial.dynamics
-        return self._nothing() if dynamics is None else self._of_coordinates(dynamics.joint_torques, 1, "")
+        if dynamics is None:
+            return self._nothing()
+        return self._of_coordinates(dynamics.joint_torques, 1, "", "torque")
 
     @cached_property
     def powers(self) -> Series:
@@ -112,7 +115,7 @@ class FittedTrial:
         if power is None:
             return self._nothing()
         names = self._skeleton.dofs
-        return self._series(power, names, [POWER_UNIT] * len(names))
+        return self._series(power, names, [POWER_UNIT] * len(names), "power")
 
     @cached_property
     def residual_force(self) -> Series:
@@ -130,7 +133,7 @@ class FittedTrial:
     def com(self) -> Series:
         """The body's centre of mass [m]; x, y, z; [frames, 3]."""
         dynamics = self._trial.dynamics
-        return self._nothing() if dynamics is None else self._along(dynamics.com_ground, "m")
+        return self._nothing() if dynamics is None else self._along(dynamics.com_ground, "m", "com_ground")
 
     @cached_property
     def markers(self) -> Series:
@@ -225,7 +228,7 @@ class FittedTrial:
     @cached_property
     def body_rotations(self) -> np.ndarray:
         """R_ground_body, which takes a body's vectors to the ground's axes; [frames, bodies, 3, 3]."""
-        return _frozen(self._poses[0])
+        return read_only(self._poses[0])
 
     @cached_property
     def table(self) -> Table:
@@ -250,27 +253,25 @@ class FittedTrial:
         drawn = self._drawn
         return body_poses(self._skeleton, (drawn.dynamics or drawn).motion.q)
 
-    def _series(self, values: np.ndarray, names: Sequence[str], units: Sequence[str]) -> Series:
-        return Series(values, tuple(names), tuple(units), self.times)
+    def _series(
+        self, values: np.ndarray, names: Sequence[str], units: Sequence[str], std: str = ""
+    ) -> Series:
+        """With the standard deviations that `TrialStd` has under a name."""
+        of_std = getattr(self._trial.std, std) if std and self._trial.std is not None else None
+        return Series(values, tuple(names), tuple(units), self.times, of_std)
 
-    def _of_coordinates(self, values: np.ndarray, kind: int, per: str) -> Series:
+    def _of_coordinates(self, values: np.ndarray, kind: int, per: str, std: str) -> Series:
         units = [f"{UNITS[c.motion][kind].rsplit('_', 1)[-1]}{per}" for c in self._skeleton.free_coordinates]
-        return self._series(values, self._skeleton.dofs, units)
+        return self._series(values, self._skeleton.dofs, units, std)
 
-    def _along(self, values: np.ndarray, unit: str) -> Series:
-        return self._series(values, AXES, [unit] * len(AXES))
+    def _along(self, values: np.ndarray, unit: str, std: str = "") -> Series:
+        return self._series(values, AXES, [unit] * len(AXES), std)
 
     def _on_feet(self, values: np.ndarray, unit: str) -> Series:
         return self._series(values, self.feet, [unit] * len(self.feet))
 
     def _nothing(self) -> Series:
         return self._series(np.zeros((self.frames, 0)), (), ())
-
-
-def _frozen(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view
 
 
 def _texts(values: Sequence[Any]) -> np.ndarray:

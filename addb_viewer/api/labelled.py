@@ -42,20 +42,21 @@ class UnknownNameError(KeyError):
 class Series:
     """One quantity over time: `values` [frames, names] or, of vectors, [frames, names, 3] along x, y, z.
 
-    `series["knee_angle_r"]` is one column, [frames] or [frames, 3]. NumPy takes a series for its values.
+    `series["knee_angle_r"]` is one column, [frames] or [frames, 3]; `series.std_of("knee_angle_r")` says how
+    far it may be off. NumPy takes a series for its values.
     """
 
     values: np.ndarray  # read-only
     names: tuple[str, ...]
     units: tuple[str, ...]  # of each name; "rad", "m", "N", "Nm", ...
     times: np.ndarray  # [frames] on the recording's clock [s]
+    std: np.ndarray | None = None  # standard deviations like `values`, NaN where unknown; None: all are
 
     def __post_init__(self) -> None:
         """Nobody can change a result."""
-        for name in ("values", "times"):
-            array = np.asarray(getattr(self, name)).view()
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+        for name in ("values", "times", "std"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, read_only(np.asarray(getattr(self, name))))
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -75,9 +76,17 @@ class Series:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """One column."""
+        return self.values[:, self._column(name)]
+
+    def std_of(self, name: str) -> np.ndarray:
+        """Standard deviations of one column; NaN where none is known."""
+        column = self._column(name)
+        return np.full_like(self.values[:, column], np.nan) if self.std is None else self.std[:, column]
+
+    def _column(self, name: str) -> int:
         if name not in self.names:
             raise UnknownNameError(name, self.names, "column")
-        return self.values[:, self.names.index(name)]
+        return self.names.index(name)
 
     def __len__(self) -> int:
         """Number of frames."""
@@ -93,18 +102,19 @@ class Series:
         listed = ", ".join(self.names[:MOST_NAMED]) + (", …" if len(self.names) > MOST_NAMED else "")
         units = ", ".join(dict.fromkeys(self.units))
         span = f"{self.times[0]:.2f} to {self.times[-1]:.2f} s" if len(self.times) else "no frames"
-        return f"<Series {shape} [{units}], {span}: {listed}>"
+        return f"<Series {shape} [{units}]{'' if self.std is None else ' ± std'}, {span}: {listed}>"
 
     @property
     def table(self) -> "Table":
-        """As columns: `time_s`, and each name with its axis and unit."""
+        """As columns: `time_s`, each name with its axis and unit, standard deviations as NAME_std_UNIT."""
         columns = {"time_s": self.times}
         for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
             ending = f"_{unit}" if unit else ""
-            if self.values.ndim == 2:
-                columns[f"{name}{ending}"] = self.values[:, k]
-            else:
-                columns |= {f"{name}_{axis}{ending}": self.values[:, k, a] for a, axis in enumerate(AXES)}
+            for label, values in ((name, self.values), (f"{name}_std", self.std)):
+                if values is not None and values.ndim == 2:
+                    columns[f"{label}{ending}"] = values[:, k]
+                elif values is not None:
+                    columns |= {f"{label}_{axis}{ending}": values[:, k, a] for a, axis in enumerate(AXES)}
         return Table(columns)
 
     def to_polars(self) -> "pl.DataFrame":
@@ -174,6 +184,13 @@ class Table:
         """
         frame: pd.DataFrame = _package("pandas").DataFrame(dict(self.columns))
         return frame
+
+
+def read_only(array: np.ndarray) -> np.ndarray:
+    """A view that nobody can write to."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def _shown(value: object) -> str:

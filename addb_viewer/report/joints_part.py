@@ -6,12 +6,14 @@ import numpy as np
 from jaxtyping import Float
 
 from addb_viewer.report.markup import Safe, element, joined, swatch
+from addb_viewer.text.coordinate_words import JOINTS, torque_bands
 from addb_viewer.trial_view.by_cycle import CycledTrial, axis_limits
 from addb_viewer.trial_view.chart_html import HEIGHT, WIDTH, curve_path, nice_ticks, number
 from addb_viewer.trial_view.joint_quantities import JointQuantity, Kind
 from addb_viewer.trial_view.over_time import SIDE_COLORS
 from addb_viewer.trial_view.trial_curves import trial_curves
 from solver.fitting.fit_result import Fit
+from solver.fitting.fit_summary import TrialFigures
 from solver.gait.stride_curves import StrideCurves
 from solver.gait.trial_gait import Gait
 
@@ -20,33 +22,36 @@ KINDS = (Kind.POSITION, Kind.TORQUE, Kind.POWER)  # columns
 SHOWN = slice(None, None, 2)  # of the points: every second percent
 FINE = (
     "From one contact of a foot (0 %) to its next (100 %): line, mean of the strides; band, one standard "
-    "deviation of the sample; upright line, mean foot-off. Torques are internal moments, positive in the "
+    "deviation between strides; upright line, mean foot-off. Torques are internal moments, positive in the "
     "direction that the title names; power is positive where the joint delivers work. Torques and powers are "
     "of strides whose frames all count."
 )
+OF_BANDS = "95 %, by the markers' errors; median frame, worse side"
 Drawn = Sequence[tuple[str, StrideCurves]]  # by side
 
 
-def joints_part(fit: Fit, gaits: Mapping[str, Gait], trials: Sequence[str]) -> Safe | None:
+def joints_part(fit: Fit, gaits: Mapping[str, Gait], trials: Mapping[str, TrialFigures]) -> Safe | None:
     """Charts of every trial with strides; None where nobody takes a whole stride.
 
     Args:
         fit: of the subject.
         gaits: by trial.
-        trials: those that the report is about.
+        trials: the figures of those that the report is about.
     """
     pieces: list[Safe] = []
     for trial in fit.trials:
         name = trial.capture.name
         gait = gaits.get(name)
         if name in trials and gait is not None and gait.cycles:
-            pieces += _trial(CycledTrial(trial_curves(trial, fit.skeleton), gait))
+            bands = torque_bands(trials[name].torque_std_Nm)
+            cycled = CycledTrial(trial_curves(trial, fit.skeleton), gait)
+            pieces += _trial(cycled, ", ".join(bands[stem] for stem in JOINTS if stem in bands))
     if not pieces:
         return None
     return joined((element("p", FINE, class_="fine"), *pieces))
 
 
-def _trial(trial: CycledTrial) -> list[Safe]:
+def _trial(trial: CycledTrial, bands: str) -> list[Safe]:
     quantities = trial.quantities()
     rows = []
     for stem in MAIN:
@@ -56,7 +61,8 @@ def _trial(trial: CycledTrial) -> list[Safe]:
             rows.append(element("div", *charts, class_="joints"))
     if not rows:
         return []
-    heading = element("div", element("h3", trial.of.name), _counts(trial), rows[0], class_="together")
+    said = [element("p", f"Torques {bands} ({OF_BANDS}).", class_="fine")] if bands else []
+    heading = element("div", element("h3", trial.of.name), _counts(trial), *said, rows[0], class_="together")
     return [heading, *rows[1:]]
 
 

@@ -205,13 +205,16 @@ SPEEDS = ("0.1", "0.25", "0.5", "1", "2")
 def subject_page(report: SubjectReport) -> str:
     """The page's HTML."""
     recording = report.recording
-    gaits, names = gaits_of(recording.fit), [record.replay.name for record in recording.trials]
+    gaits, figures = (
+        gaits_of(recording.fit),
+        {record.replay.name: record.figures for record in recording.trials},
+    )
     contents = {
         "recorded": joined(filter(None, (recorded(recording), strides_part(gaits)))),
         "quality": _quality(report),
         "frames": _frames(report),
         "scene": _scene(report),
-        "joints": joints_part(recording.fit, gaits, names),
+        "joints": joints_part(recording.fit, gaits, figures),
         "markers": _markers(report),
         "diagnosis": diagnosis_part(report),
         "notes": _notes(report),

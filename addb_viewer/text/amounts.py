@@ -1,5 +1,7 @@
 """How many and how long, as people say it."""
 
+TO_95 = 1.96  # standard deviations each way that a band of 95 % reaches
+
 
 def counted(count: int, noun: str) -> str:
     """As in "1 person" and "2 persons".

@@ -1,7 +1,10 @@
 """A model's coordinates as people say them: knee_angle_r is the right knee's angle, or its flexion."""
 
 import re
+from collections.abc import Mapping
 from typing import NamedTuple
+
+from addb_viewer.text.amounts import TO_95
 
 SIDES = {"r": "right", "l": "left"}
 SHORTENED = {
@@ -23,6 +26,7 @@ COMMON = (  # names of OpenSim's common models, without the side
 )
 TRUNK = r"pelvis_(?:tilt|list|rotation|t[xyz])|lumbar_(?:extension|bending|rotation)"
 NAMED = re.compile(rf"\b(?:(?:{'|'.join(COMMON)})_[rl]|{TRUNK})\b")
+JOINTS = {"hip_flexion": "hip", "knee_angle": "knee", "ankle_angle": "ankle"}
 PLACES = {"tx": "position x", "ty": "height", "tz": "position z"}
 
 
@@ -61,6 +65,25 @@ def motion_in_words(name: str, limits: tuple[float, float] | None = None) -> str
 def torque_in_words(name: str) -> str:
     """What moves it: knee_angle_r has the right knee torque, hip_rotation_r the right hip rotation torque."""
     return f"{coordinate_in_words(name).removesuffix(' angle')} torque"
+
+
+def torque_bands(std_Nm: Mapping[str, float]) -> dict[str, str]:
+    """How far torques may be off at 95 %, of the worse side: "± 4 N·m at the knee"; the largest first.
+
+    Args:
+        std_Nm: standard deviations by coordinate.
+
+    Returns:
+        By coordinate without its side.
+    """
+    worse: dict[str, float] = {}
+    for name, std in sorted(std_Nm.items(), key=lambda item: -item[1]):
+        worse.setdefault(Coordinate.named(name).stem, TO_95 * std)
+    return {
+        stem: f"± {half:.{0 if half >= 1 else 1}f} N·m "
+        + (f"at the {JOINTS[stem]}" if stem in JOINTS else f"in {_plain(stem)}")
+        for stem, half in worse.items()
+    }
 
 
 def coordinates_told(text: str) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from addb_viewer.text.amounts import counted
 from addb_viewer.trial_view.chart_range import AIR
 from addb_viewer.trial_view.joint_quantities import JointQuantity, quantities_of
 from addb_viewer.trial_view.over_time import SIDE_COLORS, plain_numbers
@@ -40,10 +41,10 @@ class CycledTrial:
     def curves(self, quantity: JointQuantity) -> Iterator[tuple[str, StrideCurves]]:
         """A quantity of each side over that foot's strides; of the trunk over those of either foot."""
         for side, column in quantity.columns:
-            values = quantity.values(self.of.joints, column)
+            values, std = quantity.values(self.of.joints, column), quantity.std(self.of.joints, column)
             counts = self.of.counts if quantity.kind.rests_on_forces else None
             for foot in (side,) if side else SIDES:
-                yield foot, stride_curves(self.cycles(foot), self.of.times, values, counts)
+                yield foot, stride_curves(self.cycles(foot), self.of.times, values, counts, std)
 
     def quantities(self) -> dict[str, JointQuantity]:
         """By id."""
@@ -110,8 +111,19 @@ def _line_json(side: str, curves: StrideCurves, unit: str, *, single: bool = Tru
         "std": None if curves.std is None else plain_numbers(curves.std, unit),
         "strides": plain_numbers(curves.values, unit) if single else [],
         "count": len(curves.cycles),
+        "why": _strides_words(curves, unit),
         "foot_off": None if off is None else round(100 * off, 1),
     }
+
+
+def _strides_words(curves: StrideCurves, unit: str) -> str:
+    """Of how many strides, and how far each may be off by itself."""
+    told = [counted(len(curves.cycles), "stride")]
+    if curves.std is not None:
+        told.append("±, band: standard deviation between strides")
+    if curves.within is not None and np.isfinite(curves.within).all():
+        told.append(f"standard deviation within a stride: {np.sqrt(np.mean(curves.within**2)):.3g} {unit}")
+    return "; ".join(told)
 
 
 def _reach(line: dict[str, Any]) -> Iterator[float]:

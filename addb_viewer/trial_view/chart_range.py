@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from addb_viewer.text.amounts import TO_95
 from addb_viewer.trial_view.charts import Chart, Line
 from solver.common.true_runs import runs
 
 AIR = 0.06  # of the range, beyond the outermost value
+MOST_BAND = 0.5  # likewise, by which bands stretch an axis
 HEADROOM = 0.25  # likewise, where something runs off: room for its mark
 USUAL_PER_CENT, RARE = 95.0, 3.0  # a value so many times the one that so many frames stay below is rare
 MOST_BOUNDS = 3.0  # times the greatest bound that curves of another fit stretch an axis
@@ -18,7 +20,7 @@ Values = Float[np.ndarray, " frames"]
 
 
 def value_range(chart: Chart, rows: slice) -> tuple[float, float]:
-    """Axis limits around zero and all curves, with a little air.
+    """Axis limits around zero and all curves with their bands, with a little air.
 
     Where curves may run off: around zero, the bounds, and what this fit does on frames that count, but for
     rare peaks; another fit's curves stretch that to a few bounds at most.
@@ -32,6 +34,15 @@ def value_range(chart: Chart, rows: slice) -> tuple[float, float]:
     lowest, highest = float(values.min()), float(values.max())
     if chart.runs_off and 0.0 < (1 + AIR) * _reach(chart, rows) < highest:
         return 0.0, (1 + HEADROOM) * _reach(chart, rows)
+    most = MOST_BAND * (highest - lowest)
+    edges = [
+        line.values[rows] + reach * line.std[rows]
+        for line in chart.lines
+        if line.std is not None
+        for reach in (-TO_95, TO_95)
+    ]
+    kept = np.clip(edges, lowest - most, highest + most)
+    lowest, highest = float(np.nanmin(kept, initial=lowest)), float(np.nanmax(kept, initial=highest))
     air = AIR * (highest - lowest) or 1.0
     return (lowest - air if lowest < 0 else 0.0, highest + air)
 

@@ -24,6 +24,7 @@ class Line:
     color: Rgb
     dashed: bool = False  # a bound
     dotted: bool = False  # of the solve that is compared with
+    std: Float[np.ndarray, " frames"] | None = None  # NaN where none is known
 
     @property
     def is_own(self) -> bool:

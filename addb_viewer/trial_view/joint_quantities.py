@@ -12,7 +12,7 @@ from addb_viewer.trial_view.replay import JointReplay
 
 
 class Kind(StrEnum):
-    """What of a coordinate."""
+    """What of a coordinate, as `TrialStd` calls it."""
 
     POSITION = "angle"
     SPEED = "speed"
@@ -86,7 +86,15 @@ class JointQuantity:
         """
         values = _values(joints, self.kind)
         assert values is not None
-        of_one = values[:, column] / self.divisor
+        return self._in_unit(values[:, column])
+
+    def std(self, joints: JointReplay, column: int) -> Float[np.ndarray, " frames"] | None:
+        """Standard deviations likewise, NaN where none is known; None: nowhere."""
+        std = None if joints.std is None else getattr(joints.std, self.kind)[:, column]
+        return None if std is None or np.isnan(std).all() else self._in_unit(std)
+
+    def _in_unit(self, values: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
+        of_one = values / self.divisor
         return np.degrees(of_one) if self.unit.startswith("°") else of_one
 
 

@@ -1,16 +1,16 @@
 """Chosen quantities over time, as the page draws them."""
 
-import re
 from collections.abc import Sequence
-from itertools import takewhile
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from addb_viewer.text.amounts import TO_95
+from addb_viewer.trial_view.chart_html import short_labels
 from addb_viewer.trial_view.chart_range import peaks_beyond, value_range
 from addb_viewer.trial_view.charts import BEFORE, Chart, Line, charts_of
-from addb_viewer.trial_view.joint_quantities import ALSO, JointQuantity, quantities_of
+from addb_viewer.trial_view.joint_quantities import ALSO, JointQuantity, Kind, quantities_of
 from addb_viewer.trial_view.palette import BLUE, GREEN, PURPLE, Rgb
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.strip import ON_STRIP
@@ -19,7 +19,8 @@ from solver.common.true_runs import runs
 
 SIDE_COLORS = {"right": GREEN, "left": PURPLE, "": BLUE}  # as forces on the feet have them
 DIGITS = {"°": 2, "°/s": 1, "N·m": 2, "N": 1, "W": 1, "cm": 3, "m": 4, "m/s": 4}  # after the point
-MANY_LINES = 4  # of a chart, whose names are shortened
+BAND = "95 % band of the markers' errors"
+NO_BAND = "; none where a force was predicted, not measured"
 AT_FIRST = ("marker error", "vertical force", "knee_angle angle", "knee_angle torque")
 
 
@@ -62,6 +63,7 @@ def charts_json(
         elif name in joints:
             chart = _joint_chart(joints[name], replay, before)
             drawn.append(_chart_json(name, chart, _overlaid(joints[name], others, replay.rate)))
+            drawn[-1]["band"] = _band_words(joints[name].kind, chart)
     return drawn
 
 
@@ -81,11 +83,20 @@ def _joint_chart(quantity: JointQuantity, replay: Replay, before: Replay | None)
     predicted = quantity.kind.rests_on_forces and replay.joints.predicted
     for side, column in quantity.columns:
         label = " ".join(filter(None, (side, "predicted" if predicted else "")))
-        lines.append(Line(label, quantity.values(replay.joints, column), SIDE_COLORS[side]))
+        values, std = quantity.values(replay.joints, column), quantity.std(replay.joints, column)
+        lines.append(Line(label, values, SIDE_COLORS[side], std=std))
     shaded = None
     if quantity.kind.rests_on_forces and replay.residual is not None:
         shaded = ~replay.residual.used
     return Chart(quantity.words, quantity.unit, tuple(lines), shaded)
+
+
+def _band_words(kind: Kind, chart: Chart) -> str:
+    """What a chart's bands are; empty where it has none."""
+    if all(line.std is None for line in chart.lines):
+        return ""
+    about = ", about the trial's mean" if kind is Kind.POSITION else ""
+    return BAND + (NO_BAND if kind.rests_on_forces else about)
 
 
 def _overlaid(quantity: JointQuantity, others: Sequence[TrialCurves], rate: float) -> list[dict[str, Any]]:
@@ -108,7 +119,7 @@ def _chart_json(name: str, chart: Chart, overlaid: Sequence[dict[str, Any]]) -> 
     if others:
         low, high = min(low, *others), max(high, *others)
     peaks = peaks_beyond(chart, slice(None), high) if chart.runs_off else []
-    key_findings = short_labels([line.label for line in chart.lines])
+    shorter = short_labels([line.label for line in chart.lines])
     return {
         "id": name,
         "title": chart.title,
@@ -121,23 +132,15 @@ def _chart_json(name: str, chart: Chart, overlaid: Sequence[dict[str, Any]]) -> 
             *overlaid,
             *(
                 _line_json(line.label, line.color, line.values, chart.unit)
-                | {"style": _style(line), "short": short}
-                for line, short in zip(chart.lines, key_findings, strict=True)
+                | {"style": _style(line), "short": short, "band": _band(line, chart.unit)}
+                for line, short in zip(chart.lines, shorter, strict=True)
             ),
         ],
     }
 
 
-def short_labels(labels: Sequence[str]) -> list[str]:
-    """Without the words that all begin with, where many lines share the room of a heading.
-
-    Returns:
-        By line: "1" for "ground_force_1"; the labels themselves where they are few, or share no words.
-    """
-    alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*labels, strict=False))
-    shared = re.sub(r"[^\W_]*$", "", "".join(letters[0] for letters in alike))  # whole words only
-    shorter = [label.removeprefix(shared) for label in labels]
-    return shorter if len(labels) >= MANY_LINES and all(shorter) else list(labels)
+def _band(line: Line, unit: str) -> list[Any] | None:
+    return None if line.std is None else plain_numbers(TO_95 * line.std, unit)
 
 
 def _style(line: Line) -> str:

@@ -20,6 +20,7 @@ from solver.contact.contact_phases import ContactPhase
 from solver.contact.detected_ranges import Proposal
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.wrenches import NOBODY, FrameMask, MissingRange
+from solver.dynamics.dynamics import TrialStd
 from solver.kinematics.label_faults.fault import LabelFault
 
 
@@ -181,6 +182,7 @@ class JointReplay:
     limits: tuple[tuple[float, float], ...] = ()  # [rad or m] of each coordinate; empty: not known
     of_root: frozenset[str] = frozenset()  # coordinates whose torque is the residual
     mass_kg: float | None = None  # of the person; None: not known
+    std: TrialStd | None = None  # how far all these may be off; None: of nothing known
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """A recording, or its fit, as a `Replay`."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -28,6 +28,7 @@ from solver.capture.plates.force_settings import CONDITIONING, ConditioningSetti
 from solver.capture.plates.zero_level import zeroed
 from solver.common.gravity import GRAVITY
 from solver.contact.contact_phases import contact_phases
+from solver.dynamics.dynamics import TrialStd
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.dynamics.thresholds import Thresholds
 from solver.fitting.fit_result import TrialFit
@@ -214,6 +215,7 @@ def joint_replay(trial: TrialFit, skeleton: Skeleton, times: Float[np.ndarray, "
         limits=tuple(coordinate.range for coordinate in skeleton.free_coordinates),
         of_root=frozenset(axis.coordinate for joint in roots for axis in joint.axes if axis.coordinate),
         mass_kg=skeleton.mass,
+        std=trial.std and TrialStd(*(floats(getattr(trial.std, f.name)) for f in fields(TrialStd))),
     )
 
 

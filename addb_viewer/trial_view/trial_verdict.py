@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from addb_viewer.text.amounts import counted
+from addb_viewer.text.coordinate_words import torque_bands
 from addb_viewer.text.diagnosis_vocabulary import about, names_of, short_title, sureness, tentative_of
 from addb_viewer.text.residual_words import corrected_on_reading
 from addb_viewer.text.use_words import trials_in_question
@@ -69,6 +70,7 @@ class VerdictLine:
 
     sign: str
     use: str
+    band: str  # how far torques may be off, where they are usable
     frames: str
     why: str
     open: str
@@ -78,7 +80,8 @@ class VerdictLine:
     @property
     def text(self) -> str:
         """All but the next act, in one line."""
-        told = " · ".join(filter(None, (self.use, self.frames, self.why, self.open)))
+        use = ", ".join(filter(None, (self.use, self.band)))
+        told = " · ".join(filter(None, (use, self.frames, self.why, self.open)))
         return f"{self.sign} {told}"
 
 
@@ -97,6 +100,7 @@ class TrialVerdict:
     diagnosed: bool = False  # by a diagnosis that still holds
     undecided: int = 0  # causes of it that limit the use, and nobody has accepted
     accepted: int = 0  # those that somebody has, and the fit has not in its model
+    band: str = ""  # of the knee's torque, else of the largest that has one
 
     @property
     def is_marked(self) -> bool:
@@ -139,6 +143,7 @@ def _line(trial: TrialVerdict) -> VerdictLine:
     return VerdictLine(
         sign,
         USES[verdict.use],
+        trial.band if verdict.use is Use.TORQUES else "",
         f"{verdict.usable_frames} of {verdict.frames} frames" if verdict.usable_frames else "",
         "" if verdict.decides is None else reason_words(verdict.decides),
         open_words(trial) if fitted else "",
@@ -220,6 +225,7 @@ def trial_verdict(
         leaves = Use.ANGLES if review.unusable is Unusable.TORQUES else Use.NOTHING
         by = review.status_author or ""
         verdict = verdict.also([Reason(Why.PERSON, leaves, of=by, words=review.status_note)])
+    bands = torque_bands(figures.torque_std_Nm) if figures else {}
     found = TrialVerdict(
         verdict,
         proposals=proposals,
@@ -228,6 +234,7 @@ def trial_verdict(
         diagnosed=asked,
         undecided=undecided,
         accepted=accepted,
+        band=next((bands.get("knee_angle", first) for first in bands.values()), ""),
     )
     if review is None:
         return found

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Bool, Float
 
+from benchmarks.truth.bands import band_figures
 from benchmarks.truth.ways import LABORATORY, OURS, TimeHistory, Ways
 from solver.dynamics.motion_change import spectra_of
 from solver.fitting.fit_result import Fit
@@ -237,6 +238,9 @@ def against_truth(
         },
         "gains": gains_of(ways) | {"truth": gains(truth, ways.raw_marker_fit)},
         "gains_against_truth": {OURS: gains(ways.time_histories[OURS], truth)},
+        "bands": band_figures(
+            fit.trials[0].std, fit.skeleton.dofs, ways.time_histories[OURS], truth, ways.forces_count
+        ),
         "mass_ratios": mass_ratios(fit.skeleton, true_skeleton),
         "length_errors_mm": length_errors_mm(fit.skeleton, true_skeleton),
     }

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.truth.bands import band_figures
 from benchmarks.truth.figures import error_by_band, figures, gains
 from benchmarks.truth.recorded import ACTIVITY, LIMIT_HZ, solved
 from benchmarks.truth.skin import SkinSettings, skin_movement
@@ -35,6 +36,7 @@ from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import fit_to_forces
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState
+from solver.fitting.torques_stage import compute_torques, estimate_std
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
@@ -84,6 +86,7 @@ def _run(
     nominal = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg or fit.mass_kg)
     state = FitState(fit.subject, fit.groundwork, nominal, trials=(matched_synthetic.before,))
     fitted = fit_to_forces(state, settings, silent)
+    std = estimate_std(compute_torques(fitted, settings), settings).trials[0].std
     ours = fitted.trials[0].motion
     time_histories = {
         OURS: _time_history(fitted.fitted_skeleton, ours, matched_synthetic.before),
@@ -115,6 +118,7 @@ def _run(
             OURS: figures(time_histories[OURS], below_limit, used),
             "truth": figures(matched_synthetic.truth, below_limit, used),
         },
+        "bands": band_figures(std, nominal.dofs, time_histories[OURS], matched_synthetic.truth, used),
         "ways": {
             name: figures(time_history, matched_synthetic.truth, used)
             for name, time_history in time_histories.items()

@@ -174,6 +174,10 @@ def section(cases: Sequence[Mapping], version: str) -> str:
         "Ranges of motion · peak speeds, own model": tables.range_table(known),
         "Gain and phase, own model, first person": tables.gain_table(first, of_skin, OURS),
         "The truth against the marker fit": tables.gain_table(first, of_skin, "truth"),
+        "Bands: share of the frames whose 95 % band holds the truth": tables.band_table(
+            [r for r in known if r["skin_mm"] >= LARGE_MM[0]], "activity", "model", "skin_mm"
+        ),
+        "Bands of twins": tables.band_table(twins, "activity", "matched_synthetic"),
         "Segments": tables.segment_table(known),
         "(c): against others' angles": tables.reference_table(kinds["reference"]),
         "Ranges of motion · peak speeds against the recording's own markers": tables.own_marker_table(

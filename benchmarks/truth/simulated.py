@@ -12,6 +12,7 @@ from benchmarks.truth.skin import skin_movement
 from benchmarks.truth.ways import TimeHistory, all_ways, bench_settings, torques_of
 from solver.capture.capture import Capture, Markers
 from solver.capture.subject.opened_subject import open_subject
+from solver.fitting.fit_result import Fit
 from solver.fitting.pipeline import solve
 from solver.simulate.demo_subject import MARKERS, STATIC_MARKERS
 from solver.simulate.laboratory import (
@@ -45,7 +46,10 @@ WHO = (
     Person(64.0, 1.68, "female"),
     Person(78.0, 1.80, "male"),
     Person(71.0, 1.74, "female"),
-)
+    Person(58.0, 1.62, "female"),
+    Person(90.0, 1.86, "male"),
+    Person(68.0, 1.76, "male"),
+)  # the last three taught the bands, and judge nothing
 STEP_PLATE_M = (0.90, 0.60)  # under each step, so that no force is missing
 
 
@@ -119,19 +123,24 @@ def _run(labels: dict[str, object], truth: Truth, *, own: bool, skin_mm: float) 
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "subject"
         person = int(labels["person"])  # type: ignore[call-overload]
-        captures = [
-            recorded(truth.static, STATIC_MARKERS, 100.0, skin_mm, person),
-            recorded(truth.trial, MARKERS, rate, skin_mm, person),
-        ]
-        write_subject(folder, WHO[person], captures)
-        if own:
-            write_skeleton(truth.model, folder / "own.osim")
-        subject = open_subject(folder)
-        fit = solve(subject, settings)
+        fit = solved(truth, activity, person, folder, own=own, skin_mm=skin_mm)
         own_model = load_skeleton(folder / "own.osim") if own else None
         ways = all_ways(fit, fit.trials[0], settings, activity, own_model)
     time_history = true_time_history(truth.trial, rate)
     return against_truth(labels, fit, ways, time_history, truth.trial.body.skeleton)
+
+
+def solved(truth: Truth, activity: str, person: int, folder: Path, *, own: bool, skin_mm: float) -> Fit:
+    """The person recorded, written into a folder and solved."""
+    _, rate = SCENARIOS[activity]
+    captures = [
+        recorded(truth.static, STATIC_MARKERS, 100.0, skin_mm, person),
+        recorded(truth.trial, MARKERS, rate, skin_mm, person),
+    ]
+    write_subject(folder, WHO[person], captures)
+    if own:
+        write_skeleton(truth.model, folder / "own.osim")
+    return solve(open_subject(folder), bench_settings())
 
 
 def recorded(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.markdown import table
+from benchmarks.truth.bands import KINDS as BANDED
 from benchmarks.truth.figures import BANDS_HZ, TURNING
 from benchmarks.truth.recorded import LIMIT_HZ
 from benchmarks.truth.ways import CUTOFFS_HZ, LABORATORY, MARKER_FIT, OURS, at_cutoff
@@ -384,3 +385,26 @@ def _signed(percent: float | None) -> str:
 
 def _plain(label: object) -> str:
     return f"{label:g}" if isinstance(label, float) else str(label)
+
+
+def band_table(runs: Sequence[Run], *labels: str) -> str:
+    """Coverage of 95 % bands by these labels, with the joint that is worst and the width over the error."""
+    rows = []
+    for values, group in grouped([r for r in runs if r.get("bands")], *labels).items():
+        cells = [_cell([r["bands"][kind] for r in group if kind in r["bands"]]) for kind in BANDED]
+        rows.append([*(str(v) for v in values), *cells])
+    return table([*labels, *(f"{kind}s" for kind in BANDED)], rows) if rows else ""
+
+
+def _cell(found: Sequence[Mapping[str, Sequence[float]]]) -> str:
+    by_joint: dict[str, list[Sequence[float]]] = {}
+    for one in found:
+        for name, figures in one.items():
+            by_joint.setdefault(name.removesuffix("_r").removesuffix("_l"), []).append(figures)
+    if not by_joint:
+        return ""
+    covered = {name: float(np.mean([f[0] for f in each])) for name, each in by_joint.items()}
+    width = np.median([f[1] for each in by_joint.values() for f in each])
+    worst = min(covered, key=lambda name: covered[name])
+    mean = float(np.mean([f[0] for each in by_joint.values() for f in each]))
+    return f"{100 * mean:.0f} % ({worst} {100 * covered[worst]:.0f}), {width:.1f}"

@@ -11,6 +11,22 @@ BodyLoad = tuple[str, Float[np.ndarray, "frames 6"]]  # on a body: force [N], mo
 
 
 @dataclass(frozen=True)
+class TrialStd:
+    """How far a trial's values may be off, frame by frame: standard deviations, NaN where none is known.
+
+    Those of angles are about the trial's mean, which the model's landmarks may set off by more; all are of
+    what is slower than 20 Hz.
+    """
+
+    angle: Float[np.ndarray, "frames dofs"]  # [rad or m]
+    speed: Float[np.ndarray, "frames dofs"]  # a second
+    acceleration: Float[np.ndarray, "frames dofs"]  # a second squared
+    torque: Float[np.ndarray, "frames dofs"]  # [N·m or N]
+    power: Float[np.ndarray, "frames dofs"]  # [W]
+    com_ground: Float[np.ndarray, "frames 3"]  # [m]
+
+
+@dataclass(frozen=True)
 class Dynamics:
     """Inverse dynamics of one trial.
 

@@ -61,22 +61,5 @@ def momentum_terms(
     residual[:, 3:] -= moment - np.cross(com, force)
     com_by_p = by_ddp[:, :3] / model.skeleton.mass
     by_p[:, 3:] -= skew(force) @ com_by_p
-    along = (v @ selection.T)[:, None]
-    bend, turn = curvature[:, None], slope[:, None]
-    pulled = (a @ selection.T)[:, None]
-    third = _third_derivative(model, q)[:, None]
-    return MomentumTerms(
-        residual=residual,
-        by_q=(by_p * turn + by_dp * bend * along + by_ddp * (bend * pulled + third * along**2)) @ selection,
-        by_v=(by_dp * turn + by_ddp * 2 * bend * along) @ selection,
-        by_a=(by_ddp * turn) @ selection,
-        com_ground=com,
-    )
-
-
-def _third_derivative(
-    model: RigidBodyModel, q: Float[np.ndarray, "frames dofs"], step: float = 1e-4
-) -> Float[np.ndarray, "frames positions"]:
-    """The coupling map's third derivative, from differences of its second: zero but for curved functions."""
-    ahead, behind = (model.couple(q + sign * step)[2] for sign in (1.0, -1.0))
-    return (ahead - behind) / (2 * step)
+    by_q, by_v, by_a = model.by_coordinates(q, v, a, (by_p, by_dp, by_ddp))
+    return MomentumTerms(residual, by_q, by_v, by_a, com)

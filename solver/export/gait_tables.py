@@ -44,7 +44,8 @@ POWER = "power_W"
 Place = tuple[str, str]  # trial and foot
 Columns = dict[str, np.ndarray]
 Frames = Float[np.ndarray, " frames"]
-Quantity = tuple[str, Frames, Float[np.ndarray, "frames dofs"], Bool[np.ndarray, " frames"] | None]
+OfDofs = Float[np.ndarray, "frames dofs"]
+Quantity = tuple[str, Frames, OfDofs, Bool[np.ndarray, " frames"] | None, OfDofs | None]
 
 
 def gaits_of(fit: Fit) -> dict[str, Gait]:
@@ -162,7 +163,7 @@ def fit_curves(fit: Fit, gaits: dict[str, Gait]) -> list[CycledCurve]:
 
 
 def mean_table(found: Sequence[CycledCurve]) -> pa.Table:
-    """A row a percent of each trial and foot; mean, standard deviation of the sample, number of strides."""
+    """A row a percent of each trial and foot: mean, standard deviations, number of strides."""
 
     def columns_of(place: Place) -> Columns:
         columns: Columns = {"percent": np.arange(POINTS)}
@@ -170,6 +171,8 @@ def mean_table(found: Sequence[CycledCurve]) -> pa.Table:
             nothing = np.full(POINTS, np.nan)
             columns[f"{one.column}_mean"] = nothing if one.curves.mean is None else one.curves.mean
             columns[f"{one.column}_sd"] = nothing if one.curves.std is None else one.curves.std
+            if one.curves.within is not None:
+                columns[f"{one.column}_within_sd"] = one.curves.within
             columns[f"{one.column}_strides"] = np.full(POINTS, len(one.curves.cycles))
         return columns
 
@@ -205,21 +208,23 @@ def _of_foot(fit: Fit, trial: TrialFit, foot: str, cycles: Sequence[Cycle]) -> I
         if of in others:
             continue
         name = stem if of == side else coordinate.name
-        for unit, times, values, counts in _quantities(trial, UNITS[coordinate.motion]):
-            curves = stride_curves(cycles, times, values[:, i], counts)
+        for unit, times, values, counts, std in _quantities(trial, UNITS[coordinate.motion]):
+            of_one = None if std is None else std[:, i]
+            curves = stride_curves(cycles, times, values[:, i], counts, of_one)
             yield CycledCurve(trial.capture.name, foot, f"{name}_{unit}", curves)
 
 
 def _quantities(trial: TrialFit, units: tuple[str, str]) -> Iterator[Quantity]:
     trial = without_guesses(trial)
-    dynamics, power = trial.dynamics, joint_power(trial)
+    dynamics, power, std = trial.dynamics, joint_power(trial), trial.std
     if dynamics is None or power is None:
-        yield units[0], trial.motion.times, trial.motion.q, None
+        yield units[0], trial.motion.times, trial.motion.q, None, None
         return
     times = dynamics.motion.times
-    yield units[0], times, dynamics.motion.q, None
-    yield units[1], times, dynamics.joint_torques, dynamics.used
-    yield POWER, times, power, dynamics.used
+    angle, torque, of_power = (std.angle, std.torque, std.power) if std else (None, None, None)
+    yield units[0], times, dynamics.motion.q, None, angle
+    yield units[1], times, dynamics.joint_torques, dynamics.used, torque
+    yield POWER, times, power, dynamics.used, of_power
 
 
 def _at(found: Sequence[CycledCurve], place: Place) -> list[CycledCurve]:

@@ -7,6 +7,7 @@ TRIAL_grf_predicted.mot      in its place where no force counts: predicted, what
 TRIAL_external_loads.xml    which foot each set acts on
 TRIAL_id.sto                our joint torques; where a foot's force is missing they rest on a wrench predicted
                             from the motion, and the first line names these frames
+TRIAL_id_std.sto            their standard deviations, nan where none is known, of a motion fitted to forces
 TRIAL_id_setup.xml          OpenSim's inverse dynamics of the same files, without a second filter
 """
 
@@ -68,7 +69,7 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
     loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
     times = trial.dynamics.motion.times
     posed = trial.dynamics.motion.posed
-    shown = without_guesses(trial).dynamics or trial.dynamics
+    shown = without_guesses(trial)
     write_motion(trial.dynamics.motion, skeleton, ik)
     predicted = trial.dynamics.wrench_predicted_ground
     feet, name = trial.contacts.foot_bodies, ""
@@ -80,7 +81,13 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
         points = trial.contacts.cop_ground
     write_body_forces(forces, feet, wrenches, points, times, name=name)
     title = f"{torques.stem}{_predicted(trial.dynamics)}"
-    write_torques(torques, skeleton, times[posed], shown.joint_torques[posed], title)
+    own = (shown.dynamics or trial.dynamics).joint_torques
+    write_torques(torques, skeleton, times[posed], own[posed], title)
+    written = [ik, forces, torques, loads, setup]
+    if shown.std is not None:
+        written.append(folder / f"{torques.stem}_std.sto")
+        name = f"{written[-1].stem}; standard deviations of {torques.name}"
+        write_torques(written[-1], skeleton, times[posed], shown.std.torque[posed], name)
     write_external_loads(loads, trial.contacts.foot_bodies, forces)
     write_inverse_dynamics_setup(
         setup,
@@ -89,7 +96,7 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
         span=(times[posed][0], times[posed][-1]),
         result=f"{stem}_id_opensim.sto",
     )
-    return [ik, forces, torques, loads, setup]
+    return written
 
 
 def write_motion(motion: Motion, skeleton: Skeleton, path: Path) -> None:

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from solver.capture.atomic import made_folder, whole_file
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.dynamics import Dynamics, TrialStd
 from solver.export.export_places import trial_stems
 from solver.export.gait_tables import POWER, UNITS, export_gait
 from solver.fitting.fit_result import Fit, TrialFit
@@ -59,7 +59,8 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
         columns |= _of_predicted(trial)
     if trial.contacts is not None and trial.mask is not None:
         columns |= _of_contacts(trial.contacts, trial.mask)
-    return columns | _of_markers(trial.marker_errors)
+    columns |= _of_markers(trial.marker_errors)
+    return columns if trial.std is None else columns | _of_std(trial.std, skeleton)
 
 
 def _export(fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]) -> list[Path]:
@@ -128,6 +129,21 @@ def _of_contacts(contacts: ContactWrenches, mask: FrameMask) -> Columns:
 
 def _of_markers(errors: MarkerErrors) -> Columns:
     return {"marker_rms_m": errors.rms_per_frame, "marker_max_m": errors.maximum_per_frame}
+
+
+def _of_std(std: TrialStd, skeleton: Skeleton) -> Columns:
+    """Standard deviations; as everywhere, a name ends with its unit."""
+    columns: Columns = {}
+    for i, c in enumerate(skeleton.free_coordinates):
+        unit, (load, load_unit) = UNITS[c.motion][0], UNITS[c.motion][1].split("_")
+        columns |= {
+            f"{c.name}_std_{unit}": std.angle[:, i],
+            f"{c.name}_std_{unit}_s": std.speed[:, i],
+            f"{c.name}_std_{unit}_s2": std.acceleration[:, i],
+            f"{c.name}_{load}_std_{load_unit}": std.torque[:, i],
+            f"{c.name}_power_std_W": std.power[:, i],
+        }
+    return columns | {f"com_{axis}_std_m": std.com_ground[:, i] for i, axis in enumerate("xyz")}
 
 
 def _wrench(name: str, wrench: Float[np.ndarray, "frames 6"]) -> Columns:

@@ -12,7 +12,7 @@ from solver.contact.detected_ranges import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.com_trajectory import Standing
 from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout
-from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.dynamics import Dynamics, TrialStd
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
@@ -54,6 +54,7 @@ class TrialFit:
     left_open: Bool[np.ndarray, "frames dofs"] | None = None  # coordinates that the markers seen leave open
     unseen_coordinates: tuple[str, ...] = ()  # of joints beyond which no marker is ever seen
     why_not_predicted: str = ""  # where the motion cannot tell ground forces
+    std: TrialStd | None = None  # None: the motion is that of the markers alone, or an older version's fit
 
     @property
     def forces_known(self) -> Bool[np.ndarray, " frames"]:

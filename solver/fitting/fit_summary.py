@@ -5,7 +5,7 @@ is None.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import final
 
@@ -203,6 +203,7 @@ class TrialFigures:
     held_out_layouts: LayoutsFigures | None
     marker_max_label: str | None = None  # of the marker with the largest error; None: an earlier fit
     verdict: Verdict | None = None  # by these figures alone
+    torque_std_Nm: Mapping[str, float] = field(default_factory=dict)  # by joint angle, median of used frames
 
     def judged(self) -> Verdict:
         """The verdict that these figures allow by themselves.

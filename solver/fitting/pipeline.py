@@ -39,7 +39,7 @@ from solver.fitting.review_stage import (
 )
 from solver.fitting.settings import Settings, decide_the_same_fit
 from solver.fitting.state import FitState
-from solver.fitting.torques_stage import compute_torques
+from solver.fitting.torques_stage import compute_torques, estimate_std
 from solver.fitting.tracking_stage import assign_forces, former_marker_fit, track_markers
 from solver.fitting.trajectory_stage import collect_data, fit_before_prediction, fit_motions, take_motions
 from solver.skeleton.skeleton import Skeleton
@@ -149,6 +149,7 @@ def finish(state: FitState, settings: Settings, progress: Progress) -> Fit:
     state = fit_to_forces(state, settings, progress)
     state = note_what_is_predicted(state, settings)
     state = compute_torques(state, settings)
+    state = estimate_std(state, settings)
     state = lay_into_whole(state)
     state = leave_out_impossible_angles(state)
     return as_fit(state, settings)

@@ -54,6 +54,7 @@ def seen_part(trial: TrialFit) -> TrialFit:
         if before
         else None,
         held_out=cut(held_out) if held_out else None,
+        std=None,
         left_open=None if trial.left_open is None else trial.left_open[span],
     )
 
@@ -83,9 +84,13 @@ def _without(trial: TrialFit, unknown: Bool[np.ndarray, "frames dofs"]) -> Trial
         whole_q = of.q if of.whole_q is None else of.whole_q
         return replace(of, q=np.where(unknown, np.nan, of.q), whole_q=whole_q)
 
-    before, dynamics = trial.kinematics_only, trial.dynamics
+    before, dynamics, std = trial.kinematics_only, trial.dynamics, trial.std
+    if std is not None:
+        of_dofs = ("angle", "speed", "acceleration", "torque", "power")
+        std = replace(std, **{name: np.where(unknown, np.nan, getattr(std, name)) for name in of_dofs})
     return replace(
         trial,
+        std=std,
         motion=motion(trial.motion),
         kinematics_only=before and replace(before, motion=motion(before.motion)),
         dynamics=dynamics
@@ -135,6 +140,7 @@ def in_whole(part: TrialFit, whole: TrialFit) -> TrialFit:
         dynamics=replace(back(dynamics), motion=motion(dynamics.motion)) if dynamics else None,
         kinematics_only=KinematicsOnly(motion(before.motion), back(before.marker_errors)) if before else None,
         held_out=back(part.held_out) if part.held_out else None,
+        std=back(part.std) if part.std else None,
         left_open=whole.left_open,
     )
 

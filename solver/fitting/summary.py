@@ -36,7 +36,8 @@ from solver.fitting.fit_summary import (
     StoredFigures,
     TrialFigures,
 )
-from solver.fitting.seen_part import guessed, seen_part
+from solver.fitting.seen_part import guessed, seen_part, without_guesses
+from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.skeleton.skeleton import Skeleton
 
@@ -109,6 +110,7 @@ def _trial(trial: TrialFit, fit: Fit) -> TrialFigures:
         seconds={stage: _number(seconds) for stage, seconds in trial.seconds.items()},
         held_out_layouts=_held_out_layouts(fit, trial.capture.name),
         marker_max_label=errors.names[int(errors.maximum_per_marker.argmax())] if seen else None,
+        torque_std_Nm=_torque_std(trial, fit.skeleton, used),
     )
     return replace(figures, verdict=figures.judged())
 
@@ -139,6 +141,16 @@ def _guessed_ranges(trial: TrialFit) -> dict[str, tuple[Span, ...]]:
     there = guessed(trial) & trial.motion.posed[:, None]
     named = zip(trial.motion.dofs, there.T, strict=True)
     return {dof: _spans(frames) for dof, frames in named if frames.any()}
+
+
+def _torque_std(trial: TrialFit, skeleton: Skeleton, used: Bool[np.ndarray, " frames"]) -> dict[str, float]:
+    """Of every angle but the root's that has one on some frame that is used."""
+    std, of_root, found = without_guesses(trial).std, root_dofs(skeleton), {}
+    for i, coordinate in enumerate(skeleton.free_coordinates):
+        of_one = std.torque[used, i] if std else np.empty(0)
+        if coordinate.motion == "rotation" and not of_root[i] and np.isfinite(of_one).any():
+            found[coordinate.name] = float(np.nanmedian(of_one))
+    return found
 
 
 def _label_fault(fault: LabelFault) -> LabelFaultFigures:

@@ -1,19 +1,22 @@
 """Torques and residuals of a trial under the forces that count, measured or predicted."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.common.cpu_timer import CpuTimer
 from solver.common.notes import Kind, Note, noted
-from solver.dynamics.dynamics import BodyLoad, Dynamics
+from solver.contact.wrenches import FrameMask
+from solver.dynamics.dynamics import BodyLoad, Dynamics, TrialStd
 from solver.dynamics.force_prediction.divided_wrench import distances_to_soles
 from solver.dynamics.force_prediction.missing_wrench import predict_ground_forces, with_joint_torques
-from solver.dynamics.inverse_dynamics import inverse_dynamics
+from solver.dynamics.inverse_dynamics import counted_wrenches, inverse_dynamics
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.extension import TrialExtension, with_extra_wrench
+from solver.dynamics.trajectory.uncertainty import ErrorSizes, dofs_above, trial_std
 from solver.fitting.fit_result import TrialFit
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState
@@ -56,6 +59,60 @@ def compute_torques(state: FitState, settings: Settings) -> FitState:
             for fit in state.trials
         ),
     )
+
+
+def estimate_std(state: FitState, settings: Settings) -> FitState:
+    """How far angles, speeds and torques may be off, of every trial that was fitted to forces.
+
+    A model that the subject came with is taken to be the person's. Torques that rest on a predicted wrench,
+    those of the leg above that foot, have none.
+    """
+    if state.result is None:
+        return state
+    trials = list(state.trials)
+    sizes = ErrorSizes() if state.subject.model is None else ErrorSizes(landmarks_m=0.0)
+    for k, i in enumerate(state.fitted):
+        fit, extra = trials[i], extra_of(trials[i], state.extension)
+        dynamics, contacts, mask = fit.dynamics, fit.contacts, fit.mask
+        assert dynamics is not None
+        assert contacts is not None
+        assert mask is not None
+        wrenches = counted_wrenches(contacts.wrench_ground, mask)
+        if dynamics.wrench_predicted_ground is not None:
+            wrenches = wrenches + dynamics.wrench_predicted_ground
+        loads = [(foot, wrenches[:, f]) for f, foot in enumerate(contacts.foot_bodies)]
+        loads += extra.loads(state.result.extra) if extra is not None else []
+        data = state.data[k].with_fixed_extra(state.result.extra)
+        cpu_timer, above = (
+            CpuTimer(),
+            [dofs_above(state.fitted_skeleton, foot) for foot in contacts.foot_bodies],
+        )
+        if _still_holds(fit.std, state.data[k].spline, state.result.splines[k], mask, above):
+            continue
+        with cpu_timer("dynamics"):
+            std = trial_std(
+                state.fitted_skeleton, data, state.result.splines[k], loads, settings.trajectory, sizes=sizes
+            )
+        for f, leg in enumerate(above):
+            std.torque[np.ix_(~mask.counts[:, f], leg)] = np.nan
+            std.power[np.ix_(~mask.counts[:, f], leg)] = np.nan
+        seconds = fit.seconds.get("dynamics", 0.0) + cpu_timer.seconds["dynamics"]
+        trials[i] = replace(fit, std=std, seconds=fit.seconds | {"dynamics": seconds})
+    return replace(state, trials=tuple(trials))
+
+
+def _still_holds(
+    std: TrialStd | None,
+    before: Float[np.ndarray, "coefficients dofs"] | None,
+    after: Float[np.ndarray, "coefficients dofs"],
+    mask: FrameMask,
+    above: Sequence[Bool[np.ndarray, " dofs"]],
+) -> bool:
+    """Whether an edit left the trial as it was: its motion, and the feet whose force counts."""
+    if std is None or before is None or not np.array_equal(before, after):
+        return False
+    missing = [np.isnan(std.torque[:, leg]).all(axis=1) for leg in above]
+    return all(np.array_equal(m, ~mask.counts[:, f]) for f, m in enumerate(missing))
 
 
 def with_dynamics(

@@ -86,6 +86,7 @@ def former_marker_fit(trial: TrialFit, groundwork: Groundwork, settings: Setting
         seconds=nothing,
         label_faults=trial.label_faults,
         why_not_predicted=trial.why_not_predicted,
+        std=trial.std,
     )
 
 

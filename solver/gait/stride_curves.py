@@ -19,11 +19,13 @@ class StrideCurves:
         cycles: the strides that count.
         values: a row a stride; [strides, points].
         left_out: strides with a frame that has no value, or whose forces do not count.
+        within: standard deviation within a stride, by the values' own: root mean square over the strides.
     """
 
     cycles: tuple[Cycle, ...]
     values: Float[np.ndarray, "strides points"]
     left_out: int
+    within: Float[np.ndarray, " points"] | None = None
 
     @property
     def mean(self) -> Float[np.ndarray, " points"] | None:
@@ -65,6 +67,7 @@ def stride_curves(
     times: Float[np.ndarray, " frames"],
     values: Float[np.ndarray, " frames"],
     counts: Bool[np.ndarray, " frames"] | None = None,
+    std: Float[np.ndarray, " frames"] | None = None,
 ) -> StrideCurves:
     """All strides of one foot; one counts if each of its frames has a value and counts.
 
@@ -73,6 +76,7 @@ def stride_curves(
         times: of the frames [s].
         values: at the frames; NaN where unknown.
         counts: frames whose forces count, for what rests on forces; None: all.
+        std: standard deviations of the values; None: not known.
     """
     kept, rows, left_out = [], [], 0
     usable = np.isfinite(values) if counts is None else np.isfinite(values) & counts
@@ -84,4 +88,8 @@ def stride_curves(
             continue
         kept.append(cycle)
         rows.append(stretch_to_stride(cycle, times, values))
-    return StrideCurves(tuple(kept), np.array(rows).reshape(len(rows), POINTS), left_out)
+    within = None if std is None else np.full(POINTS, np.nan)
+    if std is not None and kept:
+        squares = [stretch_to_stride(cycle, times, std) ** 2 for cycle in kept]
+        within = np.sqrt(np.mean(squares, axis=0))
+    return StrideCurves(tuple(kept), np.array(rows).reshape(len(rows), POINTS), left_out, within)

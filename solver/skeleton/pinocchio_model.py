@@ -68,6 +68,50 @@ class RigidBodyModel:
                 torque[t] = pin.rnea(self.model, self.data, p[t], dp[t], ddp[t], forces)
         return (torque * slope) @ self.selection
 
+    def inverse_dynamics_derivatives(
+        self,
+        q: Float[np.ndarray, "frames dofs"],
+        v: Float[np.ndarray, "frames dofs"],
+        a: Float[np.ndarray, "frames dofs"],
+        wrenches_ground: Float[np.ndarray, "frames feet 6"],
+        bodies: Sequence[int],
+    ) -> Float[np.ndarray, "frames dofs 3 dofs"]:
+        """∂τ/∂(q, q̇, q̈) of the inverse dynamics; the wrenches stay where they are in the ground.
+
+        Args:
+            q: as of `inverse_dynamics`, like the others.
+            v: likewise.
+            a: likewise.
+            wrenches_ground: likewise.
+            bodies: likewise.
+        """
+        p, dp, ddp, slope = self._trajectory(q, v, a)
+        frames, positions = p.shape
+        torque = np.empty_like(p)
+        by_p, by_dp, by_ddp = (np.empty((frames, positions, positions)) for _ in range(3))
+        twists = np.empty((frames, 6, positions))
+        for t in range(frames):
+            by_p[t], by_dp[t], by_ddp[t] = pin.computeRNEADerivatives(
+                self.model, self.data, p[t], dp[t], ddp[t]
+            )
+            torque[t], twists[t] = self.data.tau, self.data.J
+        velocity, turning = twists[:, :3].transpose(0, 2, 1), twists[:, 3:].transpose(0, 2, 1)
+        for k, body in enumerate(bodies):
+            # S_i·w of the joints i above the foot; those j above i turn S_i by ad_{S_j} S_i
+            force, moment = wrenches_ground[:, None, k, :3], wrenches_ground[:, None, k, 3:]
+            above = list(self.model.supports[self.body_joint[body]])[1:]
+            own = np.array([joint - 1 for joint in above], dtype=int)
+            s, w = velocity[:, own], turning[:, own]
+            torque[:, own] -= (s * force).sum(axis=2) + (w * moment).sum(axis=2)
+            by_turning = (np.cross(s, force) + np.cross(w, moment)) @ w.transpose(0, 2, 1)
+            by_moving = np.cross(w, force) @ s.transpose(0, 2, 1)
+            by_p[:, own[:, None], own] -= np.tril(by_turning + by_moving, -1)
+        by_states = self.by_coordinates(q, v, a, (by_p, by_dp, by_ddp))
+        jacobian = self.selection.T @ np.stack([slope[:, :, None] * by for by in by_states], axis=1)
+        bend = self.couple(q)[2] * torque
+        jacobian[:, 0] += self.selection.T @ (bend[:, :, None] * self.selection)
+        return np.ascontiguousarray(jacobian.transpose(0, 2, 1, 3))
+
     def mass_matrix(self, q: Float[np.ndarray, "frames dofs"]) -> Float[np.ndarray, "frames dofs dofs"]:
         """Mass matrix Φ'ᵀ M_p Φ' of the generalized coordinates."""
         p, slope, _ = self.couple(q)
@@ -86,6 +130,16 @@ class RigidBodyModel:
         for t in range(len(p)):
             centres[t] = pin.centerOfMass(self.model, self.data, p[t])
         return centres
+
+    def centre_of_mass_jacobian(
+        self, q: Float[np.ndarray, "frames dofs"]
+    ) -> Float[np.ndarray, "frames 3 dofs"]:
+        """Its derivatives by the generalized coordinates."""
+        p, slope, _ = self.couple(q)
+        by_p = np.empty((len(p), 3, p.shape[1]))
+        for t in range(len(p)):
+            by_p[t] = pin.jacobianCenterOfMass(self.model, self.data, p[t])
+        return (by_p * slope[:, None]) @ self.selection
 
     def centre_of_mass_acceleration(
         self,
@@ -166,6 +220,37 @@ class RigidBodyModel:
         selection = np.zeros((self.chain.positions, self.chain.dofs))
         selection[np.arange(self.chain.positions), self.chain.dof[self.order]] = 1.0
         return selection
+
+    def by_coordinates(
+        self,
+        q: Float[np.ndarray, "frames dofs"],
+        v: Float[np.ndarray, "frames dofs"],
+        a: Float[np.ndarray, "frames dofs"],
+        by_positions: tuple[
+            Float[np.ndarray, "frames rows positions"],
+            Float[np.ndarray, "frames rows positions"],
+            Float[np.ndarray, "frames rows positions"],
+        ],
+    ) -> tuple[
+        Float[np.ndarray, "frames rows dofs"],
+        Float[np.ndarray, "frames rows dofs"],
+        Float[np.ndarray, "frames rows dofs"],
+    ]:
+        """Derivatives by q, q̇ and q̈ of what has those by p, ṗ and p̈."""
+        by_p, by_dp, by_ddp = by_positions
+        _, slope, curvature = self.couple(q)
+        along, pulled = ((x @ self.selection.T)[:, None] for x in (v, a))
+        turn, bend, third = slope[:, None], curvature[:, None], self._third_derivative(q)[:, None]
+        by_q = by_p * turn + by_dp * bend * along + by_ddp * (bend * pulled + third * along**2)
+        by_v = by_dp * turn + by_ddp * 2 * bend * along
+        return by_q @ self.selection, by_v @ self.selection, (by_ddp * turn) @ self.selection
+
+    def _third_derivative(
+        self, q: Float[np.ndarray, "frames dofs"], step: float = 1e-4
+    ) -> Float[np.ndarray, "frames positions"]:
+        """The coupling map's, from differences of its second: zero but for curved functions."""
+        ahead, behind = (self.couple(q + sign * step)[2] for sign in (1.0, -1.0))
+        return (ahead - behind) / (2 * step)
 
     def _trajectory(
         self,

@@ -31,6 +31,7 @@ def of_trial(**known):
     values = {f.name: () if f.name.endswith(empty) else None for f in fields(TrialFigures)}
     values |= {"name": "walk", "frames": 100, "frames_with_force_used": 100, "mask_source": "review"}
     values |= {"rate_hz": 100.0, "forces_predicted": False, "seconds": {}, "coordinates_guessed_ranges": {}}
+    values |= {"torque_std_Nm": {}}
     made = TrialFigures(**values | known)
     judged = verdicts(made.force_BW, made.moment_BWh, made.marker_rms_m, made.marker_max_m)
     return replace(made, hicks=judged)

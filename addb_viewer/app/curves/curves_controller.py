@@ -56,13 +56,15 @@ def write_over_time(replay: Replay, chosen: Sequence[str], file: Path, *, per_kg
 def _joint_columns(
     quantities: Sequence[JointQuantity], joints: JointReplay, chosen: Sequence[str]
 ) -> Columns:
-    """The chosen ones, each named by its coordinate in the model: knee_angle_r_moment_Nm."""
-    return {
-        f"{joints.names[column]}_{_unit(quantity)}": quantity.values(joints, column)
-        for quantity in quantities
-        if quantity.id in chosen
-        for _, column in quantity.columns
-    }
+    """The chosen ones, by the model's names: knee_angle_r_moment_Nm, and its knee_angle_r_moment_std_Nm."""
+    columns: Columns = {}
+    for quantity in quantities:
+        for _, column in quantity.columns if quantity.id in chosen else ():
+            name, std = joints.names[column], quantity.std(joints, column)
+            columns[f"{name}_{_unit(quantity)}"] = quantity.values(joints, column)
+            if std is not None:
+                columns[f"{name}_{_unit_of_std(quantity)}"] = std
+    return columns
 
 
 def write_by_cycle(trials: Sequence[CycledTrial], chosen: Sequence[str], file: Path) -> list[Path]:
@@ -94,6 +96,10 @@ def _curves(trial: CycledTrial, chosen: Sequence[str]) -> Iterator[CycledCurve]:
 def _unit(quantity: JointQuantity) -> str:
     unit = quantity.unit.removesuffix(PER_KG)
     return UNITS.get(unit, unit) + ("_kg" if unit != quantity.unit else "")
+
+
+def _unit_of_std(quantity: JointQuantity) -> str:
+    return re.sub(r"^(moment_|force_|power_)?", r"\1std_", _unit(quantity))
 
 
 def _plain(title: str, label: str) -> str:

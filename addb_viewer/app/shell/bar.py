@@ -167,6 +167,7 @@ def verdict_json(trial: TrialVerdict, *, at_work: bool, then: str = "") -> dict[
     return {
         "sign": line.sign,
         "use": line.use,
+        "band": line.band,
         "frames": line.frames,
         "why": line.why,
         "open": "it is being fitted" if fitting else line.open,

@@ -1,5 +1,6 @@
 """The arrays of a fit are the solver's, with the names and units that belong to them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from addb_viewer import Fit
 from solver.export.trial_table import export_csv
+from tests.made_std import made_std
 
 
 @pytest.fixture
@@ -40,6 +42,25 @@ def test_arrays_have_the_solvers_values_names_and_units(fit, small_fit):
     assert np.isnan(walk.markers["PSIS"][3]).all()
     assert walk.marker_errors["ASIS"].tolist() == [0.003, 0.003, 0.021, 0.021]
     np.testing.assert_array_equal(walk.model_markers.values, solved.model_markers_ground)
+
+
+def test_standard_deviations_are_those_of_the_same_quantity(small_fit, tmp_path):
+    walk = replace(small_fit.trials[0], std=made_std(4, 1))
+    walk = Fit(replace(small_fit, trials=(walk,)), tmp_path)["walk"]
+    known = (walk.coordinates, walk.velocities, walk.accelerations, walk.torques, walk.powers, walk.com)
+    assert [series.std[1, 0] for series in known] == [0.01, 0.02, 0.03, 0.04, 0.05, 0.001]
+    assert np.isnan(walk.torques.std_of("hip_flexion")).tolist() == [True, False, False, False]
+    assert walk.residual_force.std is walk.marker_errors.std is None
+    names = walk.table.names
+    assert names[-8:] == (
+        "hip_flexion_std_rad", "hip_flexion_std_rad_s", "hip_flexion_std_rad_s2", "hip_flexion_moment_std_Nm",
+        "hip_flexion_power_std_W", "com_x_std_m", "com_y_std_m", "com_z_std_m",
+    )  # fmt: skip
+
+
+def test_without_them_there_are_none(fit):
+    assert fit["walk"].torques.std is None
+    assert not [name for name in fit["walk"].table.names if "_std_" in name]
 
 
 def test_why_forces_do_not_count(fit):

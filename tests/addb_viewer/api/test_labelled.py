@@ -59,6 +59,16 @@ def test_a_table_has_time_axes_and_units_in_its_names(angles, places):
     assert next(iter(angles.table)) == {"time_s": 0.0, "knee_r_rad": 0.0, "pelvis_tx_m": 1.0}
 
 
+def test_standard_deviations_go_with_their_column(angles):
+    known = Series(angles.values, angles.names, angles.units, TIMES, angles.values / 10)
+    assert known.std_of("pelvis_tx").tolist() == [0.1, 0.3, 0.5]
+    with pytest.raises(ValueError, match="read-only"):
+        known.std[0, 0] = 1.0
+    assert known.table.names[1:] == ("knee_r_rad", "knee_r_std_rad", "pelvis_tx_m", "pelvis_tx_std_m")
+    assert repr(known) == "<Series 3 × 2 [rad, m] ± std, 0.00 to 0.02 s: knee_r, pelvis_tx>"
+    assert np.isnan(angles.std_of("knee_r")).tolist() == [True] * 3
+
+
 def test_what_it_holds_stands_in_a_line(angles):
     assert repr(angles) == "<Series 3 × 2 [rad, m], 0.00 to 0.02 s: knee_r, pelvis_tx>"
     assert repr(angles.table) == "<Table 3 rows × 3 columns: time_s, knee_r_rad, pelvis_tx_m>"

@@ -1,10 +1,13 @@
 """The tab of curves in a real browser: searched, chosen, removed, remembered; by time and by gait cycle."""
 
+from dataclasses import replace
+
 import pytest
 
 from solver.gait.cycles import Cycle
 from solver.gait.trial_gait import Gait
 from tests.addb_viewer.chromium import resting_box
+from tests.made_std import made_std
 
 pytestmark = pytest.mark.browser
 
@@ -12,7 +15,10 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def app(tmp_path_factory, make_replay, make_app):
     """Two walks, of which the first has two strides of the right foot and one of the left."""
-    app = make_app(tmp_path_factory.mktemp("subject"), [make_replay(), make_replay("run", 180)], login="Zoë")
+    walk, std = make_replay(), made_std(200, 3)
+    std.torque[:] *= 500  # 20 N·m
+    walk = replace(walk, joints=replace(walk.joints, std=std))
+    app = make_app(tmp_path_factory.mktemp("subject"), [walk, make_replay("run", 180)], login="Zoë")
     cycles = [Cycle(foot, s, s + 0.3, s + 0.5, 1.0, 0.5, 0.1) for foot, s in ((0, 2.3), (0, 2.8), (1, 2.6))]
     library = app.subjects.subject(".").fits.shown
     library.strides = {"walk": Gait(("calcn_r", "calcn_l"), (), tuple(cycles))}
@@ -72,6 +78,25 @@ def test_the_cursor_is_read_out_and_a_click_goes_to_its_frame(page, until):
     for frame, told in ((int(used.argmax()), ""), (int((~used).argmax()), "not measured, or not counted")):
         page.evaluate("(frame) => window.addb.send('go_to', `${frame}`)", frame)
         until(lambda told=told: torque.first.get_attribute("title") == told, "whether it counts")
+
+
+def test_a_band_lies_behind_the_curve_and_is_read_out_at_the_pointer(page, until):
+    plots = resting_box(page.locator("#addb-plots"))
+    page.mouse.move(plots["x"] + 46 + (plots["width"] - 56) / 2, plots["y"] + 60)
+    values = page.locator("#addb-plots .addb-plot-values")
+    until(lambda: values.nth(0).text_content().count(" ± 1.1") == 2, "the angle's")
+    until(lambda: values.nth(1).text_content().count(" ± 39") == 2, "the torque's")
+    red, green, _ = page.evaluate(
+        """() => {  // the right torque is 38 N·m there; its band holds 60, on an axis from −90 to 90
+          const canvas = [...document.querySelectorAll("#addb-plots canvas")].at(-1);
+          const x = 46 + (canvas.clientWidth - 56) * 100 / 199, y = canvas.clientHeight * (1 - 150 / 180);
+          const ratio = window.devicePixelRatio;
+          return [...canvas.getContext("2d").getImageData(x * ratio, y * ratio, 1, 1).data].slice(0, 3);
+        }"""
+    )
+    assert green > red + 10
+    page.mouse.move(500, 300)
+    until(lambda: "±" not in values.nth(0).text_content(), "the values at the cursor")
 
 
 def test_strides_are_counted_read_out_overlaid_written_and_remembered(page, app, until):

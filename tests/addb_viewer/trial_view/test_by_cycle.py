@@ -9,6 +9,7 @@ from addb_viewer.trial_view.by_cycle import CycledTrial, axis_limits, cycle_char
 from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.gait.cycles import Cycle
 from solver.gait.trial_gait import Gait
+from tests.made_std import made_std
 
 SECONDS = 2 * np.pi / 6  # of a swing of `make_replay`'s knees, which begin at 2.0 s
 ANGLE, TORQUE = "knee_angle angle", "knee_angle torque"
@@ -58,6 +59,16 @@ def test_torques_are_of_strides_whose_frames_all_count_and_that_is_told(walk):
         "No stride whose frames all count, so no curve: Knee flexion torque. "
         "Marker errors and plate forces are shown over time only."
     )
+
+
+def test_how_far_a_stride_may_be_off_by_itself_is_told_at_its_side(walk):
+    banded = replace(walk, of=replace(walk.of, joints=replace(walk.of.joints, std=made_std(400, 3))))
+    (chart,) = cycle_charts(banded, (), (ANGLE,))["charts"]
+    within = [line["why"] for line in chart["lines"]]
+    between = "±, band: standard deviation between strides"
+    assert within == [f"{n} strides; {between}; standard deviation within a stride: 0.573 °" for n in (3, 2)]
+    (chart,) = cycle_charts(walk, (), (ANGLE,))["charts"]
+    assert chart["lines"][0]["why"] == f"3 strides; {between}"
 
 
 def test_the_trunk_is_drawn_over_the_strides_of_either_foot(walk):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from addb_viewer.trial_view.joint_quantities import Kind, quantities_of
+from tests.made_std import made_std
 
 
 def test_joints_are_listed_in_words_with_both_sides_and_units(make_replay):
@@ -27,6 +28,16 @@ def test_values_are_in_the_unit_that_is_told(make_replay):
     np.testing.assert_allclose(speed.values(joints, right) / 180 * np.pi, joints.speed[:, 1])
     np.testing.assert_array_equal(torque.values(joints, right), joints.torque[:, 1])
     np.testing.assert_allclose(power.values(joints, right), torque.values(joints, right) * joints.speed[:, 1])
+
+
+def test_standard_deviations_are_in_the_same_unit(make_replay):
+    joints = replace(make_replay().joints, std=made_std(200, 3))
+    told = {q.kind: q.std(joints, 1)[1] for q in quantities_of(joints, per_kg=True)[2:]}
+    radians = {kind: np.degrees(0.01 * k) for k, kind in enumerate((Kind.POSITION, Kind.SPEED), start=1)}
+    assert told == radians | {Kind.TORQUE: 0.04 / 80, Kind.POWER: 0.05 / 80}
+    joints.std.torque[:, 1] = np.nan
+    (torque,) = (q for q in quantities_of(joints) if q.id == "knee_angle torque")
+    assert torque.std(joints, 1) is torque.std(make_replay().joints, 1) is None
 
 
 def test_without_dynamics_there_are_angles_and_speeds_and_a_turned_knee_extends(make_replay):

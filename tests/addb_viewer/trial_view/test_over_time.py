@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.trial_view.over_time import AT_FIRST, charts_json, choices_json, short_labels
+from addb_viewer.trial_view.over_time import AT_FIRST, charts_json, choices_json
 from addb_viewer.trial_view.trial_curves import TrialCurves
+from tests.made_std import made_std
 
 
 def test_what_is_listed_can_be_charted_and_nothing_else(make_replay):
@@ -30,6 +31,24 @@ def test_a_chart_has_both_sides_gaps_and_shades_what_does_not_count(make_replay)
         drawn = np.array(line["values"], dtype=float)
         np.testing.assert_allclose(drawn, values, atol=0.006)
         assert chart["low"] < np.nanmin(values) < np.nanmax(values) < chart["high"]
+
+
+def test_a_band_of_95_per_cent_lies_behind_the_trials_own_lines_and_the_axis_holds_it(make_replay):
+    replay = make_replay()
+    banded = replace(replay, joints=replace(replay.joints, std=made_std(200, 3)))
+    banded.joints.std.torque[:] *= 500  # 20 N·m
+    torque, angle = charts_json(banded, banded, (), ("knee_angle torque", "knee_angle angle"))
+    before, _, right, _ = torque["lines"]
+    assert (before["band"], right["band"][:2]) == (None, [None, 39.2])
+    np.testing.assert_allclose(angle["lines"][-1]["band"], np.degrees(0.0196), atol=0.006)
+    assert torque["band"].endswith("none where a force was predicted, not measured")
+    assert angle["band"].endswith("about the trial's mean")
+    assert torque["high"] > max(right["values"]) + 39.2
+    plain = charts_json(replay, None, (), ("knee_angle torque",))[0]
+    assert (plain["band"], plain["lines"][0]["band"]) == ("", None)
+    banded.joints.std.torque[50:60] *= 100  # a band that runs off stretches the axis by its half at most
+    (wide,) = charts_json(banded, None, (), ("knee_angle torque",))
+    assert wide["high"] == pytest.approx(40 + 0.5 * 80 + 0.06 * 160, rel=0.01)
 
 
 def test_a_peak_beyond_the_axis_is_marked_with_its_size(make_replay):
@@ -68,18 +87,3 @@ def test_torques_that_rest_on_no_force_are_called_predicted(make_replay):
     assert [line["label"] for line in torque["lines"]] == ["right predicted", "left predicted"]
     assert [line["label"] for line in angle["lines"]] == ["right", "left"]
     assert torque["shaded"] == []
-
-
-@pytest.mark.parametrize(
-    ("labels", "short"),
-    [
-        ([f"ground_force_{k}" for k in range(1, 9)], [str(k) for k in range(1, 9)]),
-        (["FP10", "FP11", "FP12", "FP13"], ["FP10", "FP11", "FP12", "FP13"]),
-        (["plate", "plate 1", "plate 2", "plate 3"], ["plate", "plate 1", "plate 2", "plate 3"]),
-        (["plate 1", "plate 2", "plate 3", "plate"], ["plate 1", "plate 2", "plate 3", "plate"]),
-        (["ground_force_1", "ground_force_2"], ["ground_force_1", "ground_force_2"]),
-        (["right", "left", "right foot", "left foot"], ["right", "left", "right foot", "left foot"]),
-    ],
-)
-def test_many_names_in_a_heading_lose_the_words_that_they_share(labels, short):
-    assert short_labels(labels) == short

@@ -157,6 +157,12 @@ def test_the_line_says_what_it_is_good_for_what_decides_and_what_is_open():
     late = trial_verdict(figures(), None, report(cause(confidence=0.9)))
     assert "· forces shifted in time against the markers (90 %) · nothing open" in late.line.text
     assert trial_verdict(None, None).line.text == "– Not fitted"
+    known = {"torque_std_Nm": {"hip_flexion_r": 9.0, "knee_angle_r": 1.9, "knee_angle_l": 2.2}}
+    told = trial_verdict(figures(**known), None).line.text
+    assert told.startswith("✓ Torques usable, ± 4 N·m at the knee · 100 of 100 frames · marker")
+    assert "±" not in trial_verdict(figures(**known, moment_BWh=0.051), None).line.text
+    elsewhere = trial_verdict(figures(torque_std_Nm={"ankle_angle_l": 0.3, "lumbar_bending": 5.0}), None)
+    assert elsewhere.line.band == "± 10 N·m in lumbar bending"
     looked = trial_verdict(figures(), reviewed(SetStatus(Status.SECOND_LOOK, "left foot?")))
     assert looked.line.open == "second look for Ada: left foot?"
 

@@ -11,6 +11,7 @@ from solver.common.errors import CaptureError
 from solver.contact.wrenches import FrameMask
 from solver.export.opensim import export_opensim
 from solver.fitting.fit_result import Fit
+from tests.made_std import made_std
 
 LOADED = slice(20, 60)  # frames on which the fixture's foot stands
 
@@ -80,6 +81,15 @@ def test_torques_carry_opensims_names(fit, tmp_path):
         "tz_force",
     )
     np.testing.assert_allclose(table.values, fit.trials[0].dynamics.joint_torques, rtol=1e-9, atol=1e-9)
+
+
+def test_their_standard_deviations_stand_beside_them_in_the_same_columns(fit, tmp_path):
+    dofs = len(fit.skeleton.dofs)
+    written = export_opensim(with_trial(fit, std=made_std(90, dofs)), tmp_path)
+    assert tmp_path / "walk_id_std.sto" in written
+    table = read_storage(tmp_path / "walk_id_std.sto")
+    assert table.labels == read_storage(tmp_path / "walk_id.sto").labels
+    np.testing.assert_array_equal(table.values[:, 0], [np.nan] + [0.04] * 89)
 
 
 def test_a_trial_without_forces_has_its_motion_only(fit, tmp_path):

@@ -12,6 +12,7 @@ from solver.dynamics.thresholds import Thresholds, verdicts
 from solver.fitting.summary import HELD_OUT_DUE, all_notes, summary
 from solver.kinematics.label_faults.fault import MASKED, LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
+from tests.made_std import made_std
 
 BODY_WEIGHT = 980.665  # [N] of 100 kg
 
@@ -41,6 +42,17 @@ def test_frames_used_and_where_the_mask_came_from(small_fit):
     assert figures["mask_source"] == "review.json"
     assert figures["rate_hz"] == 100.0
     assert figures["seconds"] == {"load": 0.5, "kinematics": 2.0, "dynamics": 0.25}
+
+
+def test_how_far_torques_may_be_off_is_the_median_of_the_frames_used(small_fit):
+    bent = replace(small_fit.skeleton.joints[0], parent=0)  # what places the root has no torque of its own
+    std = made_std(4, 1)
+    std.torque[:, 0] = [1.0, 50.0, 3.0, 4.0]
+    changes = {"trials": (replace(small_fit.trials[0], std=std),)}
+    joint = replace(small_fit.skeleton, joints=(bent,))
+    assert trial_figures(small_fit, **changes, skeleton=joint)["torque_std_Nm"] == {"hip_flexion": 3.0}
+    assert trial_figures(small_fit, **changes)["torque_std_Nm"] == {}
+    assert trial_figures(small_fit, skeleton=joint)["torque_std_Nm"] == {}
 
 
 def test_which_torques_rest_on_an_predicted_wrench(small_fit):
@@ -142,7 +154,7 @@ def test_the_contract_has_all_its_fields(small_fit):
         "linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw",
         "hicks", "held_out", "kinematics_only", "change", "seconds", "torques_predicted_ranges",
         "label_faults", "held_out_layouts", "forces_predicted", "stored", "frames_without_pose_ranges",
-        "coordinates_guessed_ranges", "marker_max_label", "verdict",
+        "coordinates_guessed_ranges", "marker_max_label", "verdict", "torque_std_Nm",
     }  # fmt: skip
 
 

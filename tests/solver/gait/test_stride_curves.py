@@ -42,6 +42,16 @@ def test_mean_and_deviation_are_of_the_sample():
     assert found.std[50] == pytest.approx(3.0 / np.sqrt(2))
 
 
+def test_within_a_stride_is_the_root_mean_square_of_the_strides_own():
+    std = np.where(TIMES < 6.3 + 1e-9, 3.0, 4.0)
+    found = stride_curves(strides(), TIMES, TIMES, None, std)
+    assert found.within[50] == pytest.approx(np.sqrt(12.5))
+    counts = TIMES > 6.0
+    assert stride_curves(strides(), TIMES, TIMES, counts, std).within[50] == pytest.approx(4.0)
+    assert stride_curves(strides(), TIMES, TIMES).within is None
+    assert np.isnan(stride_curves([], TIMES, TIMES, None, std).within).all()
+
+
 @pytest.mark.parametrize("frame_s", [5.3, 5.8, 6.3], ids=["first", "amid", "last"])
 def test_a_stride_with_one_frame_that_does_not_count_is_left_out(frame_s):
     counts = np.abs(TIMES - frame_s) > 0.4 / RATE

@@ -105,3 +105,29 @@ def test_no_frames_give_no_torques(crane):
     model = RigidBodyModel(crane)
     assert model.inverse_dynamics(empty, empty, empty).shape == empty.shape
     assert model.centre_of_mass(empty).shape == (0, 3)
+
+
+def test_derivatives_of_torques_match_finite_differences(crane, motion):
+    model = RigidBodyModel(crane)
+    q, v, a = (x[::2] for x in motion)
+    rng = np.random.default_rng(8)
+    feet = [len(crane.bodies) - 1, len(crane.bodies) // 2]
+    wrenches = rng.normal(0, 50, (len(q), 2, 6))
+    found = model.inverse_dynamics_derivatives(q, v, a, wrenches, feet)
+    step = 1e-6
+    for order in range(3):
+        for j in range(q.shape[1]):
+            ahead, behind = [[q.copy(), v.copy(), a.copy()] for _ in range(2)]
+            ahead[order][:, j] += step
+            behind[order][:, j] -= step
+            torques = (model.inverse_dynamics(*state, wrenches, feet) for state in (ahead, behind))
+            numerical = np.subtract(*torques) / (2 * step)
+            np.testing.assert_allclose(found[:, :, order, j], numerical, rtol=1e-5, atol=1e-5)
+
+
+def test_the_centre_of_mass_moves_with_its_jacobian(crane, crane_q):
+    model, q, step = RigidBodyModel(crane), crane_q[::30], 1e-6
+    found = model.centre_of_mass_jacobian(q)
+    for j, shift in enumerate(step * np.eye(q.shape[1])):
+        moved = model.centre_of_mass(q + shift) - model.centre_of_mass(q - shift)
+        np.testing.assert_allclose(found[:, :, j], moved / (2 * step), atol=1e-8)

@@ -32,7 +32,7 @@ const act = ([action, what, shown = action]) =>
   button([...keyed(shown), what], () => window.addb.send("do", action), { "aria-label": key(shown) ? `${what} (${key(shown)})` : what });
 /** A part of the verdict; a click leads to where it comes from. */
 const part = (text, action, title) =>
-  !text ? [] : [action ? button(text, () => window.addb.send("do", action), { title }) : element("span", { title: text }, text)];
+  !text ? [] : [action ? button(text, () => window.addb.send("do", action), { title }) : element("span", { title: title ?? text }, text)];
 
 const drawHead = () => {
   const { place, of, verdict } = state;
@@ -42,11 +42,11 @@ const drawHead = () => {
   });
   const playing = speed ? [element("span", { className: "speed" }, `▶ ${speed < 0 ? "−" : ""}${Math.abs(speed)}×`)] : [];
   if (!verdict) return head.replaceChildren(chooser, ...playing);
-  const { sign, use, frames, why, open, where, next } = verdict;
+  const { sign, use, band, frames, why, open, where, next } = verdict;
   head.dataset.sign = sign;
   head.replaceChildren(
     chooser,
-    element("span", { id: "addb-verdict" }, word(`${sign} ${use}`, true), ...part(frames), ...part(why, where, `${why}: show it`), ...part(open, /proposal|disagreement/.test(open) ? "next" : "", "Go to the next one")),
+    element("span", { id: "addb-verdict" }, word(`${sign} ${use}`, true), ...part(band, "", "95 % of true torques lie within it, by the markers' errors: median of the frames that count, worse side"), ...part(frames), ...part(why, where, `${why}: show it`), ...part(open, /proposal|disagreement/.test(open) ? "next" : "", "Go to the next one")),
     ...playing,
     ...(next ? [element("span", { id: "addb-next" }, "next: ", act(next))] : []),
   );

@@ -1,7 +1,7 @@
 // The tab "Curves": quantities are chosen here and come from the server; cursor, zoom and read-out stay here. viser makes
 // the tab, with a place for us in it that comes and goes.
 import { makeChooser, takeAway } from "./chooser.js";
-import { told } from "./curves.js";
+import { told, toldWith } from "./curves.js";
 import { element, keepIn } from "./elements.js";
 import { dashOf, drawByCycle, drawOverTime, GUTTER, MARGIN, niceTicks, tickText } from "./multiples.js";
 import { makeOptions } from "./options.js";
@@ -41,21 +41,21 @@ function heightOfOne() {
 function build() {
   plots.replaceChildren(
     ...charts.map((chart) => {
-      const title = `${chart.title} [${chart.unit}]`, name = element("b", { title }, title), values = element("span", { className: "addb-plot-values" });
+      const title = `${chart.title} [${chart.unit}]`, name = element("b", { title: [title, chart.band].filter(Boolean).join("\n") }, title), values = element("span", { className: "addb-plot-values" });
       const canvas = element("canvas", { role: "img", "aria-label": `${chart.title} ${cycles ? "by gait cycle, mean and standard deviation" : "over time"}` });
       const gone = takeAway(chart.title, "×", () => chooser.toggle(chart.id));
       const keys = chart.lines.filter(({ label, style, trial }) => label && style !== "before" && !trial).map(key);
       if (chart.lines.some(({ style }) => style === "before")) keys.push(key({ label: "before", color: "inherit", style: "before" }));
+      if (chart.band) keys.push(key({ label: "95 %", color: "inherit", style: "band", why: chart.band }));
       return element("figure", {}, element("figcaption", {}, name, element("span", { className: "addb-plot-keys" }, ...keys), values, gone), canvas);
     }),
   );
   draw();
 }
-const key = ({ label, short, color, style, count }) => {
+const key = ({ label, short, color, style, count, why }) => {
   const sample = element("i", { className: `addb-key ${style}`, style: { borderColor: color } });
   const made = element("span", {}, sample, count === undefined ? (short ?? label) : `${label} (${count})`);
-  if (short !== undefined && short !== label) made.title = label;
-  if (count !== undefined) made.title = count === 1 ? "1 stride" : `${count} strides`;
+  if (why ?? (short !== undefined && short !== label)) made.title = why ?? label;
   return made;
 };
 
@@ -132,9 +132,9 @@ function valuesOf(chart, frame) {
   return lines.flatMap((line) => {
     const at = cycles ? (pointer ?? percentOf(line.label, frame)) : (pointer ?? frame);
     if (at === null) return [];
-    const values = line.mean ?? line.values, spread = pointer !== null && line.std;
+    const k = Math.round(at), value = (line.mean ?? line.values)[k], spread = (pointer === null ? null : (line.band ?? line.std)?.[k]) ?? null;
     const before = line.style === "before" ? null : beforeOf(line), then = before?.mean ?? before?.values;
-    const words = (then ? `${told(then[Math.round(at)])} → ` : "") + told(values[Math.round(at)]) + (spread ? ` ± ${told(line.std[Math.round(at)])}` : "");
+    const words = (then ? `${told(then[k])} → ` : "") + (spread === null ? told(value) : toldWith(value, spread));
     const counts = cycles || !chart.shaded.some(([start, end]) => start <= at && at < end);
     return [element("span", { textContent: words, title: counts ? "" : "not measured, or not counted", style: { color: counts ? line.ink : "var(--addb-weak)" } })];
   });

@@ -14,11 +14,15 @@ export const resolved = (color) => {
   }
   return seen.get(name);
 };
-export const told = (value) => {
+export const told = (value, digits = Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? 1 : 2) => {
   if (value === null || value === undefined) return "–";
   if (value === 0) return "0";
-  const digits = Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? 1 : 2;
   return value.toFixed(digits).replace("-", "−");
+};
+/** A value and how far it may be off, of which two digits are told. */
+export const toldWith = (value, spread) => {
+  const digits = Math.min(Math.max(1 - Math.floor(Math.log10(spread || 1)), 0), 4);
+  return `${told(value, digits)} ± ${told(spread, digits)}`;
 };
 
 /** Draws all curves.

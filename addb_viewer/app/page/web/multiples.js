@@ -45,10 +45,28 @@ function plot(canvas, { low, high }) {
   return { pen, y, width, height };
 }
 
+/** A translucent band of `half` each way around `middle`, from key to key; none where either is null. */
+function fillBand(pen, color, { middle, half, x, y, first, last, step }) {
+  const known = (k) => k <= last && middle[k] !== null && half[k] !== null;
+  pen.fillStyle = resolved(color);
+  pen.globalAlpha = 0.22;
+  for (let start = first; start <= last; start += step) {
+    const keys = [];
+    for (; known(start); start += step) keys.push(start);
+    pen.beginPath();
+    for (const k of keys) pen.lineTo(x(k), y(middle[k] + half[k]));
+    for (const k of keys.reverse()) pen.lineTo(x(k), y(middle[k] - half[k]));
+    pen.fill();
+  }
+  pen.globalAlpha = 1;
+}
+
 /** A chart over the frames shown; x: from a frame to a pixel; dashes: of a trial that is drawn over this one. */
 export function drawOverTime(canvas, chart, span, dashes) {
   const { pen, y, width, height } = plot(canvas, chart);
   const x = (frame) => GUTTER + (width * (frame - span.first)) / Math.max(span.last - span.first, 1e-6);
+  const step = Math.max(Math.floor((span.last - span.first) / (2 * width)), 1), first = step * Math.max(Math.floor(span.first / step), 0);
+  for (const { values: middle, band: half, color } of chart.lines) if (half) fillBand(pen, color, { middle, half, x, y, first, last: Math.min(Math.ceil(span.last), half.length - 1), step });
   for (const { values, color, style, step, trial } of chart.lines) {
     pen.strokeStyle = resolved(color);
     pen.lineWidth = style ? 1.1 : 1.6;
@@ -103,14 +121,7 @@ export function drawByCycle(canvas, chart, dashes) {
     pen.setLineDash([]);
   }
   for (const { color, mean, std, style } of chart.lines) {
-    if (!std || style) continue;
-    pen.fillStyle = resolved(color);
-    pen.globalAlpha = 0.22;
-    pen.beginPath();
-    path(mean.map((value, percent) => value + std[percent]));
-    mean.forEach((_, k) => pen.lineTo(x(100 - k), y(mean[100 - k] - std[100 - k])));
-    pen.fill();
-    pen.globalAlpha = 1;
+    if (std && !style) fillBand(pen, color, { middle: mean, half: std, x, y, first: 0, last: 100, step: 1 });
   }
   for (const { color, mean, style, trial } of chart.lines) {
     pen.strokeStyle = resolved(color);

@@ -1,5 +1,6 @@
 """Markers: how far they lie from the measured ones, and how fast that changes."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ from jaxtyping import Float, Int
 
 from solver.dynamics.trajectory.bordered_system import TrialGradient, TrialSystem
 from solver.dynamics.trajectory.marker_error_levels import MarkerErrorLevels
+from solver.dynamics.trajectory.spline_band import CoefficientBand
 from solver.dynamics.trajectory.terms.term import REFERENCE_RATE_HZ, TrialPoint
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
@@ -303,6 +305,23 @@ class Markers:
         system.gradient.add_frames(at.basis, at.frame_weight * np.concatenate(by_q))
         system.cost += self._cost(at, x)
 
+    def pulls_of_errors(
+        self, at: TrialPoint, errors_ground: Iterable[Float[np.ndarray, "frames markers 3"]]
+    ) -> Float[np.ndarray, "coefficients dofs errors"]:
+        """Where markers that were measured so far off pull the spline, the robust weights held."""
+        x = _positions(at)
+        _, squares = self._errors(x)
+        weight = self.seen * self.precision / (1 + squares / self.scale2)
+        twists = [self.tree.twists(states.poses) for states in at.chunks]
+        by_q = []
+        for errors in errors_ground:
+            pull = self._pull(weight, self.seen[:, :, None] * errors)
+            pairs = zip(at.chunks, twists, strict=True)
+            by_q.append([self.tree.gradient(S, x[s.frames], pull[s.frames]) for s, S in pairs])
+        by_frame = np.stack([np.concatenate(parts) for parts in by_q], axis=2)
+        flat = CoefficientBand.gather(at.basis, by_frame.reshape(len(x), -1), 0)
+        return at.frame_weight * flat.reshape(len(flat), *by_frame.shape[1:])
+
     def _cost(self, at: TrialPoint, markers_ground: Float[np.ndarray, "frames markers 3"]) -> float:
         error, squares = self._errors(markers_ground)
         change = np.diff(error, axis=0)
@@ -313,14 +332,21 @@ class Markers:
     def _marker_errors(self, markers_ground: Float[np.ndarray, "frames markers 3"]) -> MarkerErrors:
         error, squares = self._errors(markers_ground)
         weight = self.seen * self.precision / (1 + squares / self.scale2)
+        pull = self._pull(weight, error)
+        weight[1:] += self.pair_weight
+        weight[:-1] += self.pair_weight
+        return MarkerErrors(markers_ground, weight, pull)
+
+    def _pull(
+        self, weight: Float[np.ndarray, "frames markers"], error: Float[np.ndarray, "frames markers 3"]
+    ) -> Float[np.ndarray, "frames markers 3"]:
+        """The gradient of half the cost by the markers' positions; weights are of the errors themselves."""
         change = np.diff(error, axis=0)
         change = self.pair_weight[:, :, None] * change + self.segments.pull(change)
         pull = weight[:, :, None] * error
         pull[1:] += change
         pull[:-1] -= change
-        weight[1:] += self.pair_weight
-        weight[:-1] += self.pair_weight
-        return MarkerErrors(markers_ground, weight, pull)
+        return pull
 
     def _by_q(
         self, errors: MarkerErrors, frames: slice, S: Float[np.ndarray, "some axes 6"]

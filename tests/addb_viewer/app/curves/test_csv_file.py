@@ -1,5 +1,7 @@
 """What is shown as curves, as CSV files."""
 
+from dataclasses import replace
+
 import numpy as np
 import pyarrow.csv
 import pytest
@@ -9,6 +11,7 @@ from addb_viewer.trial_view.by_cycle import CycledTrial
 from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.gait.cycles import Cycle
 from solver.gait.trial_gait import Gait
+from tests.made_std import made_std
 
 CHOSEN = ("vertical force", "knee_angle angle", "knee_angle power", "pelvis_tx speed")
 
@@ -32,10 +35,21 @@ def test_over_time_a_row_a_frame_with_units_and_names(make_replay, tmp_path):
     assert each["knee_angle_r_deg"] == rows[30]["knee_angle_r_deg"]
 
 
+def test_a_column_has_its_standard_deviations_behind_it(make_replay, tmp_path):
+    replay = make_replay()
+    replay = replace(replay, joints=replace(replay.joints, std=made_std(200, 3)))
+    file = write_over_time(replay, ("knee_angle angle", "knee_angle power"), tmp_path / "w.csv", per_kg=True)
+    row = pyarrow.csv.read_csv(file).to_pylist()[7]
+    assert list(row)[3:9:2] == ["knee_angle_r_deg", "knee_angle_l_deg", "knee_angle_r_power_W_kg"]
+    assert row["knee_angle_r_std_deg"] == pytest.approx(np.degrees(0.01))
+    assert row["knee_angle_r_power_std_W_kg"] == pytest.approx(0.05 / 80)
+
+
 def test_by_cycle_means_and_every_stride(make_replay, tmp_path):
     replay = make_replay()
     cycles = tuple(Cycle(0, s, s + 0.3, s + 0.5, 1.0, 0.5, 0.1) for s in (2.1, 2.6, 3.1))
     curves = TrialCurves("walk", 100.0, replay.times, replay.joints, replay.residual.used)
+    curves = replace(curves, joints=replace(replay.joints, std=made_std(200, 3)))
     trial = CycledTrial(curves, Gait(("calcn_r", "calcn_l"), (), cycles))
     means, single = write_by_cycle(
         [trial], ("knee_angle angle", "knee_angle power"), tmp_path / "w_by_cycle.csv"
@@ -55,6 +69,7 @@ def test_by_cycle_means_and_every_stride(make_replay, tmp_path):
     )
     assert rows[40]["knee_angle_deg_mean"] == pytest.approx(np.mean(angles))
     assert rows[40]["knee_angle_deg_sd"] == pytest.approx(np.std(angles, ddof=1))
+    assert rows[40]["knee_angle_deg_within_sd"] == pytest.approx(np.degrees(0.01))
     assert (rows[40]["knee_angle_deg_strides"], rows[40]["knee_angle_power_W_strides"]) == (3, 2)
     assert [row["knee_angle_power_W"] is None for row in at_40] == [
         True,

@@ -1,0 +1,175 @@
+"""Bands against dense inverses, against finite differences of the dynamics, and against a known truth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.subject.opened_subject import open_subject
+from solver.common.filters import low_pass
+from solver.contact.force_review import ForceLabel, ForceReview
+from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver
+from solver.dynamics.trajectory.trial_data import TrialData
+from solver.dynamics.trajectory.uncertainty import ErrorSizes, trial_std
+from solver.fitting.pipeline import resolve, solve
+from solver.fitting.settings import Settings
+from solver.kinematics.motion import Motion
+from solver.skeleton.forward import marker_positions
+from solver.skeleton.pinocchio_model import RigidBodyModel
+
+RATE = 50.0
+SETTINGS = TrajectorySettings(knot_spacing_s=0.04)
+NOTHING = ErrorSizes(noise=0.0, skin=0.0, landmarks_m=0.0, tables=0.0)
+
+
+def near_its_solution(crane, crane_q, frames):
+    """A trial: data, spline, and a wrench on a body."""
+    rng = np.random.default_rng(3)
+    motion = Motion(crane.dofs, crane_q[:frames], RATE)
+    observed = marker_positions(crane, motion.q) + rng.normal(0, 0.002, (frames, len(crane.markers), 3))
+    counts = np.ones(frames, dtype=bool)
+    counts[15:20] = False
+    data = TrialData(observed, rng.normal(0, 20, (frames, 6)), counts, motion)
+    spline = TrajectorySolver(crane, [data], SETTINGS).begun(None).coefficients[0]
+    return data, spline, [("foot_r", rng.normal(0, 50, (frames, 6)))]
+
+
+@pytest.fixture(scope="module")
+def solved(crane, crane_q):
+    return near_its_solution(crane, crane_q, 60)
+
+
+def states(solver, coefficients):
+    basis = solver.parts[0].basis
+    return [basis.evaluate(coefficients, order) for order in range(3)]
+
+
+def slow_spread(of):
+    """Over draws, below 20 Hz."""
+    return np.sqrt(np.mean(low_pass(np.stack(of, axis=-1), RATE, 20.0) ** 2, axis=-1))
+
+
+def agree(found, expected, within=0.07):
+    """As well as 48 draws tell: entry by entry in the middle, each column over all frames."""
+    known = np.isfinite(found).all(axis=0)
+    assert known.any()
+    ratio = found[:, known] / expected[:, known]
+    assert abs(np.median(ratio) - 1) < within
+    columns = np.sqrt((ratio**2).mean(axis=0))
+    assert 0.7 < columns.min() <= columns.max() < 1.4
+
+
+def test_noise_is_the_inverse_of_the_whole_matrix(crane, solved):
+    data, spline, loads = solved
+    std = trial_std(crane, data, spline, loads, SETTINGS, sizes=replace(NOTHING, noise=1.0))
+    solver = TrajectorySolver(crane, [data], replace(SETTINGS, fit_inertias=False))
+    (system,) = solver.linearized(solver.begun(None))
+    panels, (count, dofs) = system.band.panels, spline.shape
+    dense = np.zeros((count, dofs, count, dofs))
+    for a in range(count):
+        for k in range(min(panels.shape[2], count - a)):
+            dense[a, :, a + k], dense[a + k, :, a] = panels[a, :, k], panels[a, :, k].T
+    covariance = np.linalg.inv(dense.reshape(count * dofs, -1))
+    model, feet, wrench = RigidBodyModel(crane), [crane.body_index("foot_r")], loads[0][1][:, None]
+    draws = np.random.default_rng(9).multivariate_normal(np.zeros(len(covariance)), covariance, 1000)
+    small, here = 1e-3, states(solver, spline)
+    moved = [states(solver, spline + small * draw.reshape(spline.shape)) for draw in draws]
+
+    def spread(of):
+        return slow_spread([(of(*x) - of(*here)) / small for x in moved])
+
+    agree(std.speed, spread(lambda q, v, a: v))
+    agree(std.acceleration, spread(lambda q, v, a: a))
+    agree(std.torque, spread(lambda *x: model.inverse_dynamics(*x, wrench, feet)))
+    agree(std.power, spread(lambda *x: x[1] * model.inverse_dynamics(*x, wrench, feet)))
+    agree(std.com_ground, spread(lambda q, v, a: model.centre_of_mass(q)))
+    agree(std.angle, slow_spread([(x[0] - here[0] - (x[0] - here[0]).mean(axis=0)) / small for x in moved]))
+
+
+def test_tables_pass_through_the_dynamics(crane, solved):
+    data, spline, loads = solved
+    std = trial_std(crane, data, spline, loads, SETTINGS, sizes=replace(NOTHING, tables=2.0))
+    solver = TrajectorySolver(crane, [data], SETTINGS)
+    moving, inertias, step = states(solver, spline), inertia_parameters(crane), 1e-5
+    variance = np.zeros_like(std.torque)
+    for k, size in enumerate(prior_std(inertias, SETTINGS)):
+        phi = np.where(np.arange(inertias.count) == k, step, 0.0)
+        ahead, behind = (
+            RigidBodyModel(inertias.skeleton_at(sign * phi)).inverse_dynamics(*moving) for sign in (1, -1)
+        )
+        variance += ((ahead - behind) / (2 * step) * 2 * size) ** 2
+    known = np.isfinite(std.torque)
+    np.testing.assert_allclose(std.torque[known], np.sqrt(variance)[known], rtol=1e-5)
+    np.testing.assert_array_equal(std.angle[known], 0.0)
+
+
+def test_markers_that_sit_elsewhere_move_the_motion_as_refitting_does(crane, solved):
+    """Landmarks off by a little, drawn anew and fitted each time."""
+    data, spline, loads = solved
+    off_m, fixed = 1e-4, replace(SETTINGS, fit_inertias=False)
+    std = trial_std(crane, data, spline, loads, SETTINGS, sizes=replace(NOTHING, landmarks_m=off_m))
+    solver, rng = TrajectorySolver(crane, [data], fixed), np.random.default_rng(5)
+    state = solver.begun(None)
+    factor = solver.factorized(state, solver.linearized(state))
+    R = np.stack([m.body for m in crane.markers])
+    poses = solver.parts[0].kinematics.poses(states(solver, spline)[0]).R_ground_body[:, R]
+    here, moved = solver.gradient(state), []
+    for _ in range(200):
+        place = np.zeros((len(crane.markers), 3))
+        for body in set(R):
+            own = body == R
+            arm = np.stack([m.position_body for m in crane.markers])[own]
+            arm = arm - arm.mean(axis=0)
+            radius = max(0.05, np.sqrt((arm**2).sum(axis=1).mean()))
+            place[own] = rng.normal(size=3) + np.cross(rng.normal(size=3), arm / radius)
+        shifted = data.observed_ground + off_m * np.einsum("fmij,mj->fmi", poses, place)
+        other = TrajectorySolver(crane, [replace(data, observed_ground=shifted)], fixed)
+        there = other.gradient(state)
+        step = factor.step(
+            replace(there, coefficients=(there.coefficients[0] - here.coefficients[0],))
+        ).coefficients[0]
+        moved.append(states(solver, step)[1])
+    agree(std.speed, slow_spread(moved), within=0.15)  # of few segments: six numbers of each
+
+
+def test_windows_agree_with_the_whole(crane, crane_q):
+    data, spline, loads = near_its_solution(crane, crane_q, 90)
+    sizes = replace(NOTHING, noise=1.0, tables=1.0)
+    whole = trial_std(crane, data, spline, loads, SETTINGS, sizes=sizes)
+    short = replace(SETTINGS, window_frames=70, overlap_frames=35)
+    parts = trial_std(crane, data, spline, loads, short, sizes=sizes)
+    agree(parts.speed, whole.speed)
+    agree(parts.torque, whole.torque)
+
+
+FLAGGED = {"walk": ForceReview(by_people=(ForceLabel(90, 130, "calcn_r", "manualReview"),))}
+
+
+@pytest.fixture(scope="module")
+def flagged_walk(walking_woman):
+    return solve(open_subject(walking_woman), Settings(), reviews=FLAGGED)
+
+
+def test_a_leg_whose_force_is_predicted_has_no_band_and_the_other_has(flagged_walk):
+    fit = flagged_walk
+    (trial,) = fit.trials
+    knees = [fit.skeleton.dofs.index(f"knee_angle_{side}") for side in "rl"]
+    assert trial.contacts.foot_bodies == ("calcn_r", "calcn_l")
+    for foot, knee in enumerate(knees):
+        np.testing.assert_array_equal(np.isnan(trial.std.torque[:, knee]), ~trial.mask.counts[:, foot])
+    assert np.isfinite(trial.std.angle[:, knees]).all()
+    assert trial.mask.counts[:, 0].any()
+    assert not trial.mask.counts[90:130, 0].any()
+
+
+def test_a_solve_without_an_edit_keeps_the_bands_and_another_foot_s_flag_makes_them_anew(flagged_walk):
+    before = flagged_walk.trials[0].std
+    same = resolve(flagged_walk, FLAGGED, Settings()).trials[0]
+    assert same.std is before
+    both = {"walk": ForceReview(by_people=(ForceLabel(90, 130, None, "manualReview"),))}
+    other = resolve(flagged_walk, both, Settings()).trials[0]
+    left_knee = flagged_walk.skeleton.dofs.index("knee_angle_l")
+    assert np.isfinite(before.torque[90:130, left_knee]).all()
+    assert np.isnan(other.std.torque[90:130, left_knee]).all()
