@@ -31,7 +31,7 @@ LONG = 500  # lines above which a module has two subjects
 MOST = {
     "Lines of the product": 117_000,
     "Lines of tests": 70_900,
-    "Lines of benchmarks": 10_400,
+    "Lines of benchmarks": 10_640,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
     "Words of docs": 50_000,

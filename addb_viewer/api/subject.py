@@ -42,7 +42,6 @@ class Subject(OpenedRecordings):
         *,
         again: bool = False,
         with_accepted: bool = True,
-        held_out: bool = False,
         progress: Watcher = None,
     ) -> Fit:
         """Scale the body, fit every trial's motion, and keep the fit in the results folder.
@@ -54,8 +53,6 @@ class Subject(OpenedRecordings):
             trials: those to fit, together; None: all.
             again: solve from the beginning whatever is kept.
             with_accepted: use the causes that somebody accepted.
-            held_out: judge the fit on all layouts of held-out forces, not on the first alone; takes longer
-                than the fit.
             progress: True for a bar in the terminal, or a function of the stage's name and the fraction done,
                 `print` for one; raise `Cancelled` in it to stop.
 
@@ -66,15 +63,7 @@ class Subject(OpenedRecordings):
         job = self._job(trials=trials, without_extension=not with_accepted)
         with watched(progress) as told:
             done = solved(job, force=again, progress=told)
-            fit = done.fit
-            if held_out:
-                from addb_viewer.jobs.solving import HoldingOut  # noqa: PLC0415 (rarely needed)
-
-                judging = HoldingOut(fit, job.results, done.solve)
-                if judging.is_due:
-                    judging.run(job.settings, told, job.extension)
-                fit = judging.fit
-        return Fit(fit, job.results, done.new, self._keeps)
+        return Fit(done.fit, job.results, done.new, self._keeps)
 
     def last_fit(self) -> Fit | None:
         """The kept fit, whatever it was made of; None where there is none that can be read."""

@@ -25,24 +25,14 @@ from addb_viewer.jobs.environment import ENDS_WITH_STDIN, end_with_parent
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.processes import LOWEST, end_in_order, give_way, print_progress
 from addb_viewer.jobs.review_store import whole_log
-from addb_viewer.jobs.solving import (
-    FitReplacedError,
-    HoldingOut,
-    Job,
-    computed,
-    job_for,
-    kept_fit,
-    last_fit,
-    resolved,
-)
+from addb_viewer.jobs.solving import Job, computed, job_for, kept_fit, last_fit, resolved
 from addb_viewer.jobs.stored_solves import add
 from annotations.review_errors import ReviewError
 from solver.capture.atomic import made_folder
-from solver.common.errors import FitError, ResultsError, SolverError
+from solver.common.errors import FitError, SolverError
 from solver.contact.force_review import ForceReview, as_plain, from_plain
 from solver.fitting.fit_result import Fit, TrialFit
-from solver.fitting.pipeline import can_resolve
-from solver.fitting.results.store import check_place, load_fit, present_solve
+from solver.fitting.results.store import check_place, load_fit
 
 if TYPE_CHECKING:
     from addb_viewer.trial_view.recorded_subject import Recording
@@ -52,7 +42,7 @@ Figures = dict[str, float | None]
 
 
 def fit(folder: str, results: str) -> None:
-    """A subject's first fit, kept as by `addb-viewer fit --quick`; people's own work goes first."""
+    """A subject's first fit, kept as by `addb-viewer fit`; people's own work goes first."""
     end_in_order()
     give_way(os.getpid(), LOWEST)
     kept_fit(job_for(Path(folder), out=Path(results)), progress=print_progress)
@@ -73,29 +63,6 @@ def diagnose(folder: str, results: str) -> None:
     from addb_viewer.jobs.diagnosing import diagnosed  # noqa: PLC0415 (slow to load)
 
     diagnosed(job_for(Path(folder), out=Path(results)), print_progress)
-
-
-def hold_out(folder: str, results: str, fit_folder: str) -> None:
-    """Layouts of held-out forces of a fit.
-
-    Each is kept beside the fit when it comes, so that ending this, at once and whatever it does, loses the
-    present one alone.
-    """
-    give_way(os.getpid(), LOWEST)
-    job, place = job_for(Path(folder), out=Path(results)), Path(fit_folder)
-    present = present_solve(place)
-    found = load_fit(place, Path(folder))
-    names = {*(trial.capture.name for trial in found.trials), *(trial.name for trial in found.unread)}
-    trials = [trial for trial in job.subject.trials if trial.name in names]
-    if not can_resolve(found, job.subject, trials, job.settings, extension=job.extension):
-        raise ResultsError(
-            f"{place}: files, settings or accepted causes have changed since this fit was made. "
-            "Solve again: held-out forces are judged after it."
-        )
-    try:
-        HoldingOut(found, place, present).run(job.settings, print_progress, job.extension)
-    except FitReplacedError:
-        print("another fit has taken the place of this one")
 
 
 def record(*arguments: str) -> None:
@@ -237,7 +204,7 @@ def what_if(folder: str, results: str) -> None:
 
 
 WORK: dict[str, Callable[..., None]] = {
-    work.__name__: work for work in (fit, solve, diagnose, hold_out, record, what_if)
+    work.__name__: work for work in (fit, solve, diagnose, record, what_if)
 }
 
 

@@ -24,17 +24,15 @@ from addb_viewer.commands.options import (
     JsonFile,
     MapFile,
     Out,
-    Quick,
     SettingsFile,
     Trials,
     WithoutExtension,
 )
-from addb_viewer.jobs.command_errors import FAILED, STOPPED, errors_as_lines
-from addb_viewer.jobs.solving import FitReplacedError, HoldingOut, Job, KeptFit, job_for, solved
+from addb_viewer.jobs.command_errors import FAILED, errors_as_lines
+from addb_viewer.jobs.solving import job_for, solved
 from addb_viewer.jobs.terminal_progress import terminal_progress
-from addb_viewer.text.held_out_words import rest_words
 from addb_viewer.text.note_words import by_kind
-from addb_viewer.text.summary_table import print_held_out, print_summary
+from addb_viewer.text.summary_table import print_summary
 from solver.capture.capture import UnusedFile
 from solver.common.typed_json import from_plain, plain
 from solver.fitting.fit_result import Fit
@@ -58,7 +56,6 @@ def fit(
     ignore_review: IgnoreReview = False,
     without_extension: WithoutExtension = False,
     force: Force = False,
-    quick: Quick = False,
     json: JsonFile = None,
     notes: Notes = False,
     jobs: Jobs = 1,
@@ -68,8 +65,7 @@ def fit(
     """Fit the skeleton to a subject's recordings, keep the results and print the summary.
 
     Unchanged inputs are not solved again; where only flags changed, the fit begins at the kept one. With
-    --trial a kept fit that has other trials as well stays. Once the summary is printed and the fit kept, all
-    other layouts of held-out forces follow: Ctrl-C keeps the fit and those that came.
+    --trial a kept fit that has other trials as well stays.
 
     Of a folder of several subjects each is fitted in a process of its own; what fails is told at the end.
     """
@@ -83,7 +79,6 @@ def fit(
                 ignore_review=ignore_review,
                 without_extension=without_extension,
                 force=force,
-                quick=quick,
                 debug=debug,
             )
             work = Work("fit", words, out, key_findings, unchanged="unchanged: kept fit of")
@@ -110,10 +105,6 @@ def fit(
             notes=notes,
             closing=[*unused_lines(fit.unused, whole=notes), *filter(None, [done.said])],
         )
-        if not quick:
-            held_out = _judged_on_all_layouts(job, done, notes)
-            if json is not None:
-                write_json(json, plain(replace(figures, trials=summary(held_out).trials)))
         if fit.unread:
             for unread in fit.unread:
                 typer.echo(f"addb-viewer: {unread.file.file}: {unread.file.reason}", err=True)
@@ -140,26 +131,6 @@ def key_findings(figures: dict[str, Any], _: str = "") -> Row:
         "moment BW·h": worst(trial.moment_BWh for trial in trials),
         "to decide": sum(kind.needs_decision for kind in by_kind(found.notes)),
     }
-
-
-def _judged_on_all_layouts(job: Job, done: KeptFit, notes: bool) -> Fit:
-    """The fit with all layouts of held-out forces, which are printed when they are there."""
-    holding_out = HoldingOut(done.fit, job.results, done.solve)
-    if not holding_out.is_due:
-        return done.fit
-    try:
-        with terminal_progress() as progress:
-            holding_out.run(job.settings, progress, job.extension)
-    except FitReplacedError:
-        typer.echo("held-out forces: not judged any further; another fit has taken the place of this one")
-    except KeyboardInterrupt as stop:
-        figures = summary(holding_out.fit)
-        print_held_out(figures, notes=notes)
-        rest = rest_words(figures.trials)
-        typer.echo(f"addb-viewer: stopped; the fit is kept. {rest or ''}".rstrip(), err=True)
-        raise typer.Exit(STOPPED) from stop
-    print_held_out(summary(holding_out.fit), notes=notes)
-    return holding_out.fit
 
 
 def _counted(fit: Fit) -> str:

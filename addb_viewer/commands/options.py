@@ -94,13 +94,6 @@ Solve = Annotated[
     bool,
     typer.Option("--solve", help="Where the kept fit is out of date, make another beside it and take that."),
 ]
-Quick = Annotated[
-    bool,
-    typer.Option(
-        "--quick",
-        help="End with the first layout of held-out forces; `fit` again or the app goes on.",
-    ),
-]
 Host = Annotated[str, typer.Option("--host", help="Address the app listens on.")]
 Port = Annotated[int, typer.Option("--port", help="Port the app listens on.", min=0, max=65535)]
 Debug = Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")]

@@ -144,7 +144,6 @@ def _fit_first(root: RootFolder, wishes: _Wishes, jobs: int) -> None:
     words = options(
         settings=wishes.settings and wishes.settings.absolute(),
         ignore_review=wishes.ignore_review,
-        quick=True,
     )
     done_to_all(
         root,

@@ -1,6 +1,5 @@
-"""Open a subject, solve it, keep the fit, judge it; find what is kept, and what has changed since."""
+"""Open a subject, solve it, keep the fit; find what is kept, and what has changed since."""
 
-import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,15 +17,13 @@ from solver.common.errors import FitError, ResultsError
 from solver.common.notes import Kind, Note
 from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
-from solver.dynamics.cross_validation.held_out import HeldOutLayout
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.fit_result import Fit
-from solver.fitting.held_out_stage import complete_held_out, layouts_due, predict_held_out
+from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import differences, provenance_of
 from solver.fitting.results.disk_space import check_room_for_fit
 from solver.fitting.results.store import (
-    add_held_out,
     check_place,
     default_folder,
     files_of_fit,
@@ -262,9 +259,9 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     Raises:
         SolverError: the fit would not find room in the results folder, or the data cannot be used.
     """
-    fit = None if kept is None else resolved(job, kept, part(progress, 0.0, RESOLVED))
-    if fit is not None:
-        fit = predict_held_out(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
+    if kept is not None and (fit := resolved(job, kept, part(progress, 0.0, RESOLVED))) is not None:
+        judging, before = part(progress, RESOLVED, 1.0), kept.held_out_layouts
+        fit = predict_held_out(fit, job.settings, judging, job.extension, before=before)
         return fit, "only flags changed: scaling and marker fit are those of the kept fit"
     fit = solve(
         job.subject,
@@ -279,7 +276,7 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
 
 
 def resolved(job: Job, kept: Fit, progress: Progress = silent) -> Fit | None:
-    """The kept fit with the forces that count now, held-out blocks due; None where more has changed.
+    """The kept fit with the forces that count now, held-out forces due; None where more has changed.
 
     Args:
         job: what is wanted; nothing is written.
@@ -331,46 +328,3 @@ def _without_reviews(subject: Subject) -> Subject:
     note = Note(Kind.OTHER, "reviews are ignored: detection alone says which forces count")
     trials = tuple(replace(trial, reviews=(), inner_review_finished=None) for trial in subject.trials)
     return replace(subject, trials=trials, notes=(*subject.notes, note))
-
-
-class FitReplacedError(Exception):
-    """Another fit has taken the place of the one whose layouts are judged."""
-
-
-class HoldingOut:
-    """Judges a fit, and keeps that with it; `fit` has what came so far, also after an interruption."""
-
-    def __init__(self, fit: Fit, folder: Path, solve: str | None) -> None:
-        """Nothing is computed yet.
-
-        Args:
-            fit: as it is kept.
-            folder: the results folder.
-            solve: the name, in it, of the folder that holds the fit; None: it is not kept.
-        """
-        self.fit, self._folder, self._solve = fit, folder, solve
-
-    @property
-    def is_due(self) -> bool:
-        """Whether layouts are left, and can be kept with a fit that is."""
-        can_be_kept = self._solve is None or os.access(self._folder / self._solve, os.W_OK | os.X_OK)
-        return can_be_kept and bool(layouts_due(self.fit))
-
-    def run(self, settings: Settings, progress: Progress, extension: Extension | None) -> None:
-        """Judge what is left.
-
-        Args:
-            settings: of the fit.
-            progress: told the fraction done.
-            extension: of the fit.
-
-        Raises:
-            FitReplacedError: there is another fit in the results folder by now.
-            ResultsError: the results folder cannot be written to.
-        """
-        complete_held_out(self.fit, settings, progress, extension=extension, came=self._came)
-
-    def _came(self, layout: HeldOutLayout) -> None:
-        self.fit = replace(self.fit, held_out_layouts=(*self.fit.held_out_layouts, layout))
-        if self._solve is not None and not add_held_out(self.fit, self._folder, self._solve):
-            raise FitReplacedError

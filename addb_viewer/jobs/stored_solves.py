@@ -220,13 +220,8 @@ def _put_aside(results: Path) -> Path:
 
 def _same_fit(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     """Whether two `fit.json` are of one fit; else another program has replaced the one that was kept here."""
-    return _as_solved(one) == _as_solved(other)
-
-
-def _as_solved(head: Mapping[str, Any]) -> dict[str, Any]:
-    """A `fit.json` without its place, and without what comes after a solve."""
-    trials = [{**trial, "held_out_layouts": None} for trial in head["trials"]]
-    return {**head, "solve": None, "files": None, "trials": trials}
+    place = {"solve": None, "files": None}
+    return {**one, **place} == {**other, **place}
 
 
 def _forget_old(results: Path, but: int) -> None:

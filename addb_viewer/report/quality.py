@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from addb_viewer.report.markup import Safe, bar, element, joined, table, verdict_mark
 from addb_viewer.text.held_out_words import (
     cutoff_words,
-    first_layout,
     layouts_judged,
     pieces_words,
     quantities,
@@ -37,9 +36,7 @@ def quality_table(trials: Sequence[TrialFigures]) -> Safe:
 
 def held_out_table(trials: Sequence[TrialFigures]) -> Safe | None:
     """How well forces are predicted that the fit was not shown; None where none were held out."""
-    rows = []
-    for figures in trials:
-        rows += _layout_rows(figures) or _first_layout_row(figures)
+    rows = [row for figures in trials for row in _layout_rows(figures)]
     head = (
         "Trial",
         "Held out",
@@ -75,17 +72,6 @@ def _layout_rows(figures: TrialFigures) -> list[list[str]]:
             row += [figure_words(of.rms, unit, 1), alone]
         rows.append([*row, _marker_errors(figures)])
     return rows
-
-
-def _first_layout_row(figures: TrialFigures) -> list[list[str]]:
-    """Before all layouts have come: the first one."""
-    first = figures.held_out
-    if first is None:
-        return []
-    row = [figures.name, "first layout of blocks", str(first.frames)]
-    for _, unit, own, markers, cutoff in first_layout(first):
-        row += [figure_words(own, unit, 1), f"{figure_words(markers, unit, 1)} at {cutoff:g} Hz"]
-    return [[*row, _marker_errors(figures)]]
 
 
 def _marker_errors(figures: TrialFigures) -> str:

@@ -34,7 +34,6 @@ from addb_viewer.report.timeline import diagnosed_timeline, timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
 from addb_viewer.text.diagnosis_words import NOTES, page
 from addb_viewer.text.extension_words import what_accepting_changes
-from addb_viewer.text.held_out_words import rest_words
 from addb_viewer.text.holding_up_words import what_it_gains
 from addb_viewer.text.judged_figures import SOURCE
 from addb_viewer.text.residual_words import what_is_wrong
@@ -288,8 +287,9 @@ def _quality(report: SubjectReport) -> Safe:
             element(
                 "p",
                 "A low residual alone proves nothing: distorting the motion lowers it, too. So the fit is "
-                "repeated without the forces of every third block of 0.22 s or every third whole step, and "
-                "has to predict them; six layouts of blocks hold out every known frame but the ends. "
+                "judged by the step that it would take without the forces of every third block of 0.22 s or "
+                "every third whole step: what it then misses of them. Six layouts of blocks hold out every "
+                "known frame but the ends. "
                 "For comparison: the markers alone with the fitted mass, low-passed at the cut-off of 3 to "
                 "30 Hz that is best on the other frames. All figures are RMS errors. The bounds above are "
                 f"{force_N:.0f} N and {moment_Nm:.1f} N·m for this person.",
@@ -299,9 +299,6 @@ def _quality(report: SubjectReport) -> Safe:
         worse = worse_than_markers(figures)
         if worse is not None:
             pieces += [element("h4", "Where the fit predicts worse than markers alone"), worse]
-        rest = rest_words(figures)
-        if rest is not None:
-            pieces.append(element("p", f"{rest[0].upper()}{rest[1:]}.", class_="fine"))
     return joined(pieces)
 
 

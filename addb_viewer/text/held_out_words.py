@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 
-from solver.fitting.fit_summary import HeldOutFigures, LayoutFigures, MissedFigures, TrialFigures
+from solver.fitting.fit_summary import LayoutFigures, MissedFigures, TrialFigures
 
 
 def layouts_judged(figures: TrialFigures) -> Iterator[tuple[str, LayoutFigures]]:
-    """What is held out in words, and its layouts so far; of a trial."""
+    """What is held out in words, and its layouts; of a trial."""
     layouts = figures.held_out_layouts
     if layouts is not None:
         for words, found in (("blocks", layouts.blocks), ("whole steps", layouts.steps)):
@@ -19,15 +19,6 @@ def quantities(found: LayoutFigures) -> tuple[tuple[str, str, MissedFigures], ..
     return (("force", "N", found.force), ("moment", "N·m", found.moment))
 
 
-def first_layout(found: HeldOutFigures | None) -> Iterator[tuple[str, str, float, float, float]]:
-    """What a solve judges itself: quantity, unit, missed by fit and by markers alone, whose cut-off [Hz]."""
-    if found is not None:
-        force, moment = found.kinematics_only_linear_residual, found.kinematics_only_angular_residual
-        force_hz, moment_hz = found.markers_cutoff_hz
-        yield "force", "N", found.linear_residual.rms_N, force.rms_N, force_hz
-        yield "moment", "N·m", found.angular_residual.rms_Nm, moment.rms_Nm, moment_hz
-
-
 def pieces_words(found: LayoutFigures, words: str) -> tuple[str, str]:
     """How many pieces, and in how many layouts."""
     pieces = words.removesuffix("s") if found.pieces == 1 else words
@@ -35,12 +26,12 @@ def pieces_words(found: LayoutFigures, words: str) -> tuple[str, str]:
 
 
 def held_out_words(figures: TrialFigures) -> tuple[str, ...]:
-    """A sentence a kind of layout: what was predicted how well; none before the first layout."""
+    """A sentence a kind of layout: what was predicted how well; none where nothing was held out."""
     said = []
     for words, found in layouts_judged(figures):
         force, moment = (_missed(missed, unit) for _, unit, missed in quantities(found))
         pieces, layouts = pieces_words(found, words)
-        said.append(f"{pieces} held out in {layouts}, {found.frames} frames: errors {force} and {moment}")
+        said.append(f"{pieces} in {layouts}, {found.frames} frames: errors {force} and {moment}")
     return tuple(said)
 
 
@@ -54,18 +45,6 @@ def worse_words(figures: TrialFigures) -> tuple[str, ...]:
         for quantity, unit, of in quantities(found)
         if of.ratio is not None and of.ratio > 1
     )
-
-
-def rest_words(trials: Sequence[TrialFigures]) -> str | None:
-    """That layouts are still to come; None where none is, or nothing was held out."""
-    for trial in trials:
-        layouts = trial.held_out_layouts
-        if layouts and layouts.layouts < layouts.of:
-            return (
-                f"held-out forces: {layouts.layouts} of {layouts.of} layouts are evaluated so far; "
-                "addb-viewer fit continues with the others"
-            )
-    return None
 
 
 def cutoff_words(cutoffs_hz: Sequence[float]) -> str:

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from addb_viewer.text.change_words import change_sentence
-from addb_viewer.text.held_out_words import cutoff_words, first_layout, held_out_words, worse_words
+from addb_viewer.text.held_out_words import cutoff_words, held_out_words, worse_words
 from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.stored_words import stored_words
 from solver.dynamics.thresholds import Thresholds
@@ -18,7 +18,6 @@ from solver.fitting.fit_summary import FitSummary, HeldOutFigures, TrialFigures
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
 _MOST_DECISIONS = 5  # lines: with what is held out, noted, written and not used, a screen's end has ten
-_MOST_HELD_OUT = 10  # lines
 _MASKS = {
     "review": "the review",
     "review.json": "the imported review.json",
@@ -116,36 +115,17 @@ def _chosen_by_people(trials: Sequence[TrialFigures]) -> list[str]:
 
 
 def _held_out_at_worst(trials: Sequence[TrialFigures]) -> list[str]:
-    """The trial whose held-out force is missed by most, against the markers alone."""
-    found = [(trial.name, trial.held_out) for trial in trials if trial.held_out is not None]
+    """The trial whose force is missed by most on held-out blocks, against the markers alone."""
+    found = [
+        (layouts.blocks.force.rms, trial)
+        for trial in trials
+        if (layouts := trial.held_out_layouts) is not None and layouts.blocks is not None
+    ]
     if not found:
         return []
-    name, held_out = max(found, key=lambda each: each[1].linear_residual.rms_N)
+    _, worst = max(found, key=lambda each: each[0])
     of = f", worst of {len(found)}" if len(found) > 1 else ""
-    return [
-        f"held-out forces ({name}{of}): error on {held_out.frames} frames "
-        f"{held_out.linear_residual.rms_N:.1f} N, {held_out.angular_residual.rms_Nm:.1f} N·m"
-        f"{_markers_alone(held_out, cutoffs=False)}"
-    ]
-
-
-def print_held_out(figures: FitSummary, *, notes: bool = False) -> None:
-    """Print how well forces were predicted on all layouts that have been judged.
-
-    Args:
-        figures: of a subject.
-        notes: of every trial, however many there are; else where the fit is the worse of the two comes first.
-    """
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
-    lines = [line for trial in figures.trials for line in _held_out(trial)]
-    if not notes and len(lines) > _MOST_HELD_OUT:
-        lines.sort(key=lambda line: not line.style)
-        left = len(lines) - _MOST_HELD_OUT + 1
-        lines = [*lines[:-left], Text(f"and {left} more on held-out forces (--notes)")]
-    if lines:
-        console.print("held-out forces in every layout judged (an error above: of the first one alone):")
-    for line in lines:
-        console.print(line, soft_wrap=True)
+    return [f"held-out forces ({worst.name}{of}): {held_out_words(worst)[0]}"]
 
 
 def _subject_line(figures: FitSummary) -> Text:
@@ -197,7 +177,7 @@ def _honesty(trials: Sequence[TrialFigures]) -> Iterator[Text]:
         if held_out is not None:
             linear, angular = held_out.linear_residual, held_out.angular_residual
             parts.append(
-                f"error on {held_out.frames} frames whose force was held out {linear.rms_N:.1f} N, "
+                f"error on {held_out.frames} frames of the first layout held out {linear.rms_N:.1f} N, "
                 f"{angular.rms_Nm:.1f} N·m{_markers_alone(held_out)}"
             )
             if held_out.learnt:
@@ -213,17 +193,18 @@ def _honesty(trials: Sequence[TrialFigures]) -> Iterator[Text]:
 
 
 def _held_out(trial: TrialFigures) -> Iterator[Text]:
-    """A trial's layouts of held-out forces so far, and where the fit is worse than the markers alone."""
+    """A trial's layouts of held-out forces, and where the fit is worse than the markers alone."""
     for said in held_out_words(trial):
-        yield Text(f"{trial.name}: {said}")
+        yield Text(f"{trial.name}: held out: {said}")
     for said in worse_words(trial):
         yield Text(f"{trial.name}: {said}", style="red")
 
 
-def _markers_alone(held_out: HeldOutFigures, *, cutoffs: bool = True) -> str:
-    (*_, force, _), (*_, moment, _) = first_layout(held_out)
-    at = f" at {cutoff_words(held_out.markers_cutoff_hz)}" if cutoffs else ""
-    return f" (markers alone{at} {force:.1f} N, {moment:.1f} N·m)"
+def _markers_alone(held_out: HeldOutFigures) -> str:
+    force = held_out.kinematics_only_linear_residual.rms_N
+    moment = held_out.kinematics_only_angular_residual.rms_Nm
+    at = cutoff_words(held_out.markers_cutoff_hz)
+    return f" (markers alone at {at} {force:.1f} N, {moment:.1f} N·m)"
 
 
 def _in_cm(metres: float | None) -> float | None:

@@ -79,7 +79,7 @@ def latency_section(folder: Path, frames: int = FRAMES) -> str:
     walk, root = folder / "walk", folder / "root"
     if not walk.is_dir():
         write_repeated_walk(walk, frames)
-        cost_of("fit", str(walk), "--quick")
+        cost_of("fit", str(walk))
     shutil.rmtree(root, ignore_errors=True)
     copies(walk, root, TRIALS + 1)
     with running(MODULE, "serve", str(root)) as (server, said):

@@ -31,8 +31,8 @@ processes, one BLAS thread each; memory is the most that one process held. *Load
 a core at a command's end: where it is more than the workers, seconds on the clock say little.
 
 **By a trial's length**: one subject with one trial, 100 Hz, a simulated stride on a treadmill, repeated,
-with fresh marker noise; default body ({markers} markers), plates at {plate_rate:g} Hz. The fit has the first
-layout of held-out forces; a release is everything from a folder to it.
+with fresh marker noise; default body ({markers} markers), plates at {plate_rate:g} Hz. A release is
+everything from a folder to it.
 
 {lengths}
 
@@ -130,7 +130,7 @@ def _by_length(kept: Kept, folder: Path, frames: int) -> dict[str, dict[str, flo
     _made(root, lambda draft: write_repeated_walk(draft / "subject", frames))
     subject = str(root / "subject")
     commands = {
-        "fit": lambda: cost_of("fit", subject, "--force", "--quick"),
+        "fit": lambda: cost_of("fit", subject, "--force"),
         "release": lambda: _release(root, 1),
         "diagnosis": lambda: cost_of("diagnose", subject),
     }
@@ -177,7 +177,7 @@ def _trials_table(kept: Kept, folder: Path, trials: Sequence[int]) -> str:
         root = folder / f"trials_{count}"
         _made(root, lambda draft, count=count: synthesize(draft, replace(CORPUS, subjects=count // EACH)))
         for workers in WORKERS:
-            jobs = ("--jobs", str(workers), "--force", "--quick")
+            jobs = ("--jobs", str(workers), "--force")
             for name, make in (
                 ("fit", lambda root=root, jobs=jobs: cost_of("fit", str(root), *jobs)),
                 ("release", lambda root=root, workers=workers: _release(root, workers)),

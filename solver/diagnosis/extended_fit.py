@@ -68,8 +68,8 @@ def extended_fit(
     """Fit the trajectories with the causes as border columns, and without them, and compare.
 
     Both see the same forces: all that were recorded and that no person took out. Of these, blocks are
-    held out from two further fits and predicted, as the solve does; where a cause has its own time history in
-    time, which nothing but the frames around can tell, the blocks are short.
+    held out from two further fits and predicted; where a cause has its own time history in time, which
+    nothing but the frames around can tell, the blocks are short.
 
     Args:
         fit: of the markers, or of the forces as well; only its marker fit is of use.

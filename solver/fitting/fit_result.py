@@ -114,8 +114,8 @@ class Fit:
     provenance: dict[str, str] = field(default_factory=dict)  # input hashes and versions
     notes: tuple[Note, ...] = ()
     groundwork: Groundwork | None = None
-    held_out_due: bool = False  # the held-out blocks are still to be predicted for these reviews
-    held_out_layouts: tuple[HeldOutLayout, ...] = ()  # judged so far, one after the other
+    held_out_due: bool = False  # it is still to be judged on held-out forces, for these reviews
+    held_out_layouts: tuple[HeldOutLayout, ...] = ()  # that it was judged on
 
     @property
     def unread(self) -> tuple[UnreadTrial, ...]:

@@ -99,7 +99,7 @@ class MissedFigures:
 @final
 @dataclass(frozen=True)
 class LayoutFigures:
-    """Of all layouts of one kind that have been judged."""
+    """Of all layouts of one kind."""
 
     layouts: int
     pieces: int
@@ -111,10 +111,8 @@ class LayoutFigures:
 @final
 @dataclass(frozen=True)
 class LayoutsFigures:
-    """All layouts of a trial so far."""
+    """All layouts of a trial."""
 
-    layouts: int
-    of: int
     blocks: LayoutFigures | None
     steps: LayoutFigures | None
 

@@ -1,173 +1,274 @@
-"""Forces left_out from the trajectory fit and then predicted, layout by layout."""
+"""Forces held out from the fit and then predicted, layout by layout, by one step from where the fit ended.
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+Steps without a layout's rows are steps of the quadratic model that ended there: to second order, that forgets
+what the fit saw of these forces. The test of this stage holds it against a fit that never saw them.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.common.cpu_timer import CpuTimer
-from solver.common.progress import Progress, part
+from solver.common.progress import Progress
 from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout, judged_blocks
 from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, LAYOUTS, hold_out_blocks, hold_out_steps
-from solver.dynamics.trajectory.extension import Extension, with_extra_wrench
-from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
+from solver.dynamics.cross_validation.held_out_steps import HeldOutSteps, TrialHeldOut
+from solver.dynamics.force_prediction.held_out_prediction import HeldOutPrediction
+from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
+from solver.dynamics.force_prediction.prediction_fit import held_out_prediction
+from solver.dynamics.inverse_dynamics import used_frames
+from solver.dynamics.trajectory.extension import Extension
+from solver.dynamics.trajectory.frame_spans import Span, are_long, windows
+from solver.dynamics.trajectory.trajectory_fit import inertia_caution
+from solver.dynamics.trajectory.trajectory_solver import basis_for, knot_spacing
+from solver.dynamics.trajectory.trial_data import ExtraParameters
 from solver.fitting.fit_result import Fit, TrialFit
-from solver.fitting.mass_stage import estimate_mass_and_gains
-from solver.fitting.prediction_stage import predicted_held_out, prediction_fit_of
 from solver.fitting.seen_part import in_whole, seen_part
-from solver.fitting.settings import Settings, from_dict
+from solver.fitting.settings import Settings
+from solver.fitting.state import MassAndGains
 from solver.fitting.torques_stage import under_forces
-from solver.fitting.trajectory_stage import all_data, before_forces, begin_at_forces, extra_of
-from solver.kinematics.marker_matching import MarkerMatch
+from solver.fitting.trajectory_stage import all_data, before_forces, extra_of
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
 CUTOFFS_HZ = (3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)  # of all that laboratories use for markers
 FramesByTrial = Sequence[Bool[np.ndarray, " frames"]]
+Rows = Sequence[Float[np.ndarray, "held_out 6"]]  # by trial
 
 
 def predict_held_out(
-    fit: Fit, settings: Settings, progress: Progress, extension: Extension | None = None
-) -> Fit:
-    """The fit with its held-out blocks predicted, where they were still due; with the fit's extension."""
-    if not fit.held_out_due or fit.groundwork is None or fit.groundwork.mass_kg is None:
-        return fit
-    began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
-    seen = [seen_part(trial) for trial in fit.trials]
-    parts = with_held_out(seen, fit.groundwork.match, began, settings, progress, extension=extension)
-    trials = tuple(
-        replace(trial, held_out=in_whole(part, trial).held_out, seconds=part.seconds)
-        for trial, part in zip(fit.trials, parts, strict=True)
-    )
-    judged = [trial.held_out for trial in trials if trial.held_out is not None]
-    kinds = judged[0].learnt if judged else fit.groundwork.prediction_kinds
-    return replace(
-        fit,
-        trials=trials,
-        held_out_due=False,
-        groundwork=replace(fit.groundwork, prediction_kinds=kinds),
-    )
-
-
-def with_held_out(
-    fits: Sequence[TrialFit],
-    match: MarkerMatch,
-    skeleton: Skeleton,
-    settings: Settings,
-    progress: Progress,
-    *,
-    extension: Extension | None = None,
-) -> tuple[TrialFit, ...]:
-    """The same fit without the forces of the first layout's blocks, judged on these blocks.
-
-    Args:
-        fits: fitted to the forces.
-        match: of the skeleton's markers.
-        skeleton: that the trajectory fit began with.
-        settings: of every stage.
-        progress: told the fraction done; may raise `Cancelled`.
-        extension: what acts beside the recorded forces; its parameters do not see the blocks either.
-    """
-    fits = tuple(replace(fit, held_out=None) for fit in fits)
-    fitted = _fitted(fits)
-    cpu_timer = CpuTimer()
-    with cpu_timer("held_out"):
-        left_out = [_frames(fits[i], LAYOUTS[0], settings, extension) for i in fitted]
-        judged = _predicted(
-            [fits[i] for i in fitted],
-            left_out,
-            match,
-            skeleton,
-            settings,
-            progress=progress,
-            extension=extension,
-        )
-    if not judged:
-        return fits
-    seconds = {"held_out": cpu_timer.seconds["held_out"] / len(fitted)}
-    updated = list(fits)
-    for i, held_out in zip(fitted, judged, strict=True):
-        updated[i] = replace(fits[i], held_out=held_out, seconds=fits[i].seconds | seconds)
-    return tuple(updated)
-
-
-def layouts_due(fit: Fit) -> tuple[tuple[str, int], ...]:
-    """Layouts that a fit can be judged on and has not been yet, in order."""
-    wanted = from_dict(fit.settings).trajectory.held_out and not fit.held_out_due
-    if not wanted or fit.groundwork is None or fit.groundwork.mass_kg is None or not _fitted(fit.trials):
-        return ()
-    done = {(layout.kind, layout.number) for layout in fit.held_out_layouts}
-    return tuple(layout for layout in LAYOUTS if layout not in done)
-
-
-def complete_held_out(
     fit: Fit,
     settings: Settings,
     progress: Progress,
-    *,
     extension: Extension | None = None,
-    came: Callable[[HeldOutLayout], None] = lambda _: None,
+    *,
+    before: Sequence[HeldOutLayout] = (),
 ) -> Fit:
-    """The fit judged on all layouts; those that it was judged on already are kept.
-
-    Args:
-        fit: with its first layout predicted.
-        settings: of the fit.
-        progress: told the fraction done; may raise `Cancelled`.
-        extension: of the fit.
-        came: told each layout when it is judged, so that whoever stops this half-way keeps the others.
-    """
-    due = layouts_due(fit)
-    for k, layout in enumerate(due):
-        weighed = part(progress, k / len(due), (k + 1) / len(due))
-        judged = judged_layout(fit, layout, settings, weighed, extension=extension)
-        came(judged)
-        fit = replace(fit, held_out_layouts=(*fit.held_out_layouts, judged))
-    return fit
-
-
-def judged_layout(
-    fit: Fit,
-    layout: tuple[str, int],
-    settings: Settings,
-    progress: Progress,
-    *,
-    extension: Extension | None = None,
-) -> HeldOutLayout:
-    """One layout of a fit, by a fit of its own that begins at the markers, or as `with_held_out` left it.
+    """The fit judged on all layouts, where that was still due; with the fit's extension.
 
     Args:
         fit: of the subject.
-        layout: kind and number.
         settings: of the fit.
         progress: told the fraction done; may raise `Cancelled`.
-        extension: of the fit.
+        extension: of the fit; its parameters do not see the held-out forces either.
+        before: of the fit that this one began with, if any: the kinds of learnt terms stay.
     """
-    assert fit.groundwork is not None
-    assert fit.groundwork.mass_kg is not None
-    trials = [seen_part(fit.trials[i]) for i in _fitted(fit.trials)]
-    left_out = [_frames(trial, layout, settings, extension) for trial in trials]
-    kept = [trial.held_out for trial in trials]
-    if layout == LAYOUTS[0] and all(held_out is not None for held_out in kept):
-        judged = [held_out for held_out in kept if held_out is not None]
-    else:
-        began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
-        judged = _predicted(
-            trials,
-            left_out,
-            fit.groundwork.match,
-            began,
-            settings,
-            progress=progress,
-            extension=extension,
+    if not fit.held_out_due or fit.groundwork is None or fit.groundwork.settled is None:
+        return fit
+    cpu_timer = CpuTimer()
+    with cpu_timer("held_out"):
+        judge = _Judge(fit, settings, extension)
+        layouts = [judge.layout(*one) for one in LAYOUTS]
+        kinds = {(layout.kind, layout.number): layout.learnt for layout in before}
+        for done, part in judge.parts():
+            progress("held_out", done)
+            for layout in layouts:
+                layout.ask(part, kinds.get((layout.kind, layout.number)))
+        judged = [judge.judged(layout) for layout in layouts]
+    trials, fitted = list(fit.trials), _fitted(fit.trials)
+    seconds = {"held_out": cpu_timer.seconds["held_out"] / max(1, len(fitted))}
+    first = layouts[0] if any(frames.any() for frames in layouts[0].held_out) else None
+    for k, i in enumerate(fitted if first else ()):
+        whole = in_whole(replace(judge.seen[k], held_out=judged[0][k]), trials[i])
+        trials[i] = replace(trials[i], held_out=whole.held_out, seconds=trials[i].seconds | seconds)
+    return replace(
+        fit,
+        trials=tuple(trials),
+        held_out_due=False,
+        held_out_layouts=tuple(
+            judge.by_blocks(layout, each) for layout, each in zip(layouts, judged, strict=True)
+        ),
+        groundwork=replace(
+            fit.groundwork,
+            prediction_kinds=first.learnt if first else fit.groundwork.prediction_kinds,
+        ),
+    )
+
+
+class _Layout:
+    """One layout, and what parts of the fit that are asked about it say."""
+
+    def __init__(self, kind: str, number: int, held_out: FramesByTrial) -> None:
+        self.kind, self.number, self.held_out = kind, number, held_out
+        self.learnt: tuple[str, ...] = ()  # by the first part that was asked
+        self.predicted, self.of_motion = (
+            [np.full((len(frames), 6), np.nan) for frames in held_out] for _ in range(2)
         )
-    names = [trial.capture.name for trial in trials]
-    blocks = [
-        judged_blocks(held_out, w, trial.capture.markers.first_frame)
-        for held_out, w, trial in zip(judged, left_out, trials, strict=False)
-    ]
-    return HeldOutLayout(*layout, {n: b for n, b in zip(names, blocks, strict=False) if b is not None})
+
+    def ask(self, part: "_Part", kinds: tuple[str, ...] | None) -> None:
+        """What it misses where it holds frames of the layout.
+
+        Args:
+            part: of the fit.
+            kinds: of learnt terms, where they are known.
+        """
+        own = [self.held_out[span.trial][span.start : span.end] for span in part.spans]
+        if not any(frames.any() for frames in own):
+            return
+        is_first = (self.kind, self.number) == LAYOUTS[0]
+        if part.trials is not None:
+            taken = part.kinds(own, whole_steps=self.kind != BLOCKS) if kinds is None else kinds
+            self.learnt = self.learnt or taken
+            self._lay(self.predicted, part, own, part.ended.missed(own, taken))
+        if part.trials is None or is_first:
+            self._lay(self.of_motion, part, own, part.missed_by_motion(own))
+
+    @staticmethod
+    def _lay(into: list[np.ndarray], part: "_Part", own: FramesByTrial, missed: Rows) -> None:
+        for span, frames, rows in zip(part.spans, own, missed, strict=True):
+            into[span.trial][span.start + np.flatnonzero(frames)] = rows
+
+
+class _Judge:
+    """A fit whose trials are judged on forces as if it had not seen them."""
+
+    def __init__(self, fit: Fit, settings: Settings, extension: Extension | None) -> None:
+        assert fit.groundwork is not None
+        assert fit.groundwork.settled is not None
+        groundwork, settled = fit.groundwork, fit.groundwork.settled
+        self.settings, self.extension, self.fitted_skeleton = settings, extension, fit.skeleton
+        self.began, self.phi = with_mass(groundwork.skeleton, settled.mass_kg), groundwork.phi
+        self.seen = [seen_part(fit.trials[i]) for i in _fitted(fit.trials)]
+        self.before = [before_forces(trial) for trial in self.seen]
+        self.gains = tuple(settled.gains[trial.capture.name] for trial in self.seen)
+        weighed = MassAndGains(settled.mass_kg, self.gains)
+        plain = all_data(self.before, groundwork.match, weighed, extension)
+        self.data = [replace(d, spline=t.spline) for d, t in zip(plain, self.seen, strict=True)]
+        self.alone = [_markers_alone(trial, fit.skeleton, settings) for trial in self.before]
+
+    def layout(self, kind: str, number: int) -> _Layout:
+        """Nobody has been asked about it yet."""
+        frames = [_frames(trial, (kind, number), self.settings, self.extension) for trial in self.seen]
+        return _Layout(kind, number, frames)
+
+    def parts(self) -> "Iterator[tuple[float, _Part]]":
+        """All trials as one problem, or window by window with inertias that stay; how much came before."""
+        weights = self.settings.trajectory
+        if not are_long([len(own.counts) for own in self.data], weights):
+            whole = [Span(i, 0, len(own.counts)) for i, own in enumerate(self.data)]
+            yield 0.0, _Part(self, self.began, self.phi, whole)
+            return
+        spans = [
+            span
+            for i, own in enumerate(self.data)
+            for span in windows(i, len(own.counts), knot_spacing(own.start, weights), weights)
+        ]
+        for k, span in enumerate(spans):
+            yield k / len(spans), _Part(self, self.fitted_skeleton, None, [span])
+
+    def judged(self, layout: _Layout) -> list[HeldOut]:
+        """Each trial on a layout that all parts were asked about."""
+        judged, learns = [], self.settings.prediction.enabled
+        for k, (frames, trial) in enumerate(zip(layout.held_out, self.before, strict=True)):
+            used = self._used(trial)
+            markers, cutoffs = self.alone[k].at_best(used & ~frames)
+            predicted, of_motion = (self.gains[k] * rows[k] for rows in (layout.predicted, layout.of_motion))
+            judged.append(
+                HeldOut(frames & used, predicted, markers, cutoffs, of_motion, layout.learnt)
+                if learns
+                else HeldOut(frames & used, of_motion, markers, cutoffs)
+            )
+        return judged
+
+    def by_blocks(self, layout: _Layout, judged: Sequence[HeldOut]) -> HeldOutLayout:
+        """A layout's figures, block by block."""
+        blocks = {}
+        for held_out, frames, trial in zip(judged, layout.held_out, self.seen, strict=True):
+            found = judged_blocks(held_out, frames, trial.capture.markers.first_frame)
+            if found is not None:
+                blocks[trial.capture.name] = found
+        return HeldOutLayout(layout.kind, layout.number, blocks, layout.learnt)
+
+    def _used(self, trial: TrialFit) -> Bool[np.ndarray, " frames"]:
+        assert trial.contacts is not None
+        assert trial.mask is not None
+        used = used_frames(trial.contacts, trial.mask, self.settings.dynamics.end_frames)
+        extra = extra_of(trial, self.extension)
+        return used if extra is None else used & extra.known
+
+
+class _Part:
+    """Frames of trials that are one problem, near the fit."""
+
+    def __init__(
+        self,
+        judge: _Judge,
+        skeleton: Skeleton,
+        phi: Float[np.ndarray, " parameters"] | None,
+        spans: list[Span],
+    ) -> None:
+        """Of a judge's trials; without φ the skeleton's inertias stay."""
+        settings, extension = judge.settings, judge.extension
+        weights = settings.trajectory if phi is not None else replace(settings.trajectory, fit_inertias=False)
+        self.spans, self.skeleton, self.weights, self.phi = spans, skeleton, weights, phi
+        self.settings = settings.prediction
+        self.extra = (extension and extension.parameters) or ExtraParameters.none()
+        self.mass_is_fitted = extension is None
+        self.data = [
+            judge.data[s.trial].part(s.start, s.end, knot_spacing(judge.data[s.trial].start, weights))
+            for s in spans
+        ]
+        self.trials: list[PredictionTrial] | None = None  # None: no terms are learnt
+        if self.settings.enabled:
+            self.trials = []
+            for span, own in zip(spans, self.data, strict=True):
+                contacts = judge.before[span.trial].contacts
+                assert contacts is not None
+                assert own.spline is not None
+                motion = replace(own.start, q=basis_for(own.start, weights).evaluate(own.spline))
+                begun = replace(own, spline=None, initial=motion)
+                in_contact = contacts.in_contact[span.start : span.end]
+                self.trials.append(PredictionTrial(begun, contacts.foot_bodies, in_contact))
+
+    def kinds(self, held_out: FramesByTrial, *, whole_steps: bool) -> tuple[str, ...]:
+        """Of learnt terms, those that predict other forces best."""
+        return self._begun.best_kinds(held_out, taught=not whole_steps)
+
+    @cached_property
+    def _begun(self) -> HeldOutPrediction:
+        """Where the trajectory fit ended."""
+        assert self.trials is not None
+        return held_out_prediction(
+            self.skeleton, self.trials, self.weights, self.settings, phi=self.phi, extra=self.extra
+        )
+
+    @cached_property
+    def ended(self) -> HeldOutPrediction:
+        """Where the prediction fit ends with no terms learnt."""
+        assert self.trials is not None
+        return held_out_prediction(
+            self.skeleton,
+            self.trials,
+            self.weights,
+            self.settings,
+            phi=self.phi,
+            extra=self.extra,
+            is_at_its_end=True,
+        )
+
+    def missed_by_motion(self, held_out: FramesByTrial) -> Rows:
+        """Residuals on held-out frames by the fit's own motion, as if it had not seen them."""
+        seen = [replace(d, counts=d.counts & ~h) for d, h in zip(self.data, held_out, strict=True)]
+        free = self.weights.fit_inertias
+        steps = HeldOutSteps(
+            self.skeleton,
+            self.data,
+            self.weights,
+            phi=self.phi,
+            extra=self.extra,
+            caution=inertia_caution(self.skeleton, seen, self.weights) if free else 1.0,
+            mass_is_fitted=self.mass_is_fitted,
+        )
+        count = len(self.extra.start)
+        none = [np.zeros((len(frames), 6, count)) for frames in held_out]
+        layout = [
+            TrialHeldOut(frames, columns if own.extra_columns_ground is None else own.extra_columns_ground)
+            for frames, columns, own in zip(held_out, none, self.data, strict=True)
+        ]
+        return [missed[0] for missed in steps.missed(layout, [(np.ones(count, dtype=bool), 1.0)])]
 
 
 def _fitted(fits: Sequence[TrialFit]) -> list[int]:
@@ -188,78 +289,25 @@ def _frames(
     return frames if is_left else np.zeros_like(frames)
 
 
-def _predicted(
-    fits: Sequence[TrialFit],
-    left_out: FramesByTrial,
-    match: MarkerMatch,
-    skeleton: Skeleton,
-    settings: Settings,
-    *,
-    progress: Progress,
-    extension: Extension | None,
-) -> list[HeldOut]:
-    """Each trial judged on frames that the fit was blind to; empty where nothing is left_out.
+@dataclass(frozen=True)
+class _MarkersAlone:
+    """Residuals of the markers' motion at each cut-off, against the same forces as the fit."""
 
-    The search begins at the markers, where these forces were never seen; the prediction fit chooses its terms
-    without them too.
-    """
-    if not any(w.any() for w in left_out):
-        return []
-    before = [before_forces(fit) for fit in fits]
-    known = [_without(fit, w) for fit, w in zip(before, left_out, strict=True)]
-    weighed = estimate_mass_and_gains(known, skeleton, settings, extended=extension is not None)
-    data = all_data(known, match, weighed, extension)
-    nominal = with_mass(skeleton, weighed.mass_kg)
-    begun = [begin_at_forces(d, fit, nominal, settings) for d, fit in zip(data, known, strict=True)]
-    result = fit_trajectories(
-        nominal,
-        begun,
-        settings.trajectory,
-        progress,
-        extra=extension.parameters if extension else None,
-        mass_is_fitted=extension is None,
-    )
-    prediction_fit = prediction_fit_of(before, begun, result, nominal, settings, extension=extension)
-    judged = []
-    for k, (frames, fit, motion) in enumerate(zip(left_out, before, result.motions, strict=True)):
-        gain = weighed.gains[k]  # of the plates, as the frames that are known tell it
-        ours, extra = under_forces(fit, motion, result.skeleton, settings), extra_of(fit, extension)
-        if extra is not None:
-            ours = with_extra_wrench(ours, extra, result.extra)
-        heavier = with_mass(result.skeleton, gain * result.skeleton.mass)
-        markers, cutoffs = _markers_alone(fit, frames, heavier, settings)
-        held_out = HeldOut(frames & ours.used, ours.residual_root, markers, cutoffs)
-        if prediction_fit is not None:
-            wrench = gain * prediction_fit.wrenches_ground[k]
-            held_out = predicted_held_out(held_out, fit, prediction_fit, wrench, ours.root_ground)
-        judged.append(held_out)
-    return judged
+    cutoffs_Hz: tuple[float, ...]
+    residuals: Float[np.ndarray, "cutoffs frames 6"]
+
+    def at_best(
+        self, elsewhere: Bool[np.ndarray, " frames"]
+    ) -> tuple[Float[np.ndarray, "frames 6"], tuple[float, float]]:
+        """At the cut-offs [Hz] that do best on these frames: force and moment each have their own."""
+        squares = self.residuals[:, elsewhere] ** 2
+        force, moment = (int(squares[:, :, axes].sum(axis=(1, 2)).argmin()) for axes in np.s_[:3, 3:])
+        residual = np.hstack([self.residuals[force][:, :3], self.residuals[moment][:, 3:]])
+        return residual, (self.cutoffs_Hz[force], self.cutoffs_Hz[moment])
 
 
-def _without(fit: TrialFit, frames: Bool[np.ndarray, " frames"]) -> TrialFit:
-    """The trial as if no force counted there."""
-    assert fit.mask is not None
-    return replace(fit, mask=replace(fit.mask, counts=fit.mask.counts & ~frames[:, None]))
-
-
-def _markers_alone(
-    fit: TrialFit, left_out: Bool[np.ndarray, " frames"], skeleton: Skeleton, settings: Settings
-) -> tuple[Float[np.ndarray, "frames 6"], tuple[float, float]]:
-    """Residual of the markers' motion at the cut-offs [Hz] that do best where nothing is left_out.
-
-    Force and moment each have their own, and both are held against the same forces as the fit.
-    """
-    cutoffs = [cutoff for cutoff in CUTOFFS_HZ if cutoff < fit.motion.rate / 2] or [fit.motion.rate / 4]
-    order = settings.conditioning.order
-    residuals = []
-    for cutoff in cutoffs:
-        dynamics = under_forces(fit, fit.motion.low_passed(cutoff, order), skeleton, settings)
-        residuals.append(dynamics.residual_root)
-        elsewhere = dynamics.used & ~left_out
-    chosen = []
-    for part_ in (slice(0, 3), slice(3, 6)):
-        squares = [float(np.sum(residual[elsewhere, part_] ** 2)) for residual in residuals]
-        chosen.append(int(np.argmin(squares)))
-    force, moment = chosen
-    residual = np.hstack([residuals[force][:, :3], residuals[moment][:, 3:]])
-    return residual, (cutoffs[force], cutoffs[moment])
+def _markers_alone(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> _MarkersAlone:
+    rate, order = fit.motion.rate, settings.conditioning.order
+    cutoffs = tuple(cutoff for cutoff in CUTOFFS_HZ if cutoff < rate / 2) or (rate / 4,)
+    found = [under_forces(fit, fit.motion.low_passed(c, order), skeleton, settings) for c in cutoffs]
+    return _MarkersAlone(cutoffs, np.stack([dynamics.residual_root for dynamics in found]))

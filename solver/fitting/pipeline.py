@@ -129,7 +129,7 @@ def fit_markers(state: FitState, settings: Settings, progress: Progress) -> FitS
 
 
 def finish(state: FitState, settings: Settings, progress: Progress) -> Fit:
-    """From there to the whole fit: all that reviews may change. The held-out blocks are left due.
+    """From there to the whole fit: all that reviews may change. Held-out forces are left due.
 
     Args:
         state: as `fit_markers` left it, or begun with a former fit.
@@ -194,8 +194,7 @@ def resolve(
 
     Files, scaling, marker fit and the feet that forces belong to are taken from the previous fit: no review
     changes them. After a small edit the motion is made anew near it alone. Agrees with `solve` to within the
-    trajectory fit's tolerance. The held-out blocks wait for
-    `predict_held_out`, which takes longer than all of this.
+    trajectory fit's tolerance. Held-out forces wait for `predict_held_out`.
 
     Args:
         previous: a fit of the same files with the same settings; `can_resolve` tells.

@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 from scipy.ndimage import uniform_filter1d
 
-from solver.dynamics.cross_validation.held_out import HeldOut
 from solver.dynamics.cross_validation.held_out_layouts import frames_of
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
 from solver.dynamics.force_prediction.prediction_fit import Predicted, fit_prediction, fit_prediction_near
-from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
@@ -184,26 +182,3 @@ def _predicted_where_missing(
 def misses_a_force(fit: TrialFit) -> bool:
     """Whether torques of the trial rest on a wrench that nobody measured."""
     return fit.mask is not None and not fit.mask.counts.all()
-
-
-def predicted_held_out(
-    held_out: HeldOut,
-    fit: TrialFit,
-    prediction_fit: Predicted,
-    wrench_ground: Float[np.ndarray, "frames 6"],
-    root_ground: Float[np.ndarray, "frames 3"],
-) -> HeldOut:
-    """The held-out blocks judged by what the prediction fit predicts; the fit's own motion beside it.
-
-    Args:
-        held_out: judged by the fit's own motion.
-        fit: with contacts.
-        prediction_fit: blind to the blocks.
-        wrench_ground: that it predicts for this trial.
-        root_ground: the root joint's centre [m], that residuals are about.
-    """
-    assert fit.contacts is not None
-    missed = about_point(wrench_ground - fit.contacts.wrench_ground.sum(axis=1), root_ground)
-    return replace(
-        held_out, residual_root=missed, motion_only_root=held_out.residual_root, learnt=prediction_fit.kinds
-    )

@@ -12,7 +12,7 @@ from solver.common.notes import Kind, Note
 from solver.common.true_runs import runs
 from solver.dynamics.cross_validation.held_out import HeldOutBlocks
 from solver.dynamics.cross_validation.held_out_figures import AgainstMarkers, against_markers
-from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, LAYOUTS, STEPS
+from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, STEPS
 from solver.dynamics.motion_change import BANDS_HZ, BandGain, CoordinateChange, motion_change
 from solver.dynamics.thresholds import verdicts
 from solver.fitting.fit_result import Fit, TrialFit
@@ -41,7 +41,7 @@ from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.skeleton.skeleton import Skeleton
 
-HELD_OUT_DUE = Note(Kind.OTHER, "the held-out blocks have not been predicted yet for the present flags")
+HELD_OUT_DUE = Note(Kind.OTHER, "held-out forces have not been predicted yet for the present flags")
 
 
 def summary(fit: Fit, files: Sequence[str] = ()) -> FitSummary:
@@ -198,7 +198,7 @@ def _held_out(trial: TrialFit, person: _Scale) -> HeldOutFigures | None:
 
 
 def _held_out_layouts(fit: Fit, name: str) -> LayoutsFigures | None:
-    """None before the first one."""
+    """None where the fit was not judged."""
     if not fit.held_out_layouts:
         return None
 
@@ -206,7 +206,7 @@ def _held_out_layouts(fit: Fit, name: str) -> LayoutsFigures | None:
         layouts = [layout.trials.get(name) for layout in fit.held_out_layouts if layout.kind == kind]
         return _of_layouts([blocks for blocks in layouts if blocks is not None])
 
-    return LayoutsFigures(len(fit.held_out_layouts), len(LAYOUTS), of(BLOCKS), of(STEPS))
+    return LayoutsFigures(of(BLOCKS), of(STEPS))
 
 
 def _of_layouts(blocks: Sequence[HeldOutBlocks]) -> LayoutFigures | None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.ndimage import uniform_filter1d
 
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.common.cpu_timer import CpuTimer
@@ -22,10 +23,12 @@ from solver.fitting.settings import Settings
 from solver.fitting.state import FitState
 from solver.fitting.trajectory_stage import extra_of
 from solver.kinematics.motion import Motion
+from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
 UNSURE_FOOT_M = 0.15  # [m] from a sole: the predicted centre of pressure errs by 3 to 5 cm in walking
 UNSURE_LOAD = 0.2  # of body weight; with less, a centre of pressure lies anywhere
+REMAINDER_S = 0.2  # over which the size of a residual is told
 NOTABLE_SHARE = 0.05  # of the frames, from which on unsure feet are noted
 
 
@@ -64,6 +67,7 @@ def compute_torques(state: FitState, settings: Settings) -> FitState:
 def estimate_std(state: FitState, settings: Settings) -> FitState:
     """How far angles, speeds and torques may be off, of every trial that was fitted to forces.
 
+    What markers and tables leave open (`trial_std`), and the residual wrench, which may be the plates' error.
     A model that the subject came with is taken to be the person's. Torques that rest on a predicted wrench,
     those of the leg above that foot, have none.
     """
@@ -93,12 +97,40 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
             std = trial_std(
                 state.fitted_skeleton, data, state.result.splines[k], loads, settings.trajectory, sizes=sizes
             )
+        residual = np.where(fit.forces_known[:, None], dynamics.residual_root, 0.0)
+        by_plates = _torques_of_remainder(
+            replace(dynamics, residual_root=residual), wrenches, contacts.foot_bodies, state.fitted_skeleton
+        )
+        np.hypot(std.torque, by_plates, out=std.torque)
+        np.hypot(std.power, dynamics.motion.velocity * by_plates, out=std.power)
         for f, leg in enumerate(above):
             std.torque[np.ix_(~mask.counts[:, f], leg)] = np.nan
             std.power[np.ix_(~mask.counts[:, f], leg)] = np.nan
         seconds = fit.seconds.get("dynamics", 0.0) + cpu_timer.seconds["dynamics"]
         trials[i] = replace(fit, std=std, seconds=fit.seconds | {"dynamics": seconds})
     return replace(state, trials=tuple(trials))
+
+
+def _torques_of_remainder(
+    dynamics: Dynamics,
+    wrenches_ground: Float[np.ndarray, "frames feet 6"],
+    foot_bodies: Sequence[str],
+    skeleton: Skeleton,
+) -> Float[np.ndarray, "frames dofs"]:
+    """Sizes of what torques would change if the residual wrench were an error of the plates.
+
+    Each foot's in proportion to its load; the root mean square of `REMAINDER_S` around the frame.
+    """
+    load = np.maximum(wrenches_ground[:, :, 1], 0.0)
+    total = load.sum(axis=1, keepdims=True)
+    share = np.divide(load, total, out=np.zeros_like(load), where=total > 0)
+    residual_ground = about_point(dynamics.residual_root, -dynamics.root_ground)
+    q, model = dynamics.motion.q, RigidBodyModel(skeleton)
+    rest, feet = np.zeros_like(q), [skeleton.body_index(name) for name in foot_bodies]
+    moved = model.inverse_dynamics(q, rest, rest, share[:, :, None] * residual_ground[:, None], feet)
+    moved -= model.inverse_dynamics(q, rest, rest)
+    frames = max(1, round(REMAINDER_S * dynamics.motion.rate))
+    return np.sqrt(np.maximum(uniform_filter1d(moved**2, frames, axis=0), 0.0))
 
 
 def _still_holds(

@@ -47,7 +47,7 @@ def first_layout(rms_N, rms_Nm, markers_N, markers_Nm):
 
 
 def of_layouts(ratio, interval):
-    """Nine of nine; in blocks alone the force is missed by this ratio to the markers alone."""
+    """In blocks alone, the force is missed by this ratio to the markers alone."""
     missed = MissedFigures(20.0 * ratio, 20.0, (4.0, 6.0), ratio, interval)
     blocks = LayoutFigures(6, 19, 107, missed, MissedFigures(9.0, 10.0, (6.0, 6.0), 0.9, (0.8, 1.1)))
-    return LayoutsFigures(9, 9, blocks, None)
+    return LayoutsFigures(blocks, None)

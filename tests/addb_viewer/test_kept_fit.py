@@ -173,16 +173,16 @@ def test_a_kept_fit_that_cannot_be_read_is_told_and_stays(folder):
 @pytest.mark.slow
 def test_a_fit_of_some_trials_does_not_take_the_place_of_the_whole(folder):
     before = kept(folder)
-    done = run("fit", folder, "--trial", "walk", "--quick")
+    done = run("fit", folder, "--trial", "walk")
     assert done.exit_code == 0, done.output
     assert "not kept: the kept fit of" in " ".join(done.stdout.split())
-    assert Subject.open(folder).fit(["walk"], again=True, held_out=True).trials == ("walk",)
+    assert Subject.open(folder).fit(["walk"], again=True).trials == ("walk",)
     assert kept(folder) == before
 
 
 def test_fit_itself_leaves_out_what_cannot_be_read(folder):
     cut(folder)
-    done = run("fit", folder, "--quick")
+    done = run("fit", folder)
     assert done.exit_code == 1
     assert "fitted without 1 of 2 trials" in done.stderr
     assert Subject.open(folder).last_fit().trials == ("walk",)

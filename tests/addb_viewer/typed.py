@@ -14,7 +14,7 @@ TYPED = {
     "detect": "{s}",
     "diagnose": "{s}",
     "export": "{s} --to csv --to c3d --to b3d --trial walk",
-    "fit": "{s} --quick",
+    "fit": "{s}",
     "flag": "{s} walk 20:30 --reason manualReview",
     "flags": "{s}",
     "init": "{s}",

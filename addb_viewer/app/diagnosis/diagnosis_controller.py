@@ -13,7 +13,7 @@ from addb_viewer.app.diagnosis.diagnosis_panel import Actions, DiagnosisPanel
 from addb_viewer.app.jobs.job_queue import Outcome, Task
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.subjects.shared_subject import DIAGNOSING, HOLDING_OUT, RECORDING, SOLVING
+from addb_viewer.app.subjects.shared_subject import DIAGNOSING, RECORDING, SOLVING
 from addb_viewer.text.diagnosis_vocabulary import about, short_title
 from addb_viewer.text.verdict_words import verdict
 from addb_viewer.trial_view.diagnosis_state import DiagnosisState, decision_in_words, read_state
@@ -25,7 +25,7 @@ from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 from solver.fitting.results.extension_log import ACCEPT, REJECT
 from solver.fitting.verdict import Why
 
-OTHERS = (SOLVING, RECORDING, HOLDING_OUT)  # told by other tabs
+OTHERS = (SOLVING, RECORDING)  # told by other tabs
 ACCEPTING = "finding the causes once more, then fitting without and with them"
 
 

@@ -1,7 +1,6 @@
 """What is at work for a subject: one command at a time, in a process of its own, seen by all its browsers.
 
-What is asked for meanwhile waits its turn. Work that nobody waits for yields: it ends for whatever is asked
-for, and begins again when nothing else waits.
+What is asked for meanwhile waits its turn.
 """
 
 import os
@@ -125,14 +124,13 @@ class Task:
     doing: str  # as notices begin: "Diagnosing failed"
     stage: str  # while it says nothing itself
     command: tuple[str, ...]  # module and arguments
-    by: str = ""  # who asked
+    by: str  # who asked
     takes_turn: bool = False  # with solves and diagnoses of other subjects
-    yields: bool = False  # to all others; keeps by itself what it has done
 
     @property
     def words(self) -> str:
         """What is done for whom."""
-        return f"{self.doing} for {self.by}" if self.by else self.doing
+        return f"{self.doing} for {self.by}"
 
 
 @dataclass(frozen=True)
@@ -186,13 +184,6 @@ class JobQueue:
         """Whether anything is at work or waits."""
         return bool(self._waiting) or self.process.running
 
-    @property
-    def wanted(self) -> bool:
-        """Whether anything is at work or waits that somebody has asked for."""
-        task = self.task
-        at_work = task is not None and not task.yields and self.process.running
-        return at_work or any(not waiting.yields for waiting in self.waiting)
-
     def start(self, task: Task) -> tuple[Task, ...]:
         """Begin a task, or let it wait its turn.
 
@@ -209,23 +200,10 @@ class JobQueue:
                 )
             if not self._waiting and self._begin(task):
                 return ()
-            present = self.task
-            before = tuple(t for t in (present, *self._waiting) if t is not None)
-            if not task.yields:
-                before = tuple(t for t in before if not t.yields)
+            before = tuple(t for t in (self.task, *self._waiting) if t is not None)
             self._waiting.append(task)
-            if present is not None and present.yields and not task.yields:
-                if present not in self._waiting:
-                    self._waiting.append(present)
-                self.process.cancel()
-            self._waiting.sort(key=lambda waiting: waiting.yields)
         self._tell()
         return before
-
-    def forget(self, doing: str) -> None:
-        """Let no task of that name wait any longer; the present one goes on."""
-        with self._lock:
-            self._waiting = [task for task in self._waiting if task.doing != doing]
 
     def drop(self, by: str) -> Task | None:
         """Forget what a person asked for last that still waits; None: nothing does."""

@@ -196,11 +196,7 @@ class TrialQueue:
     def tasks(self) -> dict[str, str]:
         """What somebody has asked for and is at work, in plain words, by subject."""
         found = ((shared.name, shared.jobs.progress) for shared in self.subjects.loaded)
-        return {
-            name: f"{progress.task.doing} for {progress.task.by}" if progress.task.by else progress.task.doing
-            for name, progress in found
-            if progress is not None and not progress.task.yields
-        }
+        return {name: progress.task.words for name, progress in found if progress is not None}
 
     def close(self) -> None:
         """End the fits and the watch, and close all subjects."""
@@ -213,7 +209,7 @@ class TrialQueue:
 
     def is_wanted(self) -> bool:
         """Whether anything is at work or waits that a person has asked for."""
-        return any(shared.jobs.wanted for shared in self.subjects.loaded)
+        return any(shared.jobs.busy for shared in self.subjects.loaded)
 
     def is_solved(self, name: str) -> bool:
         """Whether somebody solves a subject, or waits for it."""

@@ -245,7 +245,6 @@ def _bind_buttons(s: Session, actions: Mapping[str, Action]) -> None:
         (panel.comments.settle, "Settling the comment", review.comments.settle),
         (panel.rename, "Changing your name", actions["rename"]),
         (solving.solve, "Solving", actions["solve"]),
-        (solving.hold_out, "Judging held-out forces", s.solving.hold_out),
         (solving.keep, "Keeping", actions["keep"]),
         (solving.discard, "Discarding", actions["discard"]),
     ):

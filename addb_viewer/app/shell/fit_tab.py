@@ -16,7 +16,6 @@ from addb_viewer.text.change_words import (
 from addb_viewer.text.coordinate_words import coordinate_in_words
 from addb_viewer.text.held_out_words import (
     cutoff_words,
-    first_layout,
     layouts_judged,
     quantities,
     worse_words,
@@ -151,11 +150,7 @@ def _figure_rows(figures: TrialFigures) -> list[tuple[str, str]]:
 
 def _held_out_rows(figures: TrialFigures) -> list[tuple[str, str]]:
     """Forces that the fit was not shown, beside what the markers alone predict; where these do better, ✗."""
-    layouts = figures.held_out_layouts
-    rows = [
-        (f"Held out, first layout, {quantity}", f"{own:.1f} {unit} (markers {markers:.1f} at {hz:g} Hz)")
-        for quantity, unit, own, markers, hz in first_layout(None if layouts else figures.held_out)
-    ]
+    rows = []
     for words, found in layouts_judged(figures):
         for quantity, unit, of in quantities(found):
             mark = "" if of.ratio is None else " ✗" if of.ratio > 1 else " ✓"
@@ -163,7 +158,4 @@ def _held_out_rows(figures: TrialFigures) -> list[tuple[str, str]]:
             told += f" (markers {of.markers_rms:.1f} at {cutoff_words(of.markers_cutoffs_hz)})"
             rows.append((f"Held-out {words}, {quantity}", told))
     worse = "worse than markers alone "
-    rows += [(worse.strip().capitalize(), said.removeprefix(worse)) for said in worse_words(figures)]
-    if layouts and layouts.layouts < layouts.of:
-        rows.append(("Held-out layouts", f"{layouts.layouts} of {layouts.of} so far"))
-    return rows
+    return rows + [(worse.strip().capitalize(), said.removeprefix(worse)) for said in worse_words(figures)]

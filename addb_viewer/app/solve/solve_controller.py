@@ -15,7 +15,7 @@ from addb_viewer.app.solve.solve_html import (
     solve_words,
     verdict_html,
 )
-from addb_viewer.app.subjects.shared_subject import HOLDING_OUT, SOLVING, SharedSubject
+from addb_viewer.app.subjects.shared_subject import SOLVING, SharedSubject
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.stored_solves import Solve, stored_solves
 from addb_viewer.trial_view.forces_in_use import mask_now
@@ -36,13 +36,6 @@ class SolvePanel:
         with tab:
             self.solve = gui.add_button(
                 "Solve again", icon=viser.Icon.REFRESH, hint="With the present flags and decisions; key G"
-            )
-            self.hold_out = gui.add_button(
-                "Judge held-out forces",
-                icon=viser.Icon.SCALE,
-                visible=False,
-                color="gray",
-                hint="Fits again without some of the forces, layout by layout; gives way to all other work",
             )
             self.verdict = gui.add_html("", visible=False)
             self.keep = gui.add_button(
@@ -92,10 +85,6 @@ class SolveController:
     def cancel(self) -> None:
         """End what is at work."""
         stop(self.screen)
-
-    def hold_out(self) -> None:
-        """Judge the fit on the screen on the layouts of held-out forces that are left."""
-        self.screen.shared.hold_out()
 
     def keep(self) -> None:
         """The new solve becomes the subject's fit."""
@@ -175,7 +164,6 @@ class SolveController:
         panel.keep.visible = panel.discard.visible = panel.verdict.visible = waits
         if shared.fits.new is not None:
             panel.verdict.content = verdict_html(shared.fits.new, shared.fits.behind)
-        panel.hold_out.visible = shared.fits.holding_out_due and shared.jobs.progress is None
         self.comparing = self.comparing and shared.fits.compared is not None
         put(panel.compare, self.comparing)
         panel.history.content = history_html(made, replay.name if replay else "")
@@ -187,8 +175,6 @@ class SolveController:
 
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is any more."""
-        if task.doing == HOLDING_OUT and not (outcome.succeeded or outcome.cancelled):
-            self.notices.failed(HOLDING_OUT, outcome.error or "it ended without a word")
         if task.doing != SOLVING:
             return
         if outcome.cancelled:
@@ -238,10 +224,10 @@ class SolveController:
 def stop(screen: Screen) -> None:
     """End what is at work for this person, else forget what waits for them, else ask about another's."""
     shared, author, progress = screen.shared, screen.reviewer.author(), screen.shared.jobs.progress
-    by = "" if progress is None else progress.task.by
-    if progress is None or by in ("", author):
+    if progress is None or progress.task.by == author:
         shared.cancel(author)
         return
+    by = progress.task.by
     dropped = shared.jobs.drop(author)
     if dropped is not None:
         screen.notices.tell("Cancelled", f"{dropped.doing} does not wait any more.", important=True)

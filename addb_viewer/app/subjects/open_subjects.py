@@ -20,7 +20,6 @@ AHEAD_AFTER_S = 1.0  # the page that has just been shown comes first
 MOST_AHEAD = 4  # subjects that are read and nobody has come to yet
 OLDEST_AHEAD_S = 600.0  # what was read earlier is read again: its files may be others
 UNWATCHED = 1  # subjects kept in memory that nobody looks at: a page that is reloaded comes back at once
-AT_WORK = 3  # and of those whose work nobody waits for; it keeps what it has done, and goes on when asked for
 
 
 class OpenSubjects:
@@ -119,14 +118,12 @@ class OpenSubjects:
         return folder, self.results or default_folder(folder)
 
     def close_unwatched(self) -> None:
-        """Close the subjects that nobody has looked at for longest, but for the last ones."""
+        """Close the subjects at rest that nobody has looked at for longest, but for the last one."""
         with self._lock:
-            unwatched = [
-                name for name, shared in self._loaded.items() if not (shared.is_watched or shared.jobs.wanted)
+            resting = [
+                name for name, shared in self._loaded.items() if not (shared.is_watched or shared.jobs.busy)
             ]
-            at_work = [name for name in unwatched if self._loaded[name].jobs.busy]
-            resting = [name for name in unwatched if name not in at_work]
-            gone = [self._loaded.pop(name) for name in (*resting[:-UNWATCHED], *at_work[:-AT_WORK])]
+            gone = [self._loaded.pop(name) for name in resting[:-UNWATCHED]]
         for shared in gone:
             shared.close()
         if gone:

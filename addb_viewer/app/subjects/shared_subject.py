@@ -21,7 +21,6 @@ from solver.capture.capture import Capture
 from solver.common.errors import SolverError
 
 DIAGNOSING, SOLVING, RECORDING = "Diagnosing", "Solving", "Recording"
-HOLDING_OUT = "Judging held-out forces"
 WORKERS = "addb_viewer.app.workers"
 DIAGNOSE_WORKER: tuple[str, ...] = (WORKERS, "diagnose")
 SOLVE_WORKER: tuple[str, ...] = (WORKERS, "solve")
@@ -116,15 +115,6 @@ class SharedSubject:
         present = [self.jobs.task] if self.jobs.task is not None and self.jobs.process.running else []
         return any(task.doing == SOLVING for task in (*present, *self.jobs.waiting))
 
-    def hold_out(self) -> None:
-        """Judge the fit on the screen on the layouts that are left, while nothing else is at work."""
-        if not self.fits.holding_out_due:
-            return
-        self.jobs.forget(HOLDING_OUT)
-        command = (WORKERS, "hold_out", *self._places(), str(self.fits.shown.fit_folder))
-        self.jobs.start(Task(HOLDING_OUT, "starting", command, yields=True))
-        self._people.queue_changed()
-
     def diagnose(self, author: str) -> None:
         """Look at all trials together.
 
@@ -189,7 +179,6 @@ class SharedSubject:
             SolverError: none waits.
         """
         self._decided(self.fits.keep(author), "kept", "It is the subject's fit now.", author)
-        self.hold_out()
 
     def discard(self, author: str, number: int | None = None) -> None:
         """Go back to the kept fit; arguments and errors as for `ShownFits.discard`."""
@@ -210,7 +199,7 @@ class SharedSubject:
     def _start(self, task: Task) -> None:
         before = self.jobs.start(task)
         if before:
-            names = ", ".join(f"{t.doing} for {t.by}" if t.by else t.doing for t in before)
+            names = ", ".join(t.words for t in before)
             self._people.tell(task.by, "It waits its turn", f"{task.doing} begins by itself after: {names}.")
         self._people.queue_changed()
 
@@ -263,15 +252,8 @@ class SharedSubject:
                 outcome = Outcome(False, False, outcome.said, str(error) or "the solve cannot be found")
             else:
                 self._fit_replaced()
-        if task.doing == HOLDING_OUT:
-            try:
-                self.fits.take_in_held_out(task.command[-1])
-            except (SolverError, OSError) as error:
-                outcome = Outcome(False, False, outcome.said, str(error))
         self._tell(lambda listener: listener.ended(task, outcome))
         self._people.queue_changed()
-        if outcome.succeeded and task.doing == SOLVING:
-            self.hold_out()
 
     def _tell(self, what: Callable[[SubjectListener], None]) -> None:
         for listener in self._listeners:

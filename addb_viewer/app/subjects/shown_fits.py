@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 from addb_viewer.app.subjects.library import Library, library_of
@@ -17,9 +16,7 @@ from addb_viewer.jobs.stored_solves import (
     waiting_solves,
 )
 from solver.common.errors import SolverError
-from solver.fitting.held_out_stage import layouts_due
-from solver.fitting.results.held_out_file import read_held_out
-from solver.fitting.results.store import has_fit, present_solve
+from solver.fitting.results.store import has_fit
 
 LOOK_EVERY = 2.0  # [s]
 
@@ -47,12 +44,6 @@ class ShownFits:
     def results(self) -> Path:
         """Where fit, diagnosis and decisions lie."""
         return self.shown.results
-
-    @property
-    def holding_out_due(self) -> bool:
-        """Whether the fit on the screen has not been judged on all layouts of held-out forces."""
-        fit = self.shown.fit
-        return fit is not None and self.shown.fit_folder is not None and bool(layouts_due(fit))
 
     def close(self) -> None:
         """Look for new fits no more."""
@@ -141,21 +132,6 @@ class ShownFits:
             if self.new is None:
                 self.shown, self.compared = self._kept(), None
             return self.new is None
-
-    def take_in_held_out(self, fit_folder: str) -> None:
-        """Layouts of held-out forces have come, some of them also where the work was ended.
-
-        Args:
-            fit_folder: of the fit that they are about.
-        """
-        with self._lock:
-            library, folder = self.shown, self.shown.fit_folder
-            if library.fit is None or folder is None or str(folder) != fit_folder:
-                return
-            if (folder / "fit.json").stat().st_mtime_ns != library.fit_time_ns:
-                return
-            layouts = read_held_out(folder / present_solve(folder), self.subject.folder)
-            library.fit = replace(library.fit, held_out_layouts=layouts)
 
     def _waiting(self) -> Solve:
         if self.new is None:

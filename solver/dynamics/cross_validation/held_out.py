@@ -11,7 +11,7 @@ from solver.common.true_runs import runs
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Residuals [N, N·m about the root joint's centre] of a fit that never saw the held-out frames' forces.
+    """Residuals [N, N·m about the root joint's centre] of a fit judged on forces as if it had not seen them.
 
     `frames` are those that count: held out, and not at the trial's ends. The first residual is of what would
     stand for missing forces: with learnt terms, where these are on.
@@ -38,11 +38,12 @@ class HeldOutBlocks:
 
 @dataclass(frozen=True)
 class HeldOutLayout:
-    """One layout of blocks or steps, judged by a fit that saw none of their forces."""
+    """One layout of blocks or steps, judged as if the fit had seen none of their forces."""
 
     kind: str
     number: int
     trials: Mapping[str, HeldOutBlocks] = field(default_factory=dict)  # those with anything held out
+    learnt: tuple[str, ...] | None = None  # kinds of terms that predicted them; None: an older version's
 
 
 def judged_blocks(
@@ -51,7 +52,7 @@ def judged_blocks(
     """A layout's figures, block by block; None where no frame counts.
 
     Args:
-        held_out: of the fit that was blind to the layout.
+        held_out: of the same layout.
         frames: of the layout.
         first_frame: how the recording counts the first of these.
     """

@@ -39,6 +39,8 @@ class HeldOutSteps:
         *,
         phi: Float[np.ndarray, " parameters"] | None = None,
         extra: ExtraParameters,
+        caution: float = 1.0,
+        mass_is_fitted: bool = False,
     ) -> None:
         """Linearize there.
 
@@ -48,13 +50,17 @@ class HeldOutSteps:
             settings: weights.
             phi: inertia parameters there; None: the nominal ones.
             extra: of the columns; zero where they are not the same in all layouts.
+            caution: of the fit with its inertias, as `inertia_caution` tells it.
+            mass_is_fitted: as for the fit.
 
         Raises:
             FitError: as the fit.
         """
         refuse(trials, extra)
         with threadpool_limits(1):
-            self.solver = TrajectorySolver(skeleton, trials, settings, extra)
+            self.solver = TrajectorySolver(
+                skeleton, trials, settings, extra, caution, mass_is_fitted=mass_is_fitted
+            )
             self.state = self.solver.begun(phi)
             self.lasting: list[TrialSystem] = []
             self.residuals: list[ResidualHeldOut] = []

@@ -6,23 +6,21 @@ In the reported fit nothing of that kind takes part, so that its residual stays 
 not asked for by terms that nobody measured. It begins where the trajectory fit ended and is smoother, since
 nobody reads its motion. What it gives is required(its motion, its inertias) − C x, the wrench that plates
 would have read.
-
-Kinds of terms are judged on blocks of known frames that are held out in turn. The evidence of the linearized
-problem misjudges: errors of the model are no white noise, and on drop jumps it lets in gains that predict
-held-out forces a sixth worse. Here all sets of kinds are solved for at once, by one step of the fit from
-where it ended: to second order, that forgets what the fit saw of these frames.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from solver.common.frames_at_once import joined
 from solver.common.notes import Note
-from solver.dynamics.cross_validation.held_out_steps import HeldOutSteps, TrialHeldOut
+from solver.dynamics.force_prediction.held_out_prediction import (
+    INERTIA_PRIOR_WEIGHT,
+    INERTIAS,
+    HeldOutPrediction,
+)
 from solver.dynamics.force_prediction.learnt_columns import (
     CONSTANTS,
     GAINS,
@@ -32,14 +30,12 @@ from solver.dynamics.force_prediction.learnt_columns import (
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.dynamics.force_prediction.prediction_columns import (
     OTHER,
-    Parameters,
     PredictionColumns,
     PredictionTrial,
 )
 from solver.dynamics.force_prediction.settings import PredictionSettings
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.material_acceleration import required_ground
-from solver.dynamics.motion_change import ENDS_S
 from solver.dynamics.trajectory.frame_spans import Span, are_long, teaching_spans, windows
 from solver.dynamics.trajectory.near_edits import spans_near, splice, with_levels
 from solver.dynamics.trajectory.trajectory_search import take_steps
@@ -52,127 +48,55 @@ from solver.skeleton.skeleton import Skeleton
 MARKER_SLOW_M = 0.0056  # [m] at least, of its markers: they follow where the forces call them
 MARKER_GROWTH_M = 0.01  # [m/√s] at least, likewise: 1 mm from frame to frame at 100 Hz
 SHARED_GROWTH = 0.0  # likewise: of no say beside such a smoothness
-# times the trajectory fit's, where hidden blocks ask for it: nobody reads these inertias, and moments of a
-# short recording are missed by a quarter less; of legs alone they are missed by more
-INERTIA_PRIOR_WEIGHT = 0.1
-# share by which a kind of term has to lower the error on hidden blocks: less is chance where steps are few
-CLEAR_MARGIN = 0.03
-MOST_WORSE = 0.05  # share by which a set may be worse than none on any trial, or it stays off
-# standard errors by which hidden blocks have to agree that it is lower, the end of a 90 % interval: else
-# one impact decides
-AGREEMENT = 1.65
-
-INERTIAS = "inertias"  # freer ones: no columns, a weaker prior
-
 KINDS = (INERTIAS, STEPS, GAINS, CONSTANTS)
 FIRST_STEPS = 2  # from the trajectory fit: its weights are others
 NEXT_STEPS = 1  # from an earlier prediction fit: a few frames more or fewer
 
 
-def choose_kinds(
+def held_out_prediction(
     skeleton: Skeleton,
-    trials: Sequence[TrialData],
+    trials: Sequence[PredictionTrial],
     trajectory: TrajectorySettings,
+    settings: PredictionSettings,
     *,
     phi: Float[np.ndarray, " parameters"] | None,
-    parameters: Parameters,
-    with_columns: Callable[[Sequence[TrialData]], list[TrialData]],
+    extra: ExtraParameters,
+    is_at_its_end: bool = False,
+) -> HeldOutPrediction:
+    """Where a trajectory fit ended, as kinds are chosen; or where the prediction fit ends without any.
+
+    Other arguments are those of `fit_prediction`, trials no longer than one problem can be.
+    """
+    weights = _weights(trajectory, settings)
+    if is_at_its_end:
+        plain = [trial.data for trial in trials]
+        ended = take_steps(skeleton, plain, weights, FIRST_STEPS, phi=phi, extra=extra)
+        phi = ended.phi
+        trials = [
+            replace(trial, data=replace(trial.data, spline=spline))
+            for trial, spline in zip(trials, ended.splines, strict=True)
+        ]
+    return _held_out(skeleton, PredictionColumns(skeleton, settings, trials, extra), weights, phi, KINDS)
+
+
+def _held_out(
+    skeleton: Skeleton,
+    made: PredictionColumns,
+    weights: TrajectorySettings,
+    phi: Float[np.ndarray, " parameters"] | None,
     kinds: Sequence[str],
-    always: Sequence[str],
-) -> tuple[str, ...]:
-    """The set of kinds that predicts hidden blocks best; each has to earn a clear lead.
-
-    Args:
-        skeleton: that the fit began with.
-        trials: without columns, their splines those of the fit.
-        trajectory: weights, and the blocks' length and distance.
-        phi: inertias of the fit.
-        parameters: of the columns.
-        with_columns: makes the columns of trials, of which it sees what counts alone.
-        kinds: to choose among.
-        always: kinds that take part in every set.
-    """
-    sets = [s for n in range(len(kinds) + 1) for s in combinations(kinds, n)]
-    weight = {True: INERTIA_PRIOR_WEIGHT, False: 1.0}
-    choices = [(parameters.some((*always, *s)), weight[INERTIAS in s]) for s in sets]
-    squares: list[Float[np.ndarray, "sets 2"]] = []  # one a block
-    of_trial: list[int] = []
-    whole = with_columns(trials)
-    steps = HeldOutSteps(skeleton, whole, trajectory, phi=phi, extra=parameters.prior)
-    for turn in range(trajectory.held_out_every):
-        blocks = [_frames_of_blocks(trial, turn, trajectory) for trial in trials]
-        held_out = [_any(own, trial) for own, trial in zip(blocks, trials, strict=True)]
-        without_held_out = [replace(t, counts=t.counts & ~h) for t, h in zip(trials, held_out, strict=True)]
-        if not any(blocks) or not any(b.counts.any() for b in without_held_out):
-            continue
-        layout = []
-        for frames, seen in zip(held_out, with_columns(without_held_out), strict=True):
-            assert seen.extra_columns_ground is not None
-            layout.append(TrialHeldOut(frames, seen.extra_columns_ground))
-        for i, (missed, own) in enumerate(zip(steps.missed(layout, choices), blocks, strict=True)):
-            squares += list(_squares(missed, trials[i], own))
-            of_trial += [i] * len(own)
-    if len(squares) < 2:
-        return ()
-    return _best(sets, np.array(squares), np.array(of_trial))
-
-
-def _best(
-    sets: Sequence[tuple[str, ...]],
-    squares: Float[np.ndarray, "blocks sets 2"],
-    of_trial: Int[np.ndarray, " blocks"],
-) -> tuple[str, ...]:
-    """The set whose errors are smallest, where blocks agree that it is better than the first one.
-
-    Args:
-        sets: of kinds, the first one empty.
-        squares: sums over a block's frames, of force and of moment.
-        of_trial: each block's trial.
-    """
-    by_trial = np.stack([squares[of_trial == i].sum(axis=0) for i in np.unique(of_trial)])
-    shares = np.array([(of_trial == i).mean() for i in np.unique(of_trial)])
-    worse = 0.5 * np.log(by_trial / by_trial[:, :1])
-    score = shares @ worse.mean(axis=2)
-    score += CLEAR_MARGIN * np.array([len(s) for s in sets])
-    score[np.any(worse > np.log1p(MOST_WORSE), axis=(0, 2))] = np.inf
-    each = 0.5 * np.log(squares / squares[:, :1]).mean(axis=2)
-    scatter = each.std(axis=0, ddof=1) / np.sqrt(len(each))
-    score[1:][(each.mean(axis=0) + AGREEMENT * scatter)[1:] > 0] = np.inf
-    return sets[int(np.argmin(score))]
-
-
-def _frames_of_blocks(
-    trial: TrialData, turn: int, settings: TrajectorySettings
-) -> list[Int[np.ndarray, " some"]]:
-    """Every k-th block of known frames, beginning with another one each turn."""
-    known = np.flatnonzero(trial.counts)
-    length = max(1, round(settings.held_out_block_s * trial.start.rate))
-    starts = range(turn * length, len(known) - length // 2, settings.held_out_every * length)
-    return [known[start : start + length] for start in starts]
-
-
-def _any(blocks: Sequence[Int[np.ndarray, " some"]], trial: TrialData) -> Bool[np.ndarray, " frames"]:
-    held_out = np.zeros(len(trial.counts), dtype=bool)
-    for block in blocks:
-        held_out[block] = True
-    return held_out
-
-
-def _squares(
-    missed: Float[np.ndarray, "sets hidden 6"], trial: TrialData, blocks: Sequence[Int[np.ndarray, " some"]]
-) -> Float[np.ndarray, "blocks sets 2"]:
-    """Sums over blocks: of force [N²], of moment about the root [N²·m²].
-
-    Frames near the trial's ends, where motions know nothing beyond, are not counted.
-    """
-    if not blocks:
-        return np.zeros((0, len(missed), 2))
-    at, end = np.concatenate(blocks), round(ENDS_S * trial.start.rate)
-    borders = np.cumsum([0, *(len(block) for block in blocks[:-1])])
-    inside = (at >= end) & (at < len(trial.counts) - end)
-    squares = (missed**2).reshape(*missed.shape[:2], 2, 3).sum(axis=3)
-    counted = np.where(inside[None, :, None], squares, 1e-12)
-    return np.add.reduceat(counted, borders, axis=1).transpose(1, 0, 2)
+) -> HeldOutPrediction:
+    every = made.parameters(kinds)
+    return HeldOutPrediction(
+        skeleton,
+        [trial.data for trial in made.trials],
+        weights,
+        phi=phi,
+        parameters=every,
+        with_columns=lambda data: made.with_columns(data, kinds),
+        kinds=[kind for kind in kinds if kind == INERTIAS or kind in every.of],
+        always=(OTHER,),
+    )
 
 
 @dataclass(frozen=True)
@@ -290,16 +214,7 @@ def _together(
     elif chosen is not None:
         taken = tuple(chosen)
     else:
-        taken = choose_kinds(
-            skeleton,
-            plain,
-            weights,
-            phi=phi,
-            parameters=(every := made.parameters(kinds)),
-            with_columns=lambda data: made.with_columns(data, kinds),
-            kinds=[kind for kind in kinds if kind == INERTIAS or kind in every.of],
-            always=(OTHER,),
-        )
+        taken = _held_out(skeleton, made, weights, phi, kinds).best_kinds()
     if INERTIAS in taken:
         weights = replace(weights, inertia_prior_weight=INERTIA_PRIOR_WEIGHT * weights.inertia_prior_weight)
     parameters, data = made.parameters(taken), made.with_columns(plain, taken)

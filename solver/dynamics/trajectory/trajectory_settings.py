@@ -14,9 +14,7 @@ class TrajectorySettings:
     fewest_frames: int = setting(
         20, unit="frames", why="with known forces, for a trial to take part; fewer say nothing about F = ma"
     )
-    held_out: bool = setting(
-        True, unit="", why="residuals on held-out blocks as well; doubles the time of the fit"
-    )
+    held_out: bool = setting(True, unit="", why="residuals on held-out blocks and steps as well")
     held_out_block_s: float = setting(
         0.22,
         unit="s",

@@ -40,6 +40,7 @@ FASTEST_HZ = 20.0  # what is faster is not told: simulated people ring with thei
 LEAST_TURNING_RAD = 1e-3  # of a joint that moves at all
 LEAST_RADIUS_M = 0.05  # of a segment's markers about their centre, where few of them tell it
 STATES = 3  # q, q̇ and q̈
+WINDOW_FRAMES, OVERLAP_FRAMES = 320, 96  # worked out together: draws take a hundred times a motion's memory
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def trial_std(
     *,
     sizes: ErrorSizes,
 ) -> TrialStd:
-    """Of a trial where the fit ended; of a long one window by window.
+    """Of a trial where the fit ended, window by window.
 
     Args:
         skeleton: with fitted inertias, which count as known.
@@ -76,7 +77,8 @@ def trial_std(
     data = replace(data, levels=levels, spline=spline)
     settings = replace(settings, fit_inertias=False)
     spacing, unknown = knot_spacing(data.start, settings), undetermined_dofs(skeleton, data.observed_ground)
-    own_windows = windows(0, len(data.counts), spacing, settings)
+    short = replace(settings, window_frames=WINDOW_FRAMES, overlap_frames=OVERLAP_FRAMES)
+    own_windows = windows(0, len(data.counts), spacing, short)
     parts = []
     with threadpool_limits(1):
         for window in own_windows:

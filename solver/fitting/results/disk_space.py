@@ -19,7 +19,7 @@ from solver.capture.capture import Capture
 from solver.common.disk_errors import check_room
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.cross_validation.held_out import HeldOut
-from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.dynamics import Dynamics, TrialStd
 from solver.dynamics.trajectory.spline_basis import ORDER
 from solver.fitting.fit_result import KinematicsOnly, TrialFit
 from solver.fitting.results.codec import Encoder
@@ -34,6 +34,7 @@ _DIGITS = 20  # characters of a fitted number in JSON, with its sign
 _SAID_OF_SUBJECT = 60_000  # [bytes] settings, names, notes, hashes and the summary; 15 to 45 kB in real fits
 _SAID_OF_TRIAL = 6_000  # [characters] notes and proposals of a trial, at least
 _SAID_OF_FRAME = 8  # [characters] likewise, of each frame: longer trials have more proposals
+_LAYOUTS_OF_SECOND = 5_000  # [bytes] of blocks and steps held out; 4.8 to 5.2 kB in real fits
 _BLOCK = 4096  # [bytes] that a file is rounded up to
 
 
@@ -66,6 +67,9 @@ def fit_size(skeleton: Skeleton, captures: Sequence[Capture], settings: Settings
     skeletons = 2 * _fitted_json_size(skeleton)  # the fitted one, and that of the groundwork
     trials = sum(_trial_size(_without_figures(capture, skeleton, settings)) for capture in captures)
     size = skeletons + _SAID_OF_SUBJECT + trials + (len(captures) + 5) * _BLOCK
+    if settings.trajectory.enabled and settings.trajectory.held_out:
+        seconds = sum(capture.markers.frames / capture.markers.rate for capture in captures)
+        size += round(_LAYOUTS_OF_SECOND * seconds)
     return round(_MARGIN * size)
 
 
@@ -117,6 +121,7 @@ def _without_figures(capture: Capture, skeleton: Skeleton, settings: Settings) -
         kinematics_only=KinematicsOnly(motion, errors) if is_fitted else None,
         held_out=HeldOut(flags, per_frame, per_frame, (0.0, 0.0), per_frame) if is_fitted else None,
         spline=_blank(frames // spacing + ORDER, dofs) if is_fitted else None,
+        std=TrialStd(*(motion.q,) * 5, per_frame[:, :3]) if is_fitted else None,
     )
 
 

@@ -3,9 +3,8 @@
     results/fit.json                 the figures; and, written last, which folder beside it holds the fit
     results/solve-3/skeleton.json    tree, inertias and markers of the fitted skeleton
     results/solve-3/subject.json     who was fitted, from which files, with which settings; where a re-solve
-                                     begins
+                                     begins; layouts of held-out forces
     results/solve-3/trials/NAME.npz  one trial's arrays
-    results/solve-3/held_out.json    layouts of held-out forces that the fit was judged on, each when it came
 
 A solve is written into a hidden folder of its own. It gets its name, and `fit.json` is replaced in one
 step, after everything else lies on the disk: a run killed half-way leaves the previous fit whole. Writers
@@ -35,7 +34,6 @@ from solver.common.small_files import json_content, json_of
 from solver.common.typed_json import plain
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.results.codec import Arrays, Decoder, Encoder, Tree
-from solver.fitting.results.held_out_file import read_held_out, write_held_out
 from solver.fitting.results.named import named_in
 from solver.fitting.results.writing import writing
 from solver.fitting.summary import summary
@@ -50,6 +48,7 @@ _SUBJECT_FIELDS = (
     "notes",
     "groundwork",
     "held_out_due",
+    "held_out_layouts",
 )
 Read = TypeVar("Read")
 _SHA256 = "sha256"  # in fit.json: of the solve's JSON files, by name
@@ -142,39 +141,6 @@ def _next_solve(draft: Path, folder: Path) -> Path:
             return solve
 
 
-def present_solve(folder: Path) -> str:
-    """Name of the folder, beside `fit.json`, that holds the fit.
-
-    Raises:
-        ResultsError: there is no fit.
-    """
-    return named_in(folder, _read_json(folder / "fit.json").get("solve"), folder / "fit.json").name
-
-
-def add_held_out(fit: Fit, folder: Path, solve: str) -> bool:
-    """Keep the layouts that a fit has been judged on since it was written.
-
-    Args:
-        fit: with all of its layouts so far.
-        folder: the results folder.
-        solve: what `present_solve` said when the fit was read or written.
-
-    Returns:
-        False where another fit has taken its place: nothing is written then.
-
-    Raises:
-        ResultsError: the folder cannot be written to.
-    """
-    try:
-        with writing(folder):
-            if not has_fit(folder) or present_solve(folder) != solve:
-                return False
-            write_held_out(fit, folder / solve)
-    except OSError as error:
-        raise ResultsError(writing_failed(folder, error)) from error
-    return True
-
-
 def load_fit(folder: Path, subject_folder: Path) -> Fit:
     """Read the fit that a results folder holds.
 
@@ -225,11 +191,11 @@ def _read_fit(head: Mapping[str, Any], folder: Path, subject_folder: Path) -> Fi
         for name in _SUBJECT_FIELDS
     }
     members["settings"] = _with_lists(members["settings"])
+    members["held_out_layouts"] = members["held_out_layouts"] or ()  # an older version kept them elsewhere
     skeleton = _decoded(solve / "skeleton.json", Decoder(subject_folder), _read_json(solve / "skeleton.json"))
     files = [named_in(solve, name, solve / "subject.json") for name in about.get("trials", ())]
     trials = tuple(_read_trial(file, subject_folder) for file in files)
-    held_out_layouts = read_held_out(solve, subject_folder)
-    return Fit(skeleton=skeleton, trials=trials, held_out_layouts=held_out_layouts, **members)
+    return Fit(skeleton=skeleton, trials=trials, **members)
 
 
 def _check_unchanged(solve: Path, written_as: object) -> None:
@@ -281,7 +247,6 @@ def _write_solve(fit: Fit, solve: Path) -> list[Path]:
     write_json(skeleton, encoder.encode(fit.skeleton))
     about: dict[str, Tree] = {name: encoder.encode(getattr(fit, name), name) for name in _SUBJECT_FIELDS}
     write_json(subject, {**about, "trials": [path.relative_to(solve).as_posix() for path in files]})
-    write_held_out(fit, solve)
     return [skeleton, subject, *files]
 
 

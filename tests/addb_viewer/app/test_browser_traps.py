@@ -52,7 +52,7 @@ def test_work_does_not_push_keys_that_decide_out_of_the_bar(page, until):
     page.keyboard.press("n")
     until(lambda: page.locator("#addb-bar .act").count() == 2, "accept and reject")
     work = [
-        {"text": "Judging held-out forces of a long subject: layout 3 of 6. " * 3, "seconds": 9, "share": 0.1}
+        {"text": "Fitting the trajectories of a long subject: trial 3 of 6. " * 3, "seconds": 9, "share": 0.1}
     ]
     solve = {
         "text": "New solve: " + "right knee torque moved by up to 15 N·m, " * 4,

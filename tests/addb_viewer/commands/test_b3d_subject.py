@@ -30,7 +30,7 @@ def run(*arguments):
 def test_a_flag_goes_beside_the_file_and_into_the_next_fit(recording):
     before = recording.read_bytes()
     assert run("flag", recording, "walking1", "40:60", "--author", "ada")[0] == 0
-    code, said = run("fit", recording, "--quick")
+    code, said = run("fit", recording)
     assert code == 0
     assert "frames chosen by the review" in said
     assert "figures stored in the file" in said
@@ -40,7 +40,7 @@ def test_a_flag_goes_beside_the_file_and_into_the_next_fit(recording):
     assert (results / "fit.json").is_file()
     with ReviewLog.open(decisions / "annotations.sqlite") as log:
         assert log.trials() == ("walking1",)
-    again = run("fit", recording, "--quick", "--notes")[1]
+    again = run("fit", recording, "--notes")[1]
     assert "unchanged: kept fit" in again
     assert "its file says of its kinematics pass" in again
 

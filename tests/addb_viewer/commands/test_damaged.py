@@ -333,7 +333,7 @@ def test_then_the_folder_is_one_of_several_subjects(mixed):
 
 def test_a_fit_of_a_mixture_stops_and_says_how_to_go_on(mixed):
     folder, _, _ = mixed
-    done = run("fit", folder, "--quick")
+    done = run("fit", folder)
     assert done.exit_code == 1
     assert "two people" in done.stderr
     assert "addb-viewer init" in done.stderr
@@ -390,7 +390,7 @@ def test_folders_of_kinds_of_trials_are_shared_by_the_people_in_each(real_data, 
 def test_numbers_tell_people_apart_whose_labels_cannot_be_compared(real_data, tmp_path):
     shutil.copyfile(real_data / "walk_gait2354_subject01/subject01_walk1.trc", tmp_path / "P1_walk.trc")
     shutil.copyfile(real_data / f"{FOUR}/MarkerData/walking1.trc", tmp_path / "P2_walk.trc")
-    assert run("fit", tmp_path, "--quick").exit_code == 1
+    assert run("fit", tmp_path).exit_code == 1
     assert run("init", tmp_path).exit_code == 0
     assert open_root(tmp_path).names == ("P1", "P2")
 

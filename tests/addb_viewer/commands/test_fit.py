@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.commands.cli import app
-from addb_viewer.text.summary_table import print_held_out, print_summary
+from addb_viewer.text.summary_table import after_table, print_summary
 from solver.common.errors import FitError
 from solver.common.notes import Kind, Note
 from solver.common.typed_json import from_plain, plain, schema_of
@@ -38,15 +38,21 @@ def test_fit_keeps_the_results_and_prints_the_summary(command_line):
     assert run.stderr == ""
 
 
-def test_all_layouts_of_held_out_forces_are_told_apart_from_the_first(capsys):
-    missed = MissedFigures(48.2, 152.2, (12.0, 15.0), None, None)
-    layouts = LayoutsFigures(6, 9, LayoutFigures(6, 13, 147, missed, missed), None)
-    print_held_out(of_subject(of_trial(name="run", held_out_layouts=layouts)))
-    head, line = capsys.readouterr().out.splitlines()
-    assert "of the first one alone" in head
-    assert line.startswith("run: 13 blocks held out in 6 layouts, 147 frames: errors 48.2 N")
-    print_held_out(of_subject(of_trial(name="run")))
-    assert capsys.readouterr().out == ""
+def test_held_out_forces_of_the_worst_trial_are_told_of_all_layouts(capsys):
+    trials = []
+    for name, rms in (("walk", 21.3), ("run", 48.2)):
+        missed = MissedFigures(rms, 152.2, (12.0, 15.0), None, None)
+        layouts = LayoutsFigures(LayoutFigures(6, 13, 147, missed, missed), None)
+        trials.append(of_trial(name=name, held_out_layouts=layouts))
+    figures = replace(of_subject(), trials=(*trials, of_trial(name="blind")))
+    (line,) = [said for said in after_table(figures) if "held-out" in said]
+    begins = "held-out forces (run, worst of 2): 13 blocks in 6 layouts, 147 frames: errors 48.2 N"
+    assert line.startswith(begins)
+    print_summary(figures, notes=True)
+    said = capsys.readouterr().out
+    for name, rms in (("walk", 21.3), ("run", 48.2)):
+        assert f"{name}: held out: 13 blocks in 6 layouts, 147 frames: errors {rms} N" in said
+    assert not any("held-out" in said for said in after_table(of_subject(of_trial(name="run"))))
 
 
 def test_json_is_the_contract(command_line, tmp_path):
@@ -199,13 +205,13 @@ def test_json_into_a_missing_folder_is_refused_before_the_solve(command_line, tm
 def test_a_fit_ends_with_the_table_and_at_most_ten_lines(real_data, tmp_path):
     folder = tmp_path / "walk"
     shutil.copytree(real_data / "anomalies" / "UpsideDownData", folder, copy_function=shutil.copyfile)
-    run = CliRunner().invoke(app, ["fit", str(folder), "--quick"])
+    run = CliRunner().invoke(app, ["fit", str(folder)])
     assert run.exit_code == 0, run.output
     after = run.stdout.partition("dataset paper's bound).\n")[2].splitlines()
     assert 3 <= len(after) <= 10
     assert max(map(len, after[:-1])) <= 240
     assert any(line.startswith("! trial2: no measured force is used: ") for line in after)
-    whole = CliRunner().invoke(app, ["fit", str(folder), "--quick", "--notes"]).stdout
+    whole = CliRunner().invoke(app, ["fit", str(folder), "--notes"]).stdout
     notes = json.loads((folder / "results" / "fit.json").read_text(encoding="utf-8"))["notes"]
     assert len(notes) > 10
     assert all(f"note: {note['text']}" in whole for note in notes)

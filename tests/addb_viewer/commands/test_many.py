@@ -93,7 +93,7 @@ def test_what_is_kept_and_still_true_is_not_made_again(root):
 
 
 def test_options_are_typed_as_the_shell_has_them(tmp_path):
-    assert options(trial=["a", "b"], map_=tmp_path, ignore_review=True, quick=False, settings=None) == (
+    assert options(trial=["a", "b"], map_=tmp_path, ignore_review=True, force=False, settings=None) == (
         "--trial", "a", "--trial", "b", "--map", str(tmp_path), "--ignore-review",
     )  # fmt: skip
 
@@ -123,7 +123,7 @@ def test_a_killed_fit_of_many_goes_on_where_it_was(real_data, tmp_path):
         shutil.copytree(recording, root / name, copy_function=shutil.copyfile)
     cut = root / "cut" / "trial2.c3d"
     cut.write_bytes(cut.read_bytes()[:3000])
-    words = [sys.executable, "-m", "addb_viewer", "fit", str(root), "--quick"]
+    words = [sys.executable, "-m", "addb_viewer", "fit", str(root)]
     first = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert first.stdout is not None
     assert first.stdout.readline().startswith("1/3  a: done ")

@@ -81,7 +81,7 @@ def test_where_only_flags_changed_the_search_begins_at_the_kept_fit(command_line
     whole = solving.solve
     monkeypatch.setattr(solving, "solve", solve)
     monkeypatch.setattr(solving, "resolve", resolve)
-    monkeypatch.setattr(solving, "predict_held_out", lambda fit, *_: replace(fit, held_out_due=False))
+    monkeypatch.setattr(solving, "predict_held_out", lambda fit, *_, **__: replace(fit, held_out_due=False))
     folder = command_line.subject.folder
     command_line("fit", folder)
     reviewed.append("walk", FLAG, "anna")

@@ -1,4 +1,4 @@
-"""A real walk judged on all layouts of held-out forces."""
+"""A real walk judged on all layouts of held-out forces, and a fit that never saw those of one."""
 
 from dataclasses import replace
 
@@ -8,11 +8,20 @@ import pytest
 from solver.capture.subject.opened_subject import open_subject
 from solver.common.progress import silent
 from solver.common.typed_json import plain
-from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS
-from solver.fitting.held_out_stage import complete_held_out, judged_layout, layouts_due
+from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS, hold_out_blocks
+from solver.dynamics.force_prediction.held_out_prediction import HeldOutPrediction
+from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
+from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
+from solver.fitting.state import MassAndGains
 from solver.fitting.summary import summary
+from solver.fitting.torques_stage import under_forces
+from solver.fitting.trajectory_stage import all_data, before_forces, begin_at_forces
+from solver.skeleton.scaling import with_mass
+
+MOTION_ALONE = replace(Settings(), prediction=replace(Settings().prediction, enabled=False))
+OFF = 1.0  # [N, N·m] that the step may be off, of 35 to 53 N and 38 N·m missed
 
 
 @pytest.fixture(scope="module")
@@ -20,41 +29,68 @@ def walk(real_data):
     return solve(open_subject(real_data / "walk_gait2354_subject01"), Settings())
 
 
-@pytest.mark.slow
+def judged_again(fit, settings):
+    return predict_held_out(replace(fit, held_out_due=True), settings, silent)
+
+
 def test_every_known_frame_but_the_ends_is_held_out_and_the_markers_stand_beside(walk):
-    assert layouts_due(walk) == LAYOUTS
-    came = []
-    judged = complete_held_out(walk, Settings(), silent, came=came.append)
-    assert judged.held_out_layouts == tuple(came)
-    assert layouts_due(judged) == ()
-    trial = judged.trials[0]
+    assert not walk.held_out_due
+    assert tuple((layout.kind, layout.number) for layout in walk.held_out_layouts) == LAYOUTS
+    (trial,) = walk.trials
     block = round(Settings().trajectory.held_out_block_s * trial.motion.rate)
     known = np.flatnonzero(trial.forces_known)
-    blocks = [w.trials["walk1"] for w in judged.held_out_layouts if w.kind == "blocks"]
+    blocks = [layout.trials["walk1"] for layout in walk.held_out_layouts if layout.kind == "blocks"]
     seen = np.zeros(trial.motion.frames, dtype=bool)
     for layout in blocks:
         for start, end in layout.ranges:
             seen[start:end] = True
     assert len(blocks) == 6
     assert seen[known[block:-block]].all()
-    figures = plain(summary(judged))["trials"][0]["held_out_layouts"]
+    figures = plain(summary(walk))["trials"][0]["held_out_layouts"]
     for kind in ("blocks", "steps"):
         force, moment = figures[kind]["force"], figures[kind]["moment"]
         assert all(3 <= hz <= 30 for of in (force, moment) for hz in of["markers_cutoffs_hz"])
         assert 0 < force["rms"] < 100 < 10 * force["markers_rms"] < 1000
-    first = judged.held_out_layouts[0].trials["walk1"]
-    assert trial.held_out is not None
+    first = walk.held_out_layouts[0].trials["walk1"]
     np.testing.assert_allclose(
         first.missed.sum(axis=0)[0],
         np.sum(trial.held_out.residual_root[trial.held_out.frames, :3] ** 2),
     )
 
 
+def never_shown(walk, number):
+    """Residual [N, N·m] on the frames that a layout of blocks holds out, of a fit that begins at the markers.
+
+    It knows the other frames alone, but for the body's mass, which all forces have weighed.
+    """
+    ground, before = walk.groundwork, before_forces(walk.trials[0])
+    weights, settled = MOTION_ALONE.trajectory, ground.settled
+    frames = hold_out_blocks(before.forces_known, before.motion.rate, weights, number)
+    known = replace(before, mask=replace(before.mask, counts=before.mask.counts & ~frames[:, None]))
+    skeleton = with_mass(ground.skeleton, settled.mass_kg)
+    weighed = MassAndGains(settled.mass_kg, (settled.gains["walk1"],))
+    (data,) = all_data([known], ground.match, weighed, None)
+    begun = begin_at_forces(data, known, skeleton, MOTION_ALONE)
+    result = fit_trajectories(skeleton, [begun], weights, mass_is_fitted=True)
+    ours = under_forces(before, result.motions[0], result.skeleton, MOTION_ALONE)
+    return ours.residual_root[frames & ours.used]
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_the_step_predicts_what_a_fit_that_never_saw_the_forces_predicts(walk, number):
+    layout = judged_again(walk, MOTION_ALONE).held_out_layouts[number].trials["walk1"]
+    step = np.sqrt(layout.missed.sum(axis=0) / layout.frames.sum())
+    missed = never_shown(walk, number)
+    assert len(missed) == layout.frames.sum()
+    refit = [np.sqrt((missed[:, axes] ** 2).sum(axis=1).mean()) for axes in np.s_[:3, 3:]]
+    np.testing.assert_allclose(step, refit, rtol=0, atol=OFF)
+
+
 @pytest.mark.parametrize("layout", [("blocks", 2), ("steps", 1)])
-def test_neither_the_fit_nor_the_markers_cutoff_has_seen_the_forces_that_judge_it(walk, layout):
+def test_neither_the_step_nor_the_markers_cutoff_sees_the_forces_that_judge_it(walk, layout):
     """Forces of the held-out frames moved by ± d: where nobody saw them, the squares add up to the penny."""
-    plain = judged_layout(walk, layout, Settings(), silent).trials["walk1"]
-    d, sums = 150.0, []
+    k, d, sums = LAYOUTS.index(layout), 150.0, []
+    plain = judged_again(walk, MOTION_ALONE).held_out_layouts[k].trials["walk1"]
     for sign in (1, -1):
         trial = walk.trials[0]
         wrench = trial.contacts.wrench_ground.copy()
@@ -62,8 +98,33 @@ def test_neither_the_fit_nor_the_markers_cutoff_has_seen_the_forces_that_judge_i
             wrench[start:end, 0, 1] += sign * d
         contacts = replace(trial.contacts, wrench_ground=wrench)
         edited = replace(walk, trials=(replace(trial, contacts=contacts),))
-        told = judged_layout(edited, layout, Settings(), silent).trials["walk1"]
+        told = judged_again(edited, MOTION_ALONE).held_out_layouts[k].trials["walk1"]
         assert told.markers_hz == plain.markers_hz
         sums.append((told.missed[:, 0], told.markers_missed[:, 0]))
     for ours, before in zip(np.add(*sums), (plain.missed[:, 0], plain.markers_missed[:, 0]), strict=True):
         np.testing.assert_allclose(ours, 2 * before + 2 * plain.frames * d**2, rtol=1e-6)
+
+
+def test_a_trial_too_short_to_hold_anything_out_is_judged_on_nothing(walk):
+    """Twenty known frames are left, as few as a fit takes: no layout has a block there."""
+    (trial,) = walk.trials
+    counts = trial.mask.counts.copy()
+    known = np.flatnonzero(trial.forces_known)
+    counts[known[20:]] = False
+    short = replace(walk, trials=(replace(trial, mask=replace(trial.mask, counts=counts), held_out=None),))
+    judged = judged_again(short, Settings())
+    assert not judged.held_out_due
+    assert judged.trials[0].held_out is None
+    assert all(not layout.trials for layout in judged.held_out_layouts)
+    assert plain(summary(judged))["trials"][0]["held_out_layouts"] == {"blocks": None, "steps": None}
+
+
+def test_the_kinds_of_a_former_fit_stay_without_being_asked_again(walk, monkeypatch):
+    monkeypatch.setattr(HeldOutPrediction, "best_kinds", lambda *_, **__: pytest.fail("asked again"))
+    again = predict_held_out(
+        replace(walk, held_out_due=True), Settings(), silent, before=walk.held_out_layouts
+    )
+    for one, other in zip(again.held_out_layouts, walk.held_out_layouts, strict=True):
+        assert one.learnt == other.learnt
+        for name, blocks in one.trials.items():
+            np.testing.assert_allclose(blocks.missed, other.trials[name].missed)

@@ -65,9 +65,9 @@ def test_names_from_files_stay_text(effect, figures):
 
 
 def test_progress_tells_how_long_it_may_still_take():
-    task = Task("Diagnosing", "", ())
+    task = Task("Diagnosing", "", (), "Zoë")
     (known,) = work_json(TaskProgress(task, "markers", 0.25, 10.0, (task,)), Fitting())
-    assert known["text"] == "Diagnosing: markers, about 30 s left; then Diagnosing."
+    assert known["text"] == "Diagnosing for Zoë: markers, about 30 s left; then Diagnosing for Zoë."
     assert left_words(TaskProgress(task, "markers", None, 10.0)) == ""
 
 

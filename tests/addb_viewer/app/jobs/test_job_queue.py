@@ -3,7 +3,6 @@
 import os
 import textwrap
 import threading
-from dataclasses import replace
 
 import pytest
 
@@ -222,30 +221,3 @@ def test_what_cannot_begin_is_told_and_the_next_begins(asked, monkeypatch):
     asked.until_ended("a", "b", "c")
     assert "out of memory" in asked.ended[1][1].error
     assert asked.ended[2][1].succeeded
-
-
-def test_what_nobody_waits_for_gives_way_to_a_solve_and_begins_again_after_all_others(asked, until):
-    in_background = replace(asked.task("figures", by=""), yields=True)
-    solve, other = asked.task("solve"), asked.task("other", "Bo")
-    asked.jobs.start(in_background)
-    assert asked.jobs.start(solve) == ()  # nothing comes before it
-    asked.until_ended("figures")
-    assert asked.ended[0][1].cancelled
-    until(lambda: asked.jobs.task is solve)
-    assert asked.jobs.start(other) == (solve,)
-    assert asked.jobs.waiting == (other, in_background)
-    for name in ("solve", "other", "figures"):
-        asked.let_end(name)
-    asked.until_ended("figures", "solve", "other", "figures")
-    assert asked.ended[-1][1].succeeded
-
-
-def test_it_waits_for_what_is_at_work_and_can_be_forgotten_meanwhile(asked):
-    in_background = replace(asked.task("figures", by=""), yields=True)
-    solve = asked.task("solve")
-    asked.jobs.start(solve)
-    assert asked.jobs.start(in_background) == (solve,)
-    asked.jobs.forget("figures")
-    asked.let_end("solve")
-    asked.until_ended("solve")
-    assert not asked.jobs.busy

@@ -114,20 +114,12 @@ def test_what_cannot_be_read_is_told_to_who_comes_and_to_nobody_before(subjects)
         subjects.subject("Ben")
 
 
-def asleep(by):
-    """Work of some minutes; somebody waits for it, or nobody does."""
-    return Task("Sleeping", "starting", ("tests.addb_viewer.app.stub_sleeper",), by=by, yields=not by)
-
-
-@pytest.mark.parametrize(("by", "left"), [("", ["Ben", "Chen"]), ("Zoë", ["Anna", "Ben", "Chen"])])
-def test_subjects_whose_work_nobody_waits_for_do_not_pile_up(subjects, monkeypatch, by, left):
-    monkeypatch.setattr(open_subjects, "AT_WORK", 2)
-    opened = [subjects.subject(name) for name in NAMES]
-    for shared in opened:
-        shared.jobs.start(asleep(by))
-    assert all(shared.jobs.busy for shared in opened)
+def test_subjects_at_work_stay_beside_the_last_at_rest(subjects):
+    opened = {name: subjects.subject(name) for name in NAMES}
+    command = ("tests.addb_viewer.app.stub_sleeper",)
+    opened["Anna"].jobs.start(Task("Sleeping", "starting", command, by="Zoë"))
     subjects.close_unwatched()
-    assert [shared.name for shared in subjects.loaded] == left
+    assert [shared.name for shared in subjects.loaded] == ["Anna", "Chen"]
 
 
 def test_of_subjects_at_rest_the_last_one_stays(subjects):

@@ -9,6 +9,7 @@ from solver.capture.subject.opened_subject import open_subject
 from solver.common.filters import low_pass
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
+from solver.dynamics.trajectory import uncertainty
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver
 from solver.dynamics.trajectory.trial_data import TrialData
@@ -134,12 +135,13 @@ def test_markers_that_sit_elsewhere_move_the_motion_as_refitting_does(crane, sol
     agree(std.speed, slow_spread(moved), within=0.15)  # of few segments: six numbers of each
 
 
-def test_windows_agree_with_the_whole(crane, crane_q):
+def test_windows_agree_with_the_whole(crane, crane_q, monkeypatch):
     data, spline, loads = near_its_solution(crane, crane_q, 90)
     sizes = replace(NOTHING, noise=1.0, tables=1.0)
     whole = trial_std(crane, data, spline, loads, SETTINGS, sizes=sizes)
-    short = replace(SETTINGS, window_frames=70, overlap_frames=35)
-    parts = trial_std(crane, data, spline, loads, short, sizes=sizes)
+    monkeypatch.setattr(uncertainty, "WINDOW_FRAMES", 70)
+    monkeypatch.setattr(uncertainty, "OVERLAP_FRAMES", 35)
+    parts = trial_std(crane, data, spline, loads, SETTINGS, sizes=sizes)
     agree(parts.speed, whole.speed)
     agree(parts.torque, whole.torque)
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from solver.common.errors import ResultsError
+from solver.dynamics.cross_validation.held_out import HeldOutBlocks, HeldOutLayout
 from solver.fitting.results.store import FORMAT, default_folder, has_fit, load_fit, save_fit
 from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.motion import Motion
@@ -42,6 +43,25 @@ def folder(small_fit):
 def test_a_fit_comes_back_as_it_was(small_fit, folder):
     save_fit(small_fit, folder)
     assert_same(load_fit(folder, small_fit.subject.folder), small_fit)
+
+
+def test_layouts_of_held_out_forces_come_back_and_an_older_fit_has_none(small_fit, folder):
+    squares = np.array([[1.5, 2.0], [0.25, 1.0]])
+    blocks = HeldOutBlocks(np.array([[0, 2], [3, 4]]), np.array([2, 1]), squares, 2 * squares, (6.0, 8.0))
+    layouts = (HeldOutLayout("blocks", 0, {"walk": blocks}), HeldOutLayout("steps", 0))
+    save_fit(replace(small_fit, held_out_layouts=layouts), folder)
+    one, other = load_fit(folder, small_fit.subject.folder).held_out_layouts
+    assert_same(one.trials["walk"], blocks)
+    assert_same(other, layouts[1])
+    head = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
+    assert head["trials"][0]["held_out_layouts"]["blocks"]["pieces"] == 2
+    assert head["trials"][1]["held_out_layouts"] == {"blocks": None, "steps": None}  # without forces
+    file = folder / head["solve"] / "subject.json"
+    about = json.loads(file.read_text(encoding="utf-8"))
+    del about["held_out_layouts"], head["sha256"]
+    file.write_text(json.dumps(about), encoding="utf-8")
+    (folder / "fit.json").write_text(json.dumps(head), encoding="utf-8")
+    assert load_fit(folder, small_fit.subject.folder).held_out_layouts == ()
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25, deadline=None)
