@@ -16,7 +16,7 @@ from jaxtyping import Float
 from scipy.optimize import minimize
 
 from benchmarks.truth import simulated
-from benchmarks.truth.bands import KINDS, SIDES_SD, errors_of, inner_frames
+from benchmarks.truth.bands import KINDS, SIDES_SD, errors_of, inner
 from benchmarks.truth.ways import bench_settings, time_history_of
 from solver.dynamics.dynamics import TrialStd
 from solver.dynamics.trajectory.uncertainty import ErrorSizes, trial_std
@@ -50,7 +50,7 @@ def _lesson(case: tuple[str, bool, float, int]) -> _Lesson:
     ours = time_history_of(trial.motion, trial.dynamics.joint_torques)
     true = simulated.true_time_history(truth.trial, trial.motion.rate)
     stds = [_std(fit, sizes) for sizes in UNITS]
-    inner, dofs = inner_frames(true), list(fit.skeleton.dofs)
+    on, dofs = inner(len(true.angle), true.rate), list(fit.skeleton.dofs)
     errors = {kind: errors_of(ours, true, kind) for kind in KINDS}
     names = sorted(n for n in errors["torque"] if np.isfinite(stds[0].torque[:, dofs.index(n)]).all())
     at = [dofs.index(name) for name in names]
@@ -58,8 +58,8 @@ def _lesson(case: tuple[str, bool, float, int]) -> _Lesson:
         (activity, skin_mm),
         own_model,
         names,
-        {kind: np.stack([getattr(s, kind)[inner][:, at] ** 2 for s in stds]) for kind in KINDS},
-        {kind: np.stack([errors[kind][n][inner] for n in names], axis=1) for kind in KINDS},
+        {kind: np.stack([getattr(s, kind)[on][:, at] ** 2 for s in stds]) for kind in KINDS},
+        {kind: np.stack([errors[kind][n][on] for n in names], axis=1) for kind in KINDS},
     )
 
 

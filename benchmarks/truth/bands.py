@@ -8,9 +8,9 @@ from jaxtyping import Bool, Float
 from benchmarks.truth.ways import TimeHistory
 from solver.common.filters import low_pass
 from solver.dynamics.dynamics import TrialStd
+from solver.dynamics.trajectory.uncertainty import FASTEST_HZ
 
-FASTEST_HZ = 20.0  # simulated people ring with their splines' knots above it, which no marker shows
-ENDS_S = 0.1
+ENDS_S = 0.1  # at both ends of a trial: filters and splines know no motion beyond
 SIDES_SD = 1.96  # of a 95 % band
 KINDS = ("angle", "speed", "torque")
 
@@ -41,7 +41,11 @@ def band_figures(
         found[kind] = {}
         for name in (d for d in truth.dofs if d in dofs and d in errors):
             width = half[:, dofs.index(name)]
-            on = np.isfinite(width) & inner_frames(truth) & (counts if kind == "torque" else True)
+            on = (
+                np.isfinite(width)
+                & inner(len(truth.angle), truth.rate)
+                & (counts if kind == "torque" else True)
+            )
             if on.sum() > 2:
                 error = errors[name][on]
                 largest = max(float(np.quantile(error, 0.95)), 1e-9)
@@ -61,6 +65,9 @@ def errors_of(ours: TimeHistory, truth: TimeHistory, kind: str) -> dict[str, Flo
     return errors
 
 
-def inner_frames(truth: TimeHistory) -> Bool[np.ndarray, " frames"]:
-    at, ends = np.arange(len(truth.angle)), round(ENDS_S * truth.rate)
-    return (at >= ends) & (at < len(at) - ends)
+def inner(frames: int, rate: float) -> Bool[np.ndarray, " frames"]:
+    """Frames away from the ends of a trial."""
+    cut = round(ENDS_S * rate)
+    kept = np.zeros(frames, dtype=bool)
+    kept[cut : frames - cut] = True
+    return kept

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Bool, Float
 
-from benchmarks.truth.bands import band_figures
+from benchmarks.truth.bands import band_figures, inner
 from benchmarks.truth.ways import LABORATORY, OURS, TimeHistory, Ways
 from solver.dynamics.motion_change import spectra_of
 from solver.fitting.fit_result import Fit
@@ -34,17 +34,8 @@ BANDS_HZ = ((0.5, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 8.0), (8.0, 10.0), (10.0, 
 FLEXION = {"hip": "hip_flexion", "knee": "knee_angle", "ankle": "ankle_angle"}
 LARGEST_LAG_S = 0.06
 ALIKE = 0.5  # correlation below which a lag means nothing
-ENDS_S = 0.1  # at both ends of a trial: filters and splines know no motion beyond
 
 Figures = dict[str, dict[str, dict[str, float | None]]]
-
-
-def inner(frames: int, rate: float) -> Bool[np.ndarray, " frames"]:
-    """Frames away from the ends of a trial."""
-    cut = round(ENDS_S * rate)
-    kept = np.zeros(frames, dtype=bool)
-    kept[cut : frames - cut] = True
-    return kept
 
 
 def figures(estimate: TimeHistory, truth: TimeHistory, forces_count: Bool[np.ndarray, " frames"]) -> Figures:

@@ -110,7 +110,9 @@ class _Layout:
             return
         is_first = (self.kind, self.number) == LAYOUTS[0]
         if part.trials is not None:
-            taken = part.kinds(own, whole_steps=self.kind != BLOCKS) if kinds is None else kinds
+            taken = kinds
+            if taken is None or taken not in part.ended.sets:  # an edit may have taken their columns away
+                taken = part.kinds(own, whole_steps=self.kind != BLOCKS)
             self.learnt = self.learnt or taken
             self._lay(self.predicted, part, own, part.ended.missed(own, taken))
         if part.trials is None or is_first:

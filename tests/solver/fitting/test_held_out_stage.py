@@ -119,6 +119,14 @@ def test_a_trial_too_short_to_hold_anything_out_is_judged_on_nothing(walk):
     assert plain(summary(judged))["trials"][0]["held_out_layouts"] == {"blocks": None, "steps": None}
 
 
+def test_kinds_that_have_no_columns_any_more_are_chosen_anew(walk):
+    before = [replace(layout, learnt=("gone",)) for layout in walk.held_out_layouts]
+    again = predict_held_out(replace(walk, held_out_due=True), Settings(), silent, before=before)
+    assert [layout.learnt for layout in again.held_out_layouts] == [
+        layout.learnt for layout in walk.held_out_layouts
+    ]
+
+
 def test_the_kinds_of_a_former_fit_stay_without_being_asked_again(walk, monkeypatch):
     monkeypatch.setattr(HeldOutPrediction, "best_kinds", lambda *_, **__: pytest.fail("asked again"))
     again = predict_held_out(
