@@ -29,7 +29,7 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 117_000,
+    "Lines of the product": 117_200,
     "Lines of tests": 70_900,
     "Lines of benchmarks": 10_640,
     "Pages of benchmarks": 9,

@@ -2,12 +2,11 @@
 
 Progress comes as lines, errors as one line on stderr. `what_if` keeps a subject's fit in memory instead, and
 answers lines of JSON. Asked {"trial": …, "present": {…}, "instead": {…}}, each a `ForceReview`, it answers
-{"present": {…}, "instead": {…}, "seconds": …} in figures, or {"error": …}. Told {"prepare": trial, "present":
-{…}} it computes that side and answers nothing.
+{"present": {…}, "instead": {…}, "torque": …, "seconds": …} in figures, or {"error": …}; a present of null is
+the kept fit.
 """
 
 import argparse
-import contextlib
 import json
 import os
 import sys
@@ -22,10 +21,9 @@ import typer
 
 from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.environment import ENDS_WITH_STDIN, end_with_parent
-from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.processes import LOWEST, end_in_order, give_way, print_progress
 from addb_viewer.jobs.review_store import whole_log
-from addb_viewer.jobs.solving import Job, computed, job_for, kept_fit, last_fit, resolved
+from addb_viewer.jobs.solving import Job, changes, computed, job_for, kept_fit, last_fit, resolved
 from addb_viewer.jobs.stored_solves import add
 from annotations.review_errors import ReviewError
 from solver.capture.atomic import made_folder
@@ -33,11 +31,14 @@ from solver.common.errors import FitError, SolverError
 from solver.contact.force_review import ForceReview, as_plain, from_plain
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.results.store import check_place, load_fit
+from solver.kinematics.frame_solver import root_dofs
+from solver.skeleton.skeleton import Skeleton
 
 if TYPE_CHECKING:
     from addb_viewer.trial_view.recorded_subject import Recording
 
 FIT_READ = 0.2  # share of a recording's work before the first file is begun
+MOST_KNOWN = 8  # answers whose fits are kept: the sides of the last questions
 Figures = dict[str, float | None]
 
 
@@ -107,6 +108,7 @@ def _write(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
 
 
 def _recording(fit: Fit, asked: argparse.Namespace) -> "Recording":
+    from addb_viewer.jobs.kept_diagnosis import kept  # noqa: PLC0415 (slow to load)
     from addb_viewer.trial_view.recorded_subject import recording_of  # noqa: PLC0415 (slow to load)
 
     previous = None if asked.previous is None else load_fit(asked.previous, asked.subject)
@@ -135,34 +137,42 @@ class Asked:
             job: of the subject as it is when it is called, with what people say now of all its trials.
         """
         self.fit, self.job = fit, job
-        self.known: dict[str, dict[str, Figures]] = {}  # by what is said of all trials, by trial
+        self.known: dict[str, tuple[TrialFit, ...]] = {}  # by what is said of all trials
 
     def answer(self, question: dict[str, Any]) -> dict[str, Any]:
         """Both sides of a question, in figures of the trial."""
-        began = time.monotonic()
-        trial = question["trial"]
-        sides = {side: self._figures(trial, question[side]) for side in ("present", "instead")}
-        return {**sides, "seconds": time.monotonic() - began}
+        began, trial = time.monotonic(), question["trial"]
+        present, instead = (self._solved(trial, question[side]) for side in ("present", "instead"))
+        return {
+            "present": figures_of(present),
+            "instead": figures_of(instead),
+            "torque": most_changed_torque(present, instead, self.fit.skeleton),
+            "seconds": time.monotonic() - began,
+        }
 
-    def prepare(self, question: dict[str, Any]) -> None:
-        """Compute the present side of a question that will come; it fails when that comes, not now."""
-        with contextlib.suppress(SolverError, ReviewError):
-            self._figures(question["prepare"], question["present"])
-
-    def _figures(self, trial: str, said: dict[str, Any]) -> Figures:
+    def _solved(self, trial: str, said: dict[str, Any] | None) -> TrialFit:
+        if said is None:
+            return _named(trial, self.fit.trials)
         job = self.job()
         all_said = {**job.reviews, trial: from_plain(said)}
         reviews = {name: review for name, review in all_said.items() if review != ForceReview()}
         key = json.dumps({name: as_plain(review) for name, review in reviews.items()}, sort_keys=True)
         if key not in self.known:
-            solved = resolved(replace(job, reviews=reviews), self.fit)
+            job = replace(job, reviews=reviews)
+            solved = self.fit if not changes(self.fit, job) else resolved(job, self.fit, with_std=False)
             if solved is None:
                 raise FitError(
                     "recordings, settings or accepted causes have changed since the kept fit: keep another "
                     "one first (G solves)"
                 )
-            self.known[key] = {each.capture.name: figures_of(each) for each in solved.trials}
-        return self.known[key][trial]
+            while len(self.known) >= MOST_KNOWN:
+                del self.known[next(iter(self.known))]
+            self.known[key] = solved.trials
+        return _named(trial, self.known[key])
+
+
+def _named(name: str, trials: Sequence[TrialFit]) -> TrialFit:
+    return next(trial for trial in trials if trial.capture.name == name)
 
 
 def figures_of(trial: TrialFit) -> Figures:
@@ -179,6 +189,23 @@ def figures_of(trial: TrialFit) -> Figures:
     return told
 
 
+def most_changed_torque(
+    present: TrialFit, instead: TrialFit, skeleton: Skeleton
+) -> dict[str, float | str] | None:
+    """Of the joint and frame whose torque differs most; None where no frame counts in both."""
+    one, other = present.dynamics, instead.dynamics
+    if one is None or other is None or not (both := one.used & other.used).any():
+        return None
+    change = np.where(both[:, None], np.abs(other.joint_torques - one.joint_torques), 0.0)
+    change[:, root_dofs(skeleton)] = 0.0
+    frame, dof = np.unravel_index(np.nanargmax(change), change.shape)
+    return {
+        "coordinate": skeleton.dofs[dof],
+        "Nm": float(change[frame, dof]),
+        "frame": int(frame),
+    }
+
+
 def _rms(values: np.ndarray) -> float | None:
     return float(np.sqrt(np.mean(values**2))) if values.size else None
 
@@ -192,12 +219,8 @@ def what_if(folder: str, results: str) -> None:
         return
     print(json.dumps({"ready": True}), flush=True)
     for line in sys.stdin:
-        question = json.loads(line)
-        if "prepare" in question:
-            asked.prepare(question)
-            continue
         try:
-            told = asked.answer(question)
+            told = asked.answer(json.loads(line))
         except (SolverError, ReviewError) as error:
             told = {"error": str(error)}
         print(json.dumps(told), flush=True)

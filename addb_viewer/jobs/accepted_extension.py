@@ -5,17 +5,20 @@ What the trajectory fit gains by the second decision is in `extension-2.json`, b
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from solver.capture.capture import Subject, TrialFiles
 from solver.common.errors import ResultsError
 from solver.common.notes import Kind, Note
 from solver.common.small_files import json_content
 from solver.common.typed_json import from_plain, plain
-from solver.diagnosis.diagnosis_report import AcceptedGain
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.provenance import other_recordings, provenance_of
 from solver.fitting.results.extension_log import Decision, accepted
 from solver.fitting.results.store import write_json
+
+if TYPE_CHECKING:
+    from solver.diagnosis.diagnosis_report import AcceptedGain
 
 
 def extension_for_solve(
@@ -45,7 +48,7 @@ def extension_for_solve(
     return extension, ()
 
 
-def keep_gain(gain: AcceptedGain, decision: Decision, results: Path) -> Path:
+def keep_gain(gain: "AcceptedGain", decision: Decision, results: Path) -> Path:
     """Write what an accepted extension gains beside its wrenches; all of it or nothing.
 
     Args:
@@ -62,7 +65,7 @@ def keep_gain(gain: AcceptedGain, decision: Decision, results: Path) -> Path:
     return path
 
 
-def kept_gain(decision: Decision, results: Path) -> AcceptedGain | None:
+def kept_gain(decision: Decision, results: Path) -> "AcceptedGain | None":
     """What an accepted extension gains; None of a rejection, and where nobody looked.
 
     Raises:
@@ -71,6 +74,8 @@ def kept_gain(decision: Decision, results: Path) -> AcceptedGain | None:
     path = _gain_file(decision, results)
     if path is None or not path.is_file():
         return None
+    from solver.diagnosis.diagnosis_report import AcceptedGain  # noqa: PLC0415 (slow to load)
+
     try:
         return from_plain(json_content(path), AcceptedGain)
     except (ValueError, OSError) as error:

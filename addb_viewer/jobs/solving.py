@@ -261,7 +261,9 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     """
     if kept is not None and (fit := resolved(job, kept, part(progress, 0.0, RESOLVED))) is not None:
         judging, before = part(progress, RESOLVED, 1.0), kept.held_out_layouts
-        fit = predict_held_out(fit, job.settings, judging, job.extension, before=before)
+        fit = predict_held_out(
+            fit, job.settings, judging, job.extension, before=before
+        )  # unless near an edit
         return fit, "only flags changed: scaling and marker fit are those of the kept fit"
     fit = solve(
         job.subject,
@@ -275,13 +277,14 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     return fit, ""
 
 
-def resolved(job: Job, kept: Fit, progress: Progress = silent) -> Fit | None:
-    """The kept fit with the forces that count now, held-out forces due; None where more has changed.
+def resolved(job: Job, kept: Fit, progress: Progress = silent, *, with_std: bool = True) -> Fit | None:
+    """The kept fit with the forces that count now, as `resolve` leaves it; None where more has changed.
 
     Args:
         job: what is wanted; nothing is written.
         kept: the last fit.
         progress: told how far it is.
+        with_std: and how far it may be off.
 
     Raises:
         SolverError: as `computed`.
@@ -291,7 +294,7 @@ def resolved(job: Job, kept: Fit, progress: Progress = silent) -> Fit | None:
         return None
     _check_room(job, kept.skeleton, [trial.capture for trial in kept.trials])
     previous = replace(kept, subject=job.subject)
-    return resolve(previous, job.reviews, job.settings, progress, extension=job.extension)
+    return resolve(previous, job.reviews, job.settings, progress, extension=job.extension, with_std=with_std)
 
 
 def _check_room(job: Job, skeleton: Skeleton, captures: Sequence[Capture]) -> None:

@@ -1,7 +1,12 @@
-"""A re-solve after an edit of the flags: near the edit alone, as long as little else follows from it."""
+"""A re-solve after an edit of the flags: near the edit alone, as long as little else follows from it.
+
+The inertias then stay, and with them all that the former fit says of trials that nobody touched.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from solver.common.true_runs import runs
 from solver.dynamics.cross_validation.held_out_layouts import frames_of
@@ -9,6 +14,7 @@ from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.near_edits import InertiasBefore, spans_near
 from solver.fitting.fit_result import Groundwork, SettledFit, TrialFit
 from solver.fitting.prediction_stage import learnt_before, misses_a_force
+from solver.fitting.seen_part import seen_part
 from solver.fitting.settings import Settings
 from solver.fitting.state import Edit, FitState, MassAndGains
 
@@ -20,7 +26,57 @@ def follow_small_edit(state: FitState, settings: Settings) -> FitState:
     if state.weighed is None:
         return state
     edit = small_edit(state.members, state.weighed, state.groundwork, settings, state.extension)
-    return state if edit is None else replace(state, edit=edit, weighed=edit.weighed)
+    if edit is None:
+        return state
+    edited = dict(zip(state.fitted, edit.edited, strict=True))
+    untouched = frozenset(
+        now.capture.name
+        for i, (now, then) in enumerate(zip(state.trials, state.former, strict=True))
+        if not (i in edited and edited[i].any()) and _is_as_it_was(now, seen_part(then))
+    )
+    edit = replace(edit, untouched=untouched)
+    state = replace(state, edit=edit, weighed=edit.weighed)
+    if edit.is_first_to_predict or edit.weighed.mass_kg != edit.settled.mass_kg:
+        return state
+    return _of_touched_trials(state, edit)
+
+
+def _of_touched_trials(state: FitState, edit: Edit) -> FitState:
+    """Without the others."""
+    taken = [i for i, trial in enumerate(state.trials) if trial.capture.name not in edit.untouched]
+    if not set(taken) & set(state.fitted):
+        taken = sorted({*taken, state.fitted[0]})  # one has the inertias and the notes on them
+    edited = dict(zip(state.fitted, edit.edited, strict=True))
+    fitted = [i for i in taken if i in edited]
+    gains = tuple(edit.weighed.gains[state.fitted.index(i)] for i in fitted)
+    weighed = replace(edit.weighed, gains=gains)
+    return replace(
+        state,
+        trials=tuple(state.trials[i] for i in taken),
+        whole=tuple(state.whole[i] for i in taken),
+        fitted=tuple(taken.index(i) for i in fitted),
+        weighed=weighed,
+        edit=replace(edit, edited=tuple(edited[i] for i in fitted), weighed=weighed),
+    )
+
+
+def _is_as_it_was(trial: TrialFit, former: TrialFit) -> bool:
+    """Whether the same forces count, by the same words."""
+    now, then = trial.mask, former.mask
+    if now is None or then is None:
+        return now is then
+    same = now.reasons == then.reasons and now.sources == then.sources
+    return same and np.array_equal(now.counts, then.counts) and trial.proposals == former.proposals
+
+
+def all_trials(state: FitState) -> tuple[TrialFit, ...]:
+    """Those of the solve, and of the former fit those that it left."""
+    solved = {trial.capture.name: trial for trial in state.trials}
+    left = {
+        trial.capture.name: replace(trial, seconds=dict.fromkeys(trial.seconds, 0.0))
+        for trial in state.former
+    }
+    return tuple((left | solved).values())
 
 
 def small_edit(
@@ -33,8 +89,9 @@ def small_edit(
     """The edit, if it can be followed near it alone; None where all frames have to be asked.
 
     Flags change what plates say of the mass and of a trial's gain by next to nothing, and with it every
-    frame: so little is left as it was. A gain that moves more makes its whole trial anew, a mass that does
-    all of them. What adds up over many edits is held against the last fit of all frames.
+    frame: so little is left as it was. A mass that moves more scales all forces and torques, and bends no
+    motion; a trial whose plates' forces do not scale with it is made anew. What adds up over many edits is
+    held against the last fit of all frames.
 
     Args:
         fits: that take part, with contacts and mask.
@@ -56,9 +113,11 @@ def small_edit(
         if learnt is None and (kinds is None or not first):
             return None
     weights = settings.trajectory
-    if abs(weighed.mass_kg / settled.mass_kg - 1) > weights.edit_gain:
-        return None
-    gains = [(now, settled.gains[fit.capture.name]) for fit, now in zip(fits, weighed.gains, strict=True)]
+    mass_kg = weighed.mass_kg
+    if abs(mass_kg / settled.mass_kg - 1) <= weights.edit_gain:
+        mass_kg = settled.mass_kg
+    scale = mass_kg / settled.mass_kg
+    gains = [(now, settled.gains[f.capture.name] / scale) for f, now in zip(fits, weighed.gains, strict=True)]
     regained = [abs(now / then - 1) > weights.edit_gain for now, then in gains]
     known = [fit.forces_known for fit in fits]
     whole = [frames_of(list(settled.known_to_all[f.capture.name]), f.motion.frames) for f in fits]
@@ -71,7 +130,7 @@ def small_edit(
     if sum(span.frames for span in spans) > MOST_NEAR * sum(len(frames) for frames in edited):
         return None
     taken = tuple(now if anew else then for (now, then), anew in zip(gains, regained, strict=True))
-    kept = replace(weighed, mass_kg=settled.mass_kg, gains=taken)
+    kept = replace(weighed, mass_kg=mass_kg, gains=taken)
     inertias = InertiasBefore(groundwork.phi, settled.asked_phi)
     return Edit(edited, kept, settled, inertias, learnt, kinds)
 
@@ -81,9 +140,12 @@ def settled_fit(state: FitState) -> SettledFit:
     assert state.result is not None
     assert state.weighed is not None
     known = {fit.capture.name: tuple(runs(fit.forces_known)) for fit in state.members}
+    gains = dict(zip(known, state.weighed.gains, strict=True))
+    if state.edit is not None:
+        known, gains = {**state.edit.settled.known, **known}, {**state.edit.settled.gains, **gains}
     return SettledFit(
         mass_kg=state.weighed.mass_kg,
-        gains=dict(zip(known, state.weighed.gains, strict=True)),
+        gains=gains,
         asked_phi=state.result.asked_phi,
         prediction_notes=state.prediction.notes if state.prediction is not None else (),
         known=known,

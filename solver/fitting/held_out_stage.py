@@ -88,6 +88,32 @@ def predict_held_out(
     )
 
 
+def with_figures_of(former: Fit, fit: Fit) -> Fit:
+    """A fit that differs from the one that was judged by a small edit alone; edited forces are not judged.
+
+    Args:
+        former: that was judged, or is to be.
+        fit: with the same trials.
+    """
+    trials, edited = [], {}
+    for then, now in zip(former.trials, fit.trials, strict=True):
+        frames = then.forces_known != now.forces_known
+        edited[now.capture.name] = now.capture.markers.first_frame + np.flatnonzero(frames)
+        held_out = then.held_out and replace(then.held_out, frames=then.held_out.frames & ~frames)
+        trials.append(replace(now, held_out=held_out))
+    layouts = []
+    for layout in former.held_out_layouts:
+        blocks = {name: judged.without(edited[name]) for name, judged in layout.trials.items()}
+        left = {name: judged for name, judged in blocks.items() if len(judged.ranges)}
+        layouts.append(replace(layout, trials=left))
+    return replace(
+        fit,
+        trials=tuple(trials),
+        held_out_due=former.held_out_due,
+        held_out_layouts=tuple(layouts),
+    )
+
+
 class _Layout:
     """One layout, and what parts of the fit that are asked about it say."""
 

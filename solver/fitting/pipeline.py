@@ -19,7 +19,7 @@ from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.edit_stage import follow_small_edit
 from solver.fitting.failing_trials import Failed, together, without_failing
 from solver.fitting.fit_result import Fit, TrialFit
-from solver.fitting.held_out_stage import predict_held_out
+from solver.fitting.held_out_stage import predict_held_out, with_figures_of
 from solver.fitting.mass_stage import weigh_body
 from solver.fitting.model_stage import read_recordings, repair_labels, scale_model, weigh_who_stands
 from solver.fitting.prediction_stage import predict_missing_forces
@@ -128,13 +128,14 @@ def fit_markers(state: FitState, settings: Settings, progress: Progress) -> FitS
     return assign_forces(state, settings)
 
 
-def finish(state: FitState, settings: Settings, progress: Progress) -> Fit:
+def finish(state: FitState, settings: Settings, progress: Progress, *, with_std: bool = True) -> Fit:
     """From there to the whole fit: all that reviews may change. Held-out forces are left due.
 
     Args:
         state: as `fit_markers` left it, or begun with a former fit.
         settings: of every stage.
         progress: told the stage and the fraction done; may raise `Cancelled`.
+        with_std: and how far it may be off.
 
     Raises:
         FitError: a review is of another number of frames, or of another foot.
@@ -149,7 +150,8 @@ def finish(state: FitState, settings: Settings, progress: Progress) -> Fit:
     state = fit_to_forces(state, settings, progress)
     state = note_what_is_predicted(state, settings)
     state = compute_torques(state, settings)
-    state = estimate_std(state, settings)
+    if with_std:
+        state = estimate_std(state, settings)
     state = lay_into_whole(state)
     state = leave_out_impossible_angles(state)
     return as_fit(state, settings)
@@ -189,12 +191,14 @@ def resolve(
     progress: Progress = silent,
     *,
     extension: Extension | None = None,
+    with_std: bool = True,
 ) -> Fit:
     """The same trials after an edit of the reviews; the search begins where the previous fit ended.
 
     Files, scaling, marker fit and the feet that forces belong to are taken from the previous fit: no review
-    changes them. After a small edit the motion is made anew near it alone. Agrees with `solve` to within the
-    trajectory fit's tolerance. Held-out forces wait for `predict_held_out`.
+    changes them. After a small edit the motion is made anew near it alone, and other trials stay as they
+    are; so do figures on held-out forces, but for those that were edited. Else these wait for
+    `predict_held_out`. Agrees with `solve` to within the trajectory fit's tolerance.
 
     Args:
         previous: a fit of the same files with the same settings; `can_resolve` tells.
@@ -202,6 +206,7 @@ def resolve(
         settings: those of the previous fit.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
         extension: that of the previous fit.
+        with_std: and how far it may be off.
 
     Raises:
         FitError: the previous fit has other settings or is too old to begin with, or a review does not fit
@@ -213,10 +218,13 @@ def resolve(
             f"{previous.subject.folder}: the kept fit was made with other settings or by an older version; "
             "fit the subject anew: addb-viewer fit --force"
         )
-    state = FitState(previous.subject, groundwork, groundwork.skeleton, reviews, extension)
+    state = FitState(
+        previous.subject, groundwork, groundwork.skeleton, reviews, extension, former=previous.trials
+    )
     _refuse_what_does_not_fit([trial.capture for trial in previous.trials], state, settings)
     state = replace(state, trials=tuple(former_marker_fit(t, groundwork, settings) for t in previous.trials))
-    return finish(state, settings, progress)
+    fit = finish(state, settings, progress, with_std=with_std)
+    return fit if fit.held_out_due else with_figures_of(previous, fit)
 
 
 def can_resolve(

@@ -8,6 +8,7 @@ import numpy as np
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.person_estimates import person_sex
 from solver.dynamics.trajectory.extension import Extension
+from solver.fitting.edit_stage import all_trials
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.provenance import provenance_of
 from solver.fitting.seen_part import guessed, in_whole
@@ -44,16 +45,17 @@ def leave_out_impossible_angles(state: FitState) -> FitState:
 
 
 def as_fit(state: FitState, settings: Settings) -> Fit:
-    """What the solve gives back; its held-out blocks are still due."""
+    """What the solve gives back; unless it is near a small edit, its held-out blocks are due."""
     subject, groundwork, person, result = state.subject, state.groundwork, state.person, state.result
     assert person is not None
-    names = {trial.capture.name for trial in state.trials}
+    trials = all_trials(state)
+    names = {trial.capture.name for trial in trials}
     wanted = names | {trial.name for trial in groundwork.unread}
     read = [trial for trial in subject.trials if trial.name in wanted]
     return Fit(
         subject=subject,
         skeleton=state.fitted_skeleton,
-        trials=state.trials,
+        trials=trials,
         mass_kg=math.nan if person.mass.guessed_within == math.inf else state.fitted_skeleton.mass,
         height_m=person.height_m,
         settings=as_dict(settings),
@@ -74,7 +76,7 @@ def as_fit(state: FitState, settings: Settings) -> Fit:
             learnt_on=state.learnt_on,
             settled=state.settled,
         ),
-        held_out_due=settings.trajectory.held_out and result is not None,
+        held_out_due=settings.trajectory.held_out and result is not None and state.edit is None,
     )
 
 

@@ -68,6 +68,12 @@ class Edit:
     inertias: InertiasBefore
     learnt: LearntTerms | None  # None: nothing was predicted
     kinds: tuple[str, ...] | None  # of learnt terms, where a first prediction fit is to be made
+    untouched: frozenset[str] = frozenset()  # trials that come out as they were, but for the body's mass
+
+    @property
+    def is_first_to_predict(self) -> bool:
+        """Whether a first prediction fit is to be made, which learns from all trials."""
+        return self.learnt is None and self.kinds is not None
 
 
 @dataclass(frozen=True)
@@ -82,6 +88,7 @@ class FitState:
     read: Recordings | None = None  # None in a re-solve, which has the marker fits of the former solve
     seconds: Mapping[str, float] = field(default_factory=dict)  # CPU, by stage, of all trials together
     trials: tuple[TrialFit, ...] = ()
+    former: tuple[TrialFit, ...] = ()  # of a re-solve, those of the fit that it begins with
     whole: tuple[TrialFit, ...] = ()  # their marker fits, where `trials` are the parts that show a person
     reviews_of_parts: Mapping[str, ForceReview] = field(default_factory=dict)  # likewise of these parts
     person: Person | None = None

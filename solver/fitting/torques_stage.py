@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from scipy.ndimage import uniform_filter1d
 
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.common.cpu_timer import CpuTimer
 from solver.common.notes import Kind, Note, noted
-from solver.contact.wrenches import FrameMask
-from solver.dynamics.dynamics import BodyLoad, Dynamics, TrialStd
+from solver.dynamics.dynamics import BodyLoad, Dynamics
 from solver.dynamics.force_prediction.divided_wrench import distances_to_soles
 from solver.dynamics.force_prediction.missing_wrench import predict_ground_forces, with_joint_torques
 from solver.dynamics.inverse_dynamics import counted_wrenches, inverse_dynamics
@@ -77,6 +76,8 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
     sizes = ErrorSizes() if state.subject.model is None else ErrorSizes(landmarks_m=0.0)
     for k, i in enumerate(state.fitted):
         fit, extra = trials[i], extra_of(trials[i], state.extension)
+        if fit.std is not None and state.edit is not None and fit.capture.name in state.edit.untouched:
+            continue
         dynamics, contacts, mask = fit.dynamics, fit.contacts, fit.mask
         assert dynamics is not None
         assert contacts is not None
@@ -87,12 +88,7 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
         loads = [(foot, wrenches[:, f]) for f, foot in enumerate(contacts.foot_bodies)]
         loads += extra.loads(state.result.extra) if extra is not None else []
         data = state.data[k].with_fixed_extra(state.result.extra)
-        cpu_timer, above = (
-            CpuTimer(),
-            [dofs_above(state.fitted_skeleton, foot) for foot in contacts.foot_bodies],
-        )
-        if _still_holds(fit.std, state.data[k].spline, state.result.splines[k], mask, above):
-            continue
+        cpu_timer = CpuTimer()
         with cpu_timer("dynamics"):
             std = trial_std(
                 state.fitted_skeleton, data, state.result.splines[k], loads, settings.trajectory, sizes=sizes
@@ -103,7 +99,8 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
         )
         np.hypot(std.torque, by_plates, out=std.torque)
         np.hypot(std.power, dynamics.motion.velocity * by_plates, out=std.power)
-        for f, leg in enumerate(above):
+        for f, foot in enumerate(contacts.foot_bodies):
+            leg = dofs_above(state.fitted_skeleton, foot)
             std.torque[np.ix_(~mask.counts[:, f], leg)] = np.nan
             std.power[np.ix_(~mask.counts[:, f], leg)] = np.nan
         seconds = fit.seconds.get("dynamics", 0.0) + cpu_timer.seconds["dynamics"]
@@ -131,20 +128,6 @@ def _torques_of_remainder(
     moved -= model.inverse_dynamics(q, rest, rest)
     frames = max(1, round(REMAINDER_S * dynamics.motion.rate))
     return np.sqrt(np.maximum(uniform_filter1d(moved**2, frames, axis=0), 0.0))
-
-
-def _still_holds(
-    std: TrialStd | None,
-    before: Float[np.ndarray, "coefficients dofs"] | None,
-    after: Float[np.ndarray, "coefficients dofs"],
-    mask: FrameMask,
-    above: Sequence[Bool[np.ndarray, " dofs"]],
-) -> bool:
-    """Whether an edit left the trial as it was: its motion, and the feet whose force counts."""
-    if std is None or before is None or not np.array_equal(before, after):
-        return False
-    missing = [np.isnan(std.torque[:, leg]).all(axis=1) for leg in above]
-    return all(np.array_equal(m, ~mask.counts[:, f]) for f, m in enumerate(missing))
 
 
 def with_dynamics(

@@ -46,7 +46,7 @@ def collect_data(state: FitState, settings: Settings) -> FitState:
 def fit_before_prediction(state: FitState, settings: Settings, progress: Progress) -> FitState:
     """The trajectory fit that a first prediction fit begins with, where a force is missing."""
     if state.edit is not None:
-        if state.edit.learnt is not None or state.edit.kinds is None:
+        if not state.edit.is_first_to_predict:
             return state
         unedited = replace(state.edit, edited=tuple(np.zeros_like(frames) for frames in state.edit.edited))
         return replace(state, motion_only=_fitted(replace(state, edit=unedited), settings, silent))
@@ -123,7 +123,8 @@ def take_motions(state: FitState, settings: Settings) -> FitState:
             seconds=fit.seconds | {"dynamics": seconds},
         )
     learnt_on = groundwork.learnt_on
-    if prediction is not None and learnt_before(state.members, groundwork) is None:
+    near = state.edit is not None and not state.edit.is_first_to_predict
+    if prediction is not None and not near and learnt_before(state.members, groundwork) is None:
         learnt_on = {fit.capture.name: tuple(runs(fit.forces_known)) for fit in state.members}
     return replace(
         state,

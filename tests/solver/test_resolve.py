@@ -14,11 +14,18 @@ from solver.common.errors import Cancelled, FitError
 from solver.common.progress import silent
 from solver.dynamics.force_prediction.held_out_prediction import HeldOutPrediction
 from solver.fitting import trajectory_stage
+from solver.fitting.edit_stage import small_edit
 from solver.fitting.fit_result import Fit
 from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
 from solver.fitting.settings import Settings, as_dict
+from solver.fitting.state import MassAndGains
+from solver.simulate.demo_subject import MARKERS
+from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
+from solver.simulate.person import Person, body_of
+from solver.simulate.simulated_trial import Scenario, simulate_trial
+from solver.simulate.subject_folder import write_subject
 from tests.flagged import flagged
 
 FORCE_N, MOMENT_NM, TORQUE_NM = 0.5, 0.5, 2.0
@@ -192,17 +199,26 @@ def test_a_review_of_another_recording_is_refused(case):
 
 
 @pytest.fixture(scope="module")
-def walk_with_short_reach(synthetic_subject):
-    """A walk that is short too, and its settings: edits reach a tenth of it, and may change half of it."""
+def two_walks(tmp_path_factory):
+    """A fit of two short walks, and its settings: edits reach a tenth of one, and may change a third."""
+    who, duration = Person(sex="female"), 2.3
+    body_rng, noise_rng, *motion_rngs = np.random.default_rng(7).spawn(4)
+    body, recordings = body_of(who, body_rng), []
+    for name, rng in zip(("first", "second"), motion_rngs, strict=True):
+        trial = simulate_trial(Scenario(name, "walk", duration=duration), body, rng)
+        plates = plates_under(trial.contacts, (0.0, duration))
+        recordings.append(measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng))
+    folder = tmp_path_factory.mktemp("two_walks")
+    write_subject(folder, who, recordings)
     weights = replace(SETTINGS.trajectory, edit_reach_s=0.2, edits_last=0.3, edit_gain=0.01)
     settings = replace(SETTINGS, trajectory=weights)
-    return solve(synthetic_subject, settings), settings
+    return solve(open_subject(folder), settings), settings
 
 
 @pytest.mark.slow
-def test_a_small_edit_is_followed_near_it_alone(walk_with_short_reach, monkeypatch):
+def test_a_small_edit_is_followed_near_it_alone(two_walks, monkeypatch):
     """The first one needs a prediction fit, whose kinds of terms the held-out blocks have chosen before."""
-    first, settings = walk_with_short_reach
+    first, settings = two_walks
     name, foot = first.trials[0].capture.name, first.trials[0].contacts.foot_bodies[0]
     one, other = (60, 75, foot, "manualReview"), (140, 155, foot, "manualReview")
     with monkeypatch.context() as watched:
@@ -214,7 +230,7 @@ def test_a_small_edit_is_followed_near_it_alone(walk_with_short_reach, monkeypat
     far = np.r_[0:30, 185:231]
     np.testing.assert_array_equal(twice.trials[0].motion.q[far], first.trials[0].motion.q[far])
     cold = solve(first.subject, SETTINGS, reviews={name: flagged(one, other)})
-    (near,), (whole,) = (fit.trials for fit in (twice, cold))
+    near, whole = (fit.trials[0] for fit in (twice, cold))
     both = np.flatnonzero(near.dynamics.used & whole.dynamics.used)[ENDS:-ENDS]
     residual, torque = (
         getattr(near.dynamics, what)[both] - getattr(whole.dynamics, what)[both]
@@ -226,16 +242,64 @@ def test_a_small_edit_is_followed_near_it_alone(walk_with_short_reach, monkeypat
     assert np.sqrt(((near.motion.q - whole.motion.q) ** 2).mean()) < ANGLE_RAD
 
 
-def test_edits_that_add_up_make_all_frames_anew(walk_with_short_reach):
-    first, settings = walk_with_short_reach
+def test_edits_that_add_up_make_all_frames_anew(two_walks):
+    first, settings = two_walks
     name, feet = first.trials[0].capture.name, first.trials[0].contacts.foot_bodies
-    less = replace(settings, trajectory=replace(settings.trajectory, edits_last=0.1))
+    less = replace(settings, trajectory=replace(settings.trajectory, edits_last=0.05))
     start = replace(first, settings=as_dict(less))
     one = resolve(start, {name: flagged((60, 75, feet[0], "manualReview"))}, less)
     both = {name: flagged((60, 75, feet[0], "manualReview"), (140, 155, feet[0], "manualReview"))}
     two = resolve(one, both, less)
     assert one.groundwork.settled.known_to_all == first.groundwork.settled.known_to_all
     assert two.groundwork.settled.known_to_all == two.groundwork.settled.known
+
+
+def test_a_small_edit_leaves_other_trials_and_what_was_judged_of_other_forces(two_walks):
+    plain, settings = two_walks
+    foot, first_frame = plain.trials[1].contacts.foot_bodies[0], plain.trials[1].capture.markers.first_frame
+    start, other = plain.held_out_layouts[0].trials["second"].ranges[[0, -1], 0].tolist()
+    once, flag = ((k - first_frame, k - first_frame + 9, foot, "manualReview") for k in (other, start))
+    first = resolve(plain, {"second": flagged(once)}, settings)
+    after, then = resolve(first, {"second": flagged(once, flag)}, settings), first.trials[1]
+    (left, touched), settled = after.trials, after.groundwork.settled
+    assert left.dynamics is first.trials[0].dynamics
+    assert left.std is first.trials[0].std
+    assert set(left.seconds.values()) == {0.0}
+    assert after.skeleton.mass == first.skeleton.mass
+    assert settled.gains.keys() == settled.known.keys() == {"first", "second"}
+    assert np.abs(touched.motion.q - then.motion.q).max() > 1e-5
+    assert touched.std is not then.std
+    assert not after.held_out_due
+    np.testing.assert_array_equal(touched.held_out.frames, then.held_out.frames & touched.forces_known)
+    for now, before in zip(after.held_out_layouts, first.held_out_layouts, strict=True):
+        np.testing.assert_array_equal(now.trials["first"].missed, before.trials["first"].missed)
+    told, judged = (fit.held_out_layouts[0].trials["second"] for fit in (after, first))
+    np.testing.assert_array_equal(told.ranges, judged.ranges[1:])
+    np.testing.assert_array_equal(told.missed, judged.missed[1:])
+    back = resolve(after, {"second": flagged(once)}, settings).trials[1]
+    np.testing.assert_array_equal(back.mask.counts, then.mask.counts)
+    torque = back.dynamics.joint_torques - then.dynamics.joint_torques
+    assert np.abs(torque[ENDS:-ENDS]).max() < TORQUE_NM
+
+
+def test_a_body_that_plates_make_heavier_bends_no_motion(two_walks):
+    """All forces and torques scale with it; only a trial whose plates do not follow is made anew."""
+    first, settings = two_walks
+    settled, many = first.groundwork.settled, 3 * settings.trajectory.edit_gain
+    gains = np.array([settled.gains[trial.capture.name] for trial in first.trials])
+
+    def edited(scale: float, of_second: float = 1.0):
+        weighed = MassAndGains(scale * settled.mass_kg, tuple(gains / scale * (1.0, of_second)))
+        return small_edit(first.trials, weighed, first.groundwork, settings, None)
+
+    heavier = edited(1 + many)
+    assert heavier.weighed.mass_kg == (1 + many) * settled.mass_kg
+    np.testing.assert_allclose(heavier.weighed.gains, gains / (1 + many))
+    assert not any(frames.any() for frames in heavier.edited)
+    other = edited(1 + many, 1 - many)
+    assert [frames.all() for frames in other.edited] == [False, True]
+    np.testing.assert_allclose(other.weighed.gains, gains / (1 + many) * (1.0, 1 - many))
+    assert edited(1 + many / 6).weighed.mass_kg == settled.mass_kg
 
 
 def test_so_many_flags_that_nothing_is_left_leave_the_markers_motion(case):

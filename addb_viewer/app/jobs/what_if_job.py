@@ -1,6 +1,5 @@
 """Asks the warm worker what the residual would be with other flags."""
 
-import contextlib
 import json
 import threading
 from pathlib import Path
@@ -27,34 +26,34 @@ class WhatIf:
         self._arguments = tuple(str(Path(place).absolute()) for place in (subject_folder, results))
         self._lock = threading.Lock()
         self._process: OwnProcess | None = None
-        self._prepared, self._closed = "", False
+        self._closed = False
 
-    def warm(self, trial: str | None = None, present: ForceReview | None = None) -> None:
-        """Start the worker, so that the first answer comes soon; never waits.
+    def warm(self) -> None:
+        """Start the worker, so that the first answer comes soon; never waits."""
+        if self._lock.acquire(blocking=False):  # else it is at work already
+            try:
+                self._alive()
+            finally:
+                self._lock.release()
+
+    @property
+    def is_warm(self) -> bool:
+        """Whether the worker has been started, so that an answer costs no more than the solver's time."""
+        return self._process is not None and self._process.popen.poll() is None
+
+    def ask(self, trial: str, present: ForceReview | None, instead: ForceReview) -> dict[str, Any]:
+        """The figures of a trial with the present decisions and with others.
 
         Args:
-            trial: that will be asked about; its present side is computed already. None: nobody knows yet.
-            present: what people say about its forces.
-        """
-        if not self._lock.acquire(blocking=False):
-            return  # it is at work already
-        try:
-            process = self._alive()
-            question = json.dumps({"prepare": trial, "present": as_plain(present or ForceReview())})
-            if trial is not None and question != self._prepared:
-                self._prepared = question
-                with contextlib.suppress(OSError, ValueError):  # it ended; whoever asks is told why
-                    _say(process, question)
-        finally:
-            self._lock.release()
-
-    def ask(self, trial: str, present: ForceReview, instead: ForceReview) -> dict[str, Any]:
-        """The figures of a trial with the present decisions and with others.
+            trial: its name.
+            present: what people say about its forces; None: the kept fit.
+            instead: what they would say.
 
         Raises:
             SolverError: it cannot be computed; why.
         """
-        question = json.dumps({"trial": trial, "present": as_plain(present), "instead": as_plain(instead)})
+        now = None if present is None else as_plain(present)
+        question = json.dumps({"trial": trial, "present": now, "instead": as_plain(instead)})
         with self._lock:
             return _asked(self._alive(), question)
 
@@ -70,21 +69,17 @@ class WhatIf:
         if self._closed:
             raise SolverError("the fit has just been replaced; ask again")
         if self._process is None or self._process.popen.poll() is not None:
-            self._process, self._prepared = OwnProcess((*WORKER, *self._arguments), nice=NICE), ""
+            self._process = OwnProcess((*WORKER, *self._arguments), nice=NICE)
         return self._process
 
 
-def _say(process: OwnProcess, question: str) -> None:
-    assert process.popen.stdin is not None
-    process.popen.stdin.write(question + "\n")
-    process.popen.stdin.flush()
-
-
 def _asked(process: OwnProcess, question: str) -> dict[str, Any]:
+    assert process.popen.stdin is not None
     assert process.popen.stdout is not None
     lines = process.popen.stdout
     try:
-        _say(process, question)
+        process.popen.stdin.write(question + "\n")
+        process.popen.stdin.flush()
         told = json.loads(lines.readline())
         if "ready" in told:
             told = json.loads(lines.readline())

@@ -252,6 +252,7 @@ class ReviewController:
         if replay is None:
             return
         review, history = self.review, self.screen.shared.reviews.history(replay.name)
+        self.asking.follow(review)
         self.proposals = self.screen.shared.fits.shown.proposals(replay, review)
         self.panel.ranges.content = ranges_html(review)
         self.panel.history.content = history_html(history)
@@ -387,7 +388,7 @@ class ReviewController:
         """Make the first answer to "what if" come soon, should the person stay at the selected range."""
         chosen = self.chosen
         if chosen is not None:
-            self.asking.warm_up(self.review, lambda: self.chosen == chosen)
+            self.asking.warm_up(lambda: self.chosen == chosen)
 
     def what_if(self) -> None:
         """The residual if the selected frames counted, or no longer did."""

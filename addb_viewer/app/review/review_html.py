@@ -4,6 +4,7 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from addb_viewer.text.coordinate_words import torque_in_words
 from addb_viewer.text.evidence_words import evidence_words
 from addb_viewer.trial_view.disagreements import conflict_words
 from addb_viewer.trial_view.html_pieces import boxed, clickable, range_words, swatch
@@ -17,6 +18,7 @@ from annotations.trial_review import FlaggedRange, TrialReview
 from annotations.wording import said_by, sure_words
 
 LAST = 8  # edits in the history
+NO_CHANGE_NM = 0.05  # shown as 0.0
 
 _MARKED = "background:rgba(128,128,128,.25);"
 _SIGNS = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
@@ -129,7 +131,7 @@ def what_if_html(told: Mapping[str, Any], words: str) -> str:
     """Both sides of a question to the solver.
 
     Args:
-        told: `present` and `instead` in figures, and `seconds`.
+        told: `present` and `instead` in figures, `torque`, and `seconds`.
         words: what was asked.
     """
     rows = "".join(
@@ -143,8 +145,9 @@ def what_if_html(told: Mapping[str, Any], words: str) -> str:
             ("frames counted", "frames", 1.0, 0, ""),
         )
     )
+    changed = f"{html.escape(_torque(told['torque']))}<br>"
     return boxed(
-        f"<b>{html.escape(words)}</b><table>{rows}</table>"
+        f"<b>{html.escape(words)}</b><table>{rows}</table>{changed}"
         f"<span style='opacity:.75'>As G would solve it, in {told['seconds']:.1f} s.</span>"
     )
 
@@ -155,6 +158,13 @@ def what_if_words(told: Mapping[str, Any]) -> str:
         f"{_figure(told['present'][name], 1.0, 1)} → {_figure(told['instead'][name], 1.0, 1)} {unit}"
         for name, unit in (("force_N", "N"), ("moment_Nm", "N·m"))
     )
+
+
+def _torque(told: Mapping[str, Any] | None) -> str:
+    if told is None or told["Nm"] < NO_CHANGE_NM:
+        return "no torque changes on frames that count in both"
+    name = torque_in_words(told["coordinate"])
+    return f"torques change by up to {told['Nm']:.1f} N·m: {name}, frame {told['frame']}"
 
 
 def _figure(value: float | None, factor: float, digits: int) -> str:

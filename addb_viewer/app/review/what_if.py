@@ -27,32 +27,35 @@ RESTS_S = 1.5  # who stays at a range that long may ask about it; who decides an
 
 
 class WhatIfQuestions:
-    """One question at a time: the last one asked is the one that is answered on the screen."""
+    """One question at a time: the last one asked is the one that is answered on the screen.
+
+    Decisions ask as well, where the solver is ready anyway: what they change since the kept fit.
+    """
 
     def __init__(self, screen: Screen, answer: viser.GuiHtmlHandle, notices: Notices) -> None:
         self.screen, self.answer, self.notices = screen, answer, notices
         self._asked = 0
+        self._followed: tuple[str, ForceReview] | None = None  # trial on the screen, what is said of it
+        self._turn = threading.Lock()  # of decisions: those that others have followed need no answer
         self._resting: threading.Timer | None = None
 
-    def warm_up(self, review: TrialReview, still_here: Callable[[], bool]) -> None:
+    def warm_up(self, still_here: Callable[[], bool]) -> None:
         """Make the answer come soon, if the person stays where they are for `RESTS_S`; never waits.
 
         Until then nothing is at work: where several people go through many trials, their processors are for
         the pages.
 
         Args:
-            review: of the trial on the screen.
             still_here: whether what could be asked about is still selected; called from another thread.
         """
         replay, what_if = self.screen.replay, self.screen.shared.what_if
         if replay is None or replay.residual is None:
             return
-        trial = replay.name
 
         def warm() -> None:
             with contextlib.suppress(SolverError):  # the subject has been closed, or has another fit
                 if still_here():
-                    what_if.warm(trial, force_review(review))
+                    what_if.warm()
 
         self.rest_no_more()
         self._resting = threading.Timer(RESTS_S, warm)
@@ -84,26 +87,61 @@ class WhatIfQuestions:
         if mask is None:
             raise ReviewError("a label does not fit this recording; G says which")
         instead, words = flipped(present, mask, chosen, foot, replay.feet)
+        question = self._question(replay.name, present, instead, words)
+        threading.Thread(target=question, name="what if", daemon=True).start()
+
+    def follow(self, review: TrialReview) -> None:
+        """Tell what a decision changes, once the solver knows.
+
+        Args:
+            review: of the trial on the screen, after it.
+        """
+        replay, what_if = self.screen.replay, self.screen.shared.what_if
+        if replay is None:
+            return
+        now = (replay.name, force_review(review))
+        before, self._followed = self._followed, now
+        if before is None or now == before or replay.residual is None:
+            return
+        if not what_if.is_warm:
+            self._asked += 1
+            self.answer.content = ""  # it was about other decisions
+            return
+        question = self._question(replay.name, None, now[1], "Decided here since the kept fit")
+
+        def in_turn() -> None:
+            with self._turn:
+                question()
+
+        threading.Thread(target=in_turn, name="what if", daemon=True).start()
+
+    def _question(
+        self, trial: str, present: ForceReview | None, instead: ForceReview, words: str
+    ) -> Callable[[], None]:
+        """What asks the solver, and shows its answer; nothing where another question has come since."""
         self._asked += 1
-        number, what_if, trial = self._asked, self.screen.shared.what_if, replay.name
+        number, what_if = self._asked, self.screen.shared.what_if
         self.answer.content = boxed(f"<b>{html.escape(words)}</b><br>asking the solver …")
 
         def ask() -> None:
+            if number != self._asked:
+                return
             try:
                 told = what_if.ask(trial, present, instead)
             except SolverError as failure:
                 error = failure  # Python forgets the other name
                 self.notices.do("Answering", lambda: self._tell_why_not(number, error))
                 return
-            answer = what_if_html(told, words)
-            self.notices.do("Answering", lambda: self._show(number, answer, words, what_if_words(told)))
+            answer, line = what_if_html(told, words), what_if_words(told) if present is not None else ""
+            self.notices.do("Answering", lambda: self._show(number, answer, words, line))
 
-        threading.Thread(target=ask, name="what if", daemon=True).start()
+        return ask
 
     def forget(self) -> None:
         """What was asked is about another trial."""
         self.rest_no_more()
         self._asked += 1
+        self._followed = None
         self.answer.content = ""
 
     def _tell_why_not(self, number: int, error: SolverError) -> None:

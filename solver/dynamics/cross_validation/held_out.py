@@ -1,7 +1,7 @@
 """Forces held out from the fit and then predicted: the figure that a fit cannot buy by bending the motion."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -34,6 +34,18 @@ class HeldOutBlocks:
     missed: Float[np.ndarray, "blocks 2"]  # sums over these of squared forces [N²] and moments [N²·m²]
     markers_missed: Float[np.ndarray, "blocks 2"]  # by the markers alone at their best cut-off elsewhere
     markers_hz: tuple[float, float]  # for force and moment
+
+    def without(self, frames: Int[np.ndarray, " some"]) -> "HeldOutBlocks":
+        """The blocks that hold none of these frames."""
+        starts, ends = np.searchsorted(frames, self.ranges.T)
+        left = starts == ends
+        return replace(
+            self,
+            ranges=self.ranges[left],
+            frames=self.frames[left],
+            missed=self.missed[left],
+            markers_missed=self.markers_missed[left],
+        )
 
 
 @dataclass(frozen=True)

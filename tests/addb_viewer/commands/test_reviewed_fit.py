@@ -73,7 +73,7 @@ def test_where_only_flags_changed_the_search_begins_at_the_kept_fit(command_line
         fit = whole(subject, settings, **named)
         return replace(fit, groundwork=Groundwork(fit.skeleton, MarkerMatch((), (), ()), ()))
 
-    def resolve(previous, reviews, settings, progress, *, extension):
+    def resolve(previous, reviews, settings, progress, *, extension, with_std):
         begun.append((previous, reviews))
         provenance = provenance_of(previous.subject, previous.subject.trials, reviews)
         return replace(previous, provenance=provenance, held_out_due=True)

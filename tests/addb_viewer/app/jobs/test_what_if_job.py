@@ -58,9 +58,10 @@ def test_it_says_what_a_solve_says_once_the_edit_is_made(folder, tmp_path):
     shutil.copytree(folder, edited)
     kept = last_fit(job_for(edited))
     asked = workers.Asked(kept, lambda: job_for(edited))
-    asked.prepare({"prepare": "squat", "present": as_plain(ForceReview())})
+    question = {"trial": "squat", "present": as_plain(ForceReview()), "instead": as_plain(INSTEAD)}
+    asked.answer(question)
     flag(edited, "run", 60, 75)
-    told = asked.answer({"trial": "squat", "present": as_plain(ForceReview()), "instead": as_plain(INSTEAD)})
+    told = asked.answer(question)
     for side in ("present", "instead"):
         if side == "instead":
             flag(edited, "squat", 40, 60)
@@ -75,28 +76,49 @@ def test_it_says_what_a_solve_says_once_the_edit_is_made(folder, tmp_path):
 
 
 def test_the_process_answers_both_sides_and_the_same_again(what_if):
+    assert not what_if.is_warm
     told = what_if.ask("squat", ForceReview(), INSTEAD)
+    assert what_if.is_warm
     assert told["present"]["frames"] - told["instead"]["frames"] == 20
     assert told["present"]["force_N"] > 0
     assert what_if.ask("squat", ForceReview(), INSTEAD)["instead"] == told["instead"]
 
 
+def test_against_the_kept_fit_nothing_is_solved_but_what_is_asked(folder, monkeypatch):
+    kept, solved = load_fit(folder / "results", folder), []
+
+    def remembered(job, fit, **how):
+        solved.append(resolved(job, fit, **how))
+        return solved[-1]
+
+    monkeypatch.setattr(workers, "resolved", remembered)
+    asked = workers.Asked(kept, lambda: job_for(folder))
+    told = asked.answer({"trial": "squat", "present": None, "instead": as_plain(INSTEAD)})
+    then, now = (next(t for t in fit.trials if t.capture.name == "squat") for fit in (kept, *solved))
+    assert told["present"] == workers.figures_of(then)
+    assert told["instead"] == workers.figures_of(now)
+    changes = now.dynamics.joint_torques - then.dynamics.joint_torques
+    of_knee = changes[then.dynamics.used & now.dynamics.used][:, kept.skeleton.dofs.index("knee_angle_r")]
+    assert told["torque"]["Nm"] >= np.abs(of_knee).max() > 0
+    dof = kept.skeleton.dofs.index(told["torque"]["coordinate"])
+    assert abs(changes[told["torque"]["frame"], dof]) == told["torque"]["Nm"]
+
+
 def test_what_was_answered_is_not_solved_again(folder, monkeypatch):
-    """Nor the present side of another trial: it is of the same solve."""
+    """Nor what the kept fit has."""
     asked_for = []
 
-    def counted(job, fit):
+    def counted(job, fit, **how):
         asked_for.append(job)
-        return resolved(job, fit)
+        return resolved(job, fit, **how)
 
     monkeypatch.setattr(workers, "resolved", counted)
     asked = workers.Asked(load_fit(folder / "results", folder), lambda: job_for(folder))
     question = {"trial": "squat", "present": as_plain(ForceReview()), "instead": as_plain(INSTEAD)}
     first = asked.answer(question)
-    assert len(asked_for) == 2
+    assert len(asked_for) == 1
     again = asked.answer(question)
-    asked.prepare({"prepare": "run", "present": as_plain(ForceReview())})
-    assert len(asked_for) == 2
+    assert len(asked_for) == 1
     assert (again["present"], again["instead"]) == (first["present"], first["instead"])
 
 

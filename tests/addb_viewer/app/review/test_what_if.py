@@ -9,6 +9,7 @@ from solver.common.errors import SolverError
 from tests.patience import PATIENCE_S
 
 FIGURES = {"frames": 100.0, "marker_rms_m": 0.01, "moment_Nm": 5.0}
+TORQUE = {"coordinate": "knee_angle_r", "Nm": 12.34, "frame": 61}
 
 
 class SlowSolver:
@@ -16,11 +17,11 @@ class SlowSolver:
 
     def __init__(self):
         self.asked, self.go = [], threading.Event()
-        self.warmed = []
+        self.warmed, self.is_warm = 0, False
         self.failure = None
 
-    def warm(self, trial, present):
-        self.warmed.append(trial)
+    def warm(self):
+        self.warmed += 1
 
     def close(self): ...
 
@@ -33,6 +34,7 @@ class SlowSolver:
         return {
             "present": {**FIGURES, "force_N": 40.0},
             "instead": {**FIGURES, "force_N": 10.0 * number},
+            "torque": TORQUE,
             "seconds": 0.3,
         }
 
@@ -90,6 +92,32 @@ def test_keys_go_on_while_the_solver_thinks_and_the_last_question_is_answered(br
     assert "40.0 → <b>10.0</b> N" not in browser.html()
 
 
+def test_a_decision_is_followed_by_what_it_changes_and_only_the_last_of_several(browser, solver):
+    solver.is_warm = True
+    for number, frames in enumerate(("20:40", "50:60", "70:80")):
+        browser.go_to(frames)
+        browser.until(lambda start=int(frames[:2]): (browser.session.review.chosen or (None,))[0] == start)
+        browser.press("Flag: other")
+        browser.until(lambda n=number: len(browser.session.review.review.flags) > n, "the flag")
+        browser.until(lambda: "asking the solver" in browser.html())
+    solver.go.set()
+    browser.until(lambda: "40.0 → <b>20.0</b> N" in browser.html(), "the answer")
+    assert "torques change by up to 12.3 N·m: right knee torque, frame 61" in browser.html()
+    first, last = solver.asked
+    assert [trial for trial, _, _ in solver.asked] == ["walk", "walk"]
+    assert first[1] is last[1] is None  # the kept fit
+    assert [label.start for label in last[2].by_people] == [20, 50, 70]
+
+
+def test_a_decision_makes_no_solver_ready_and_takes_away_what_was_told_of_others(browser, solver):
+    solver.go.set()
+    ask(browser, "20:40", solver)
+    browser.until(lambda: "40.0 → <b>10.0</b> N" in browser.html(), "the answer")
+    browser.press("Flag: other")
+    browser.until(lambda: "<b>10.0</b> N" not in browser.html())
+    assert len(solver.asked) == 1
+
+
 def test_a_failure_is_told_and_nothing_is_left_asking(browser, solver):
     solver.failure = SolverError("the fit has just been replaced; ask again")
     ask(browser, "20:40", solver)
@@ -126,13 +154,13 @@ def test_the_solver_is_made_ready_for_who_stays_at_a_range_not_for_who_goes_on(b
     browser.until(lambda: browser.session.shown == "run", "the other trial")
     for timer in (first, second):
         timer.join(PATIENCE_S)
-    assert solver.warmed == []
+    assert solver.warmed == 0
     browser.go_to("20:40")
-    browser.until(lambda: solver.warmed == ["run"], "the solver at work")
+    browser.until(lambda: solver.warmed == 1, "the solver at work")
 
 
 def test_the_solver_is_not_made_ready_once_the_page_is_closed(browser, solver):
     timer = rest_at(browser, "20:40")
     browser.session.close()
     timer.join(PATIENCE_S)
-    assert solver.warmed == []
+    assert solver.warmed == 0
