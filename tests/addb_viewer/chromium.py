@@ -3,13 +3,16 @@
 import json
 import shutil
 
-# A person's own browser draws with the graphics card; here Chromium draws all by itself.
+# A person's own browser draws with the graphics card; here Chromium draws all by itself: the scene as a card
+# would, the rest of the page straight away and not by way of a card that is not there.
 FLAGS = [
     "--no-sandbox",
     "--disable-dev-shm-usage",
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",
+    "--disable-gpu-rasterization",
     "--disable-background-networking",
 ]
 
