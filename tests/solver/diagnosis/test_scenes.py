@@ -14,6 +14,7 @@ from solver.contact.wrenches import FrameMask
 from solver.diagnosis.causes.capture_scale import OWN_MODEL_STD, PRIOR_STD, CaptureScale
 from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.scenes import (
+    Posterior,
     flagged_by_people,
     observed_markers,
     scene_of,
@@ -55,13 +56,24 @@ def trial(short_walk, short_scene) -> TrialFit:
 
 
 @pytest.fixture(scope="module")
-def seen(trial, short_scene) -> Scene:
-    """The scene of it, as one of two trials of which the first has no forces; people flagged some frames."""
+def looked_at(trial, short_scene) -> tuple[Scene, Posterior]:
+    """It as one of two trials of which the first has no forces; people flagged some frames."""
     fit = Fit(
         Subject(Path("someone"), ()), short_scene.skeleton, (replace(trial, contacts=None), trial), 68.0, 1.72
     )
-    ((scene, _),) = scenes_of(fit, SETTINGS, {trial.capture.name: flagged(REVIEWED)})
-    return scene
+    (found,) = scenes_of(fit, SETTINGS, {trial.capture.name: flagged(REVIEWED)})
+    return found
+
+
+@pytest.fixture(scope="module")
+def seen(looked_at) -> Scene:
+    return looked_at[0]
+
+
+@pytest.fixture
+def same_markers(looked_at, monkeypatch):
+    """For tests that change plates alone: what the markers say of the motion is not worked out again."""
+    monkeypatch.setattr("solver.diagnosis.scenes.trial_posterior", lambda *_: looked_at[1])
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +173,7 @@ def test_flags_in_the_store_come_before_those_in_a_file(trial):
     assert len(flagged_by_people(reviewed, {"another": flagged(REVIEWED)})) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("same_markers")
 @pytest.mark.parametrize("lost", [0, 1, 5, 9, 10, 11])
 def test_forces_that_end_before_the_markers_are_there_on_all_frames_that_count(trial, short_scene, lost):
     """As the fit has them, however many of the last samples are lost."""
@@ -176,6 +188,7 @@ def test_forces_that_end_before_the_markers_are_there_on_all_frames_that_count(t
         np.testing.assert_allclose(seen_as.wrench_ground[scene.counts], wrench[scene.counts], atol=1e-6)
 
 
+@pytest.mark.usefixtures("same_markers")
 def test_where_a_plate_recorded_nothing_for_a_while_it_has_no_force_and_no_clock_reads_one(
     trial, short_scene
 ):
