@@ -22,6 +22,7 @@ from solver.common.notes import Kind, noted
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.detected_ranges import Proposal
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
+from tests.addb_viewer.app.ten_trials import write_trials
 from tests.addb_viewer.chromium import FLAGS, installed
 from tests.addb_viewer.synthetic_residual import residual, size, trial
 from tests.addb_viewer.told_diagnosis import told
@@ -38,6 +39,14 @@ def fit_of_two(tmp_path_factory):
     subject.flag("walk", 100, 140, author="anna")
     assert subject.fit().trials == ("squat", "walk")
     return subject.folder
+
+
+@pytest.fixture(scope="session")
+def two_walks(real_data, tmp_path_factory):
+    """One subject, two seconds of a real walk as trials `part1` and `part2`, fitted; to be copied."""
+    folder = tmp_path_factory.mktemp("two walks") / "walks"
+    write_trials(real_data, folder, "walks")
+    return folder
 
 
 @pytest.fixture

@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addb_viewer import Subject
 from addb_viewer.api.recording import Recording
 from addb_viewer.api.subject_fit import Fit
 from benchmarks.damages import EDITORS, Damage, case, cut, damaged, fitted, moved_far_from
+from tests.demo_walk import demo_walk
 
 
 @cache
 def walk() -> tuple[Recording, Fit]:
     """A second of the demo's walk, and its fit; no fixture, which hypothesis would print."""
-    recording = cut(Subject.demo().recording("walk"), 1.0)
+    recording = cut(demo_walk().recording("walk"), 1.0)
     return recording, fitted(recording).fit()
 
 

@@ -4,6 +4,7 @@ import shutil
 import time
 from weakref import WeakSet
 
+import numpy as np
 import pytest
 import trimesh
 
@@ -13,10 +14,11 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.jobs.review_store import open_log
+from addb_viewer.jobs.solving import job_for, solved
 from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
+from solver.simulate.demo_subject import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser, let_finish
-from tests.addb_viewer.app.ten_trials import write_ten_trials, write_trials
 from tests.addb_viewer.chromium import remembering
 from tests.patience import PATIENCE_MS, PATIENCE_S
 
@@ -177,18 +179,11 @@ def _is_error(said):
 
 
 @pytest.fixture(scope="session")
-def ten_trials(real_data, tmp_path_factory):
-    """A folder of five subjects, ten short fitted trials of real recordings in all; to be copied."""
-    root = tmp_path_factory.mktemp("ten trials")
-    write_ten_trials(real_data, root)
-    return root
-
-
-@pytest.fixture(scope="session")
-def two_walks(real_data, tmp_path_factory):
-    """One subject, two seconds of a real walk as trials `part1` and `part2`, fitted; to be copied."""
-    folder = tmp_path_factory.mktemp("two walks") / "walks"
-    write_trials(real_data, folder, "walks")
+def fitted_squat(tmp_path_factory):
+    """The demo's static trial and squat, fitted; to be copied."""
+    folder = tmp_path_factory.mktemp("squat") / "demo"
+    write_demo_subject(folder, np.random.default_rng(1), trials=("static", "squat"))
+    solved(job_for(folder))
     return folder
 
 

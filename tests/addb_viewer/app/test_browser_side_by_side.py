@@ -1,6 +1,5 @@
 """Two people review six trials of real recordings side by side; the disk is held against their keys."""
 
-import shutil
 from collections import defaultdict
 from dataclasses import dataclass, field
 
@@ -24,6 +23,7 @@ from annotations.reasons import REASON_KEYS
 from solver.contact.wrenches import RECORDING
 from solver.fitting.results.store import load_fit
 from solver.fitting.settings import Settings
+from tests.addb_viewer.app.ten_trials import write_trials
 from tests.patience import PATIENCE_S
 
 pytestmark = [pytest.mark.browser, pytest.mark.real, pytest.mark.timeout(900)]
@@ -197,11 +197,11 @@ class Person:
 
 @pytest.mark.slow
 def test_what_two_people_press_is_on_the_disk_under_their_names_and_nothing_else(
-    ten_trials, tmp_path, open_page, until
+    real_data, tmp_path, open_page, until
 ):
     root = tmp_path / "root"
-    for subject in sorted(ten_trials.iterdir())[:3]:
-        shutil.copytree(subject, root / subject.name)
+    for name in ("belt", "gait", "runs"):
+        write_trials(real_data, root / name, name)
     trials = {(s.name, f"part{n}") for s in root.iterdir() for n in (1, 2)}
     detected = {place: proposals_of(root, place) for place in trials}
     ledger, rng = Ledger(), np.random.default_rng(26)

@@ -1,6 +1,7 @@
 """Killed while a solve runs or is written: what is shown is whole, and the present fit stays."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,11 +12,9 @@ import pytest
 
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.shared_subject import SharedSubject
-from addb_viewer.jobs.solving import job_for, solved
 from addb_viewer.jobs.stored_solves import KEPT, NEW, stored_solves
 from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.results.store import load_fit, save_fit
-from solver.simulate.demo_subject import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.test_kill import serving
 
@@ -73,16 +72,9 @@ def test_what_is_shown_is_whole_and_the_fit_stays(small_fit, doing):
             assert kept.mass_kg in [load_fit(s.folder, folder).mass_kg for s in made[-2:]]
 
 
-@pytest.fixture(scope="module")
-def subject(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("lab") / "S1"
-    write_demo_subject(folder, np.random.default_rng(1), trials=("static", "squat"))
-    solved(job_for(folder))
-    return folder
-
-
 @pytest.mark.slow
-def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject):
+def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(fitted_squat, tmp_path):
+    subject = shutil.copytree(fitted_squat, tmp_path / "S1")
     rng, results = np.random.default_rng(0), subject / "results"
     before = (results / "fit.json").read_bytes()
     for k in range(3):

@@ -13,7 +13,6 @@ import pytest
 
 from solver.common.errors import ResultsError
 from solver.fitting.results.store import load_fit
-from tests.addb_viewer.app.ten_trials import write_trials
 from tests.addb_viewer.shell import run
 
 pytestmark = pytest.mark.real
@@ -22,16 +21,9 @@ MOST_BYTES = 6 << 30  # less than the array that a file claims to hold
 SOON_S = 20.0  # of the processor: as long as a few imports take, and far below a parser that hangs
 
 
-@pytest.fixture(scope="module")
-def kept(real_data, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("small files") / "walks"
-    write_trials(real_data, folder, "walks")
-    return folder
-
-
 @pytest.fixture
-def folder(kept, tmp_path):
-    return shutil.copytree(kept, tmp_path / "walks")
+def folder(two_walks, tmp_path):
+    return shutil.copytree(two_walks, tmp_path / "walks")
 
 
 def rows(file):

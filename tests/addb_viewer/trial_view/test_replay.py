@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from addb_viewer import Subject
 from addb_viewer.trial_view.replay import BodySize
 from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.common.notes import Kind, noted
+from tests.demo_walk import demo_walk
 
 PERSON = BodySize(mass_kg=100.0, height_m=2.0)
 
@@ -41,8 +41,7 @@ def test_forces_come_from_the_sample_nearest_in_time():
 @pytest.mark.parametrize("level_N", [-25.0, 8.0, 30.0])
 def test_loads_are_asked_for_after_the_zero_level_is_off(level_N):
     """Of a plate that nobody saw empty, so that reading left its level for conditioning."""
-    subject = Subject.demo()  # a temporary folder lives as long as it does
-    walk = read_trial(open_subject(subject.folder).trials[0])
+    walk = read_trial(open_subject(demo_walk().folder).trials[0])
     noise = np.random.default_rng(0).normal(0, 0.5, walk.plates[1].force_ground.shape)
     level = np.array([0, level_N, 0])
     moment = np.cross(np.nanmedian(walk.plates[1].cop_ground, axis=0), level)

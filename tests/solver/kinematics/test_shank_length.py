@@ -1,6 +1,7 @@
 """The shank, between epicondyles and malleoli: what the static trial shows, and what experts made of it."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -33,6 +34,20 @@ def shank(skeleton, name_of):
     return float(np.mean(both))
 
 
+@cache
+def calibrated(folder, trial):
+    """The default body on a recording, and its labels by landmark."""
+    subject = replace(open_subject(folder), model=None)
+    files = next(t for t in subject.trials if t.name == trial)
+    moving = read_trial(files, Settings().reading).markers
+    static = read_static(subject.static, Settings().reading).markers
+    named = name_markers(default_skeleton(mass_kg=subject.mass_kg), [moving, static], default_body=True)
+    observed = named.match.observed
+    frames = choose_frames([observed(moving)], observed(static), SETTINGS)
+    found = calibrate(named.match.skeleton(named.skeleton), frames, SETTINGS).skeleton
+    return found, landmarks_by_name(named.match)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "trial", "by_hand"),
@@ -45,15 +60,7 @@ def shank(skeleton, name_of):
     ],
 )
 def test_the_default_body_has_the_shanks_of_models_that_experts_scaled(real_data, folder, trial, by_hand):
-    subject = replace(open_subject(real_data / folder), model=None)
-    files = next(t for t in subject.trials if t.name == trial)
-    moving = read_trial(files, Settings().reading).markers
-    static = read_static(subject.static, Settings().reading).markers
-    named = name_markers(default_skeleton(mass_kg=subject.mass_kg), [moving, static], default_body=True)
-    observed = named.match.observed
-    frames = choose_frames([observed(moving)], observed(static), SETTINGS)
-    found = calibrate(named.match.skeleton(named.skeleton), frames, SETTINGS).skeleton
+    found, ours = calibrated(real_data / folder, trial)
     expert = load_skeleton(real_data / folder / "reference" / by_hand)
     theirs = {row.landmark: row.label for row in understand(expert.marker_names).labels if row.landmark}
-    ours = landmarks_by_name(named.match)
     assert shank(found, ours) == pytest.approx(shank(expert, theirs), abs=0.010)

@@ -1,6 +1,7 @@
 """Recordings, asked for in a browser, made by the real worker."""
 
-import numpy as np
+import shutil
+
 import pytest
 from mcap.reader import make_reader
 
@@ -10,20 +11,12 @@ from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import library_of
 from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import SolverError
-from solver.fitting.pipeline import solve
-from solver.fitting.results.store import save_fit
-from solver.fitting.settings import Settings
-from solver.simulate.demo_subject import write_demo_subject
 from tests.addb_viewer.app.test_app import write_subject
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("record") / "demo"
-    folder.mkdir()
-    write_demo_subject(folder, np.random.default_rng(1), trials=("static", "squat"))
-    save_fit(solve(open_subject(folder), Settings()), folder / "results")
-    return folder
+@pytest.fixture
+def folder(fitted_squat, tmp_path):
+    return shutil.copytree(fitted_squat, tmp_path / "demo")
 
 
 @pytest.fixture

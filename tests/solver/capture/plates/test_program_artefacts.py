@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addb_viewer import Subject
 from solver.capture.capture import TrialFiles
 from solver.capture.formats.storage import read_storage, write_storage
 from solver.capture.plates.conditioning import condition
@@ -16,13 +15,13 @@ from solver.capture.plates.program_artefacts import without_copies, without_edge
 from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_recording, read_trial
 from solver.common.true_runs import runs
+from tests.demo_walk import demo_walk
 
 
 @pytest.fixture(scope="module")
 def plates():
     """Three plates that are stepped on one after the other, and one that nobody uses."""
-    subject = Subject.demo()
-    read = read_trial(open_subject(subject.folder).trials[0]).plates
+    read = read_trial(open_subject(demo_walk().folder).trials[0]).plates
     return (*read[1:4], read[7])
 
 

@@ -19,6 +19,7 @@ from solver.capture.plates.plate_levels import correct_signs_and_levels
 from solver.capture.plates.zero_level import resting_samples, zeroed
 from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_recording, read_trial
+from tests.demo_walk import demo_walk
 
 RATE = 1000
 newtons = st.floats(15.5, 900.0).flatmap(lambda size: st.sampled_from([size, -size]))
@@ -165,8 +166,7 @@ def test_an_offset_put_into_a_real_file_is_found(real_data, file):
 @cache
 def demo():
     """With moments of the plates' own, as in a C3D file."""
-    subject = Subject.demo()  # a temporary folder lives as long as it does
-    capture = read_trial(open_subject(subject.folder).trials[0])
+    capture = read_trial(open_subject(demo_walk().folder).trials[0])
     return replace(capture, plates=tuple(replace(plate, point_ground=None) for plate in capture.plates))
 
 
@@ -205,7 +205,7 @@ def test_any_zero_level_of_a_plate_that_is_seen_empty_comes_off_all_six_channels
 @pytest.mark.parametrize("up_N", [-120.0, 71.0, 300.0])
 def test_a_file_without_pressures_of_the_empty_plate_keeps_those_of_loads(up_N):
     """Its columns hold the pressure of force and level together, and none while the plate rests."""
-    recording = Subject.demo().recording("walk")
+    recording = demo_walk().recording("walk")
     plates = [
         Plate(plate.force + np.array([0.0, up_N * (k == 1), 0.0]), plate.times, moment=plate.moment)
         for k, plate in enumerate(recording.plates)
