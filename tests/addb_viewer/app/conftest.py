@@ -225,7 +225,7 @@ def _until(condition, what="the browser to follow"):
     end = time.monotonic() + PATIENCE_S
     while not (value := condition()):
         assert time.monotonic() < end, f"waited in vain for {what}"
-        time.sleep(0.05)
+        time.sleep(0.02)
     for session in list(_SESSIONS):
         let_finish(session)
     return value

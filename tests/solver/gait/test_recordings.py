@@ -1,6 +1,7 @@
 """Events from the feet alone against raw plates: every walk and run among the recordings that has plates."""
 
 from dataclasses import replace
+from functools import cache
 
 import ezc3d
 import numpy as np
@@ -39,7 +40,8 @@ RECORDINGS = {
 }
 
 
-def fitted(folder, names):
+@cache
+def fitted(folder, *names):
     """Markers alone: no force has a say in the motion."""
     settings = settings_for(folder)
     alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
@@ -95,7 +97,7 @@ def test_feet_alone_against_raw_plates(real_data, recording, stances_on_plates):
     folder = real_data / recording
     if not folder.is_dir():
         pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, RECORDINGS[recording])
+    fit = fitted(folder, *RECORDINGS[recording])
     counted = 0
     for trial in fit.trials:
         gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
@@ -119,7 +121,7 @@ def test_with_plates_their_crossings_are_the_events(real_data, stances_on_plates
     folder = real_data / "walk_treadmill_stepwidth"
     if not folder.is_dir():
         pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, ["example1"])
+    fit = fitted(folder, "example1")
     (trial,) = fit.trials
     gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING)
     assert gait is not None
@@ -141,7 +143,7 @@ def test_figures_of_a_treadmill_walk(real_data):
     folder = real_data / "walk_gait2354_subject01"
     if not folder.is_dir():
         pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, ["walk1"])
+    fit = fitted(folder, "walk1")
     (trial,) = fit.trials
     gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING)
     assert gait is not None
@@ -176,7 +178,7 @@ def test_events_that_laboratories_stored(real_data, recording, file):
     points = content["header"]["points"]
     begin = points["first_frame"] / points["frame_rate"]
     times = np.array(stored["TIMES"]["value"])[0] * 60 + np.array(stored["TIMES"]["value"])[1] - begin
-    fit = fitted(folder, [file.removesuffix(".c3d").split("_")[-1]])
+    fit = fitted(folder, file.removesuffix(".c3d").split("_")[-1])
     (trial,) = fit.trials
     gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
     assert gait is not None
@@ -198,7 +200,7 @@ def test_a_runner_is_as_fast_as_the_belt_was_set(real_data):
     folder = real_data / "run_treadmill_hamner2013_subject04"
     if not folder.is_dir():
         pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, ["run400"])
+    fit = fitted(folder, "run400")
     gait = gait_of(fit.trials[0], fit.skeleton, GAIT, CONDITIONING)
     assert gait is not None
     assert np.mean([cycle.speed_m_s for cycle in gait.cycles]) == pytest.approx(4.0, rel=0.03)
@@ -209,7 +211,7 @@ def test_a_foot_out_of_sight_tells_no_event_and_no_cycle(real_data):
     folder = real_data / "walk_treadmill_stepwidth"
     if not folder.is_dir():
         pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, ["example1"])
+    fit = fitted(folder, "example1")
     (trial,) = fit.trials
     seen = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
     assert seen is not None
