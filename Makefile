@@ -6,13 +6,12 @@ WORKERS := 2
 # Many tests start a Python of their own: what is compiled once is kept, whatever the environment says.
 PYTEST := $(ONE_THREAD) PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -rs
 
-.PHONY: help setup demo test test-slow test-all lint format docs bench bench-faults bench-hidden bench-truth lock clean setup-benchmark
+.PHONY: help setup demo test test-slow lint format docs bench bench-faults bench-hidden bench-truth lock clean setup-benchmark
 
 help:
 	@echo "make setup   .venv with the locked versions"
 	@echo "make demo    make the demo subject, fit it, open the app"
 	@echo "make test    the tests            make test-slow   those that take long"
-	@echo "make test-all   both in one run, which makes only once what they share"
 	@echo "make lint    ruff, import-linter, mypy"
 	@echo "make docs    the documentation as a site, in build/site; links checked"
 	@echo "make setup-benchmark   PyTorch for the benchmark's learnt predictors"
@@ -40,10 +39,6 @@ test: setup
 test-slow: setup
 	@scripts/chromium
 	$(PYTEST) -m slow $(ARGS)
-
-test-all: setup
-	@scripts/chromium
-	$(PYTEST) $(ARGS)
 
 lint: setup
 	$(BIN)/ruff check .

@@ -222,7 +222,7 @@ class MarkerTrack:
             change = error[low + 1 : high] - error[low : high - 1]
             self._add(H[low + 1 : high], g[low + 1 : high], Q, J[1:], change)
             self._add(H[low : high - 1], g[low : high - 1], Q, J[:-1], -change)
-            H_before[low + 1 : high] = -_inner(J[1:], np.einsum("tmn,tncd->tmcd", Q, J[:-1]))
+            H_before[low + 1 : high] = -_inner(J[1:], _weighed(Q, J[:-1]))
         H[:, np.arange(dofs), np.arange(dofs)] += pull
         g += pull * (q - self.start.q)
         band = CoefficientBand.empty(basis, dofs)
@@ -237,8 +237,8 @@ class MarkerTrack:
         J: Float[np.ndarray, "some markers 3 dofs"],
         error: Float[np.ndarray, "some markers 3"],
     ) -> None:
-        H += _inner(J, np.einsum("tmn,tncd->tmcd", P, J))
-        g += np.einsum("tmcd,tmc->td", J, np.einsum("tmn,tnc->tmc", P, error))
+        H += _inner(J, _weighed(P, J))
+        g += _inner(J, (P @ error)[..., None])[..., 0]
 
     def _precision(
         self, weight: Float[np.ndarray, "some markers"]
@@ -337,11 +337,16 @@ def _local_rows(
 
 
 def _inner(
-    left: Float[np.ndarray, "some markers 3 dofs"], right: Float[np.ndarray, "some markers 3 dofs"]
-) -> Float[np.ndarray, "some dofs dofs"]:
-    frames, dofs = len(left), left.shape[3]
-    flat = (frames, 3 * left.shape[1], dofs)
+    left: Float[np.ndarray, "some markers 3 dofs"], right: Float[np.ndarray, "some markers 3 columns"]
+) -> Float[np.ndarray, "some dofs columns"]:
+    flat = (len(left), 3 * left.shape[1], -1)
     return left.reshape(flat).transpose(0, 2, 1) @ right.reshape(flat)
+
+
+def _weighed(
+    P: Float[np.ndarray, "some markers markers"], J: Float[np.ndarray, "some markers 3 dofs"]
+) -> Float[np.ndarray, "some markers 3 dofs"]:
+    return (P @ J.reshape(*J.shape[:2], -1)).reshape(J.shape)
 
 
 @dataclass(frozen=True, eq=False)
