@@ -29,9 +29,9 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 117_200,
-    "Lines of tests": 70_900,
-    "Lines of benchmarks": 10_640,
+    "Lines of the product": 119_000,
+    "Lines of tests": 71_800,
+    "Lines of benchmarks": 10_800,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
     "Words of docs": 50_000,

@@ -21,6 +21,9 @@ COMMANDS = {
         "demo": "Make the demo subject, fit it, say what is wrong with it, and open the app on it.",
         "open": "Open the review app; subjects without a fit show what was measured.",
     },
+    "watch": {
+        "watch": "Say what each trial is good for, and what to do now, as soon as it is recorded.",
+    },
     "describe": {
         "init": "Write a subject.toml that says what was understood, commented, for you to correct.",
         "markers": "Print how each label is understood, how sure that is, and write a map that you can "

@@ -183,6 +183,17 @@ class ReleaseWords:
     url: str | None = None
 
 
+Wanted = Literal["trials", "walks", "runs", "steps", "right_steps", "left_steps"]
+
+
+@dataclass(frozen=True)
+class PlanItem:
+    """So many good ones of something are to be recorded of a subject, by its subject.toml."""
+
+    wanted: Wanted
+    count: int
+
+
 NAMES_OF_NOBODY = ("results", "result", "output", "subject", "data", "export")
 """What programs call a file whoever is in it."""
 
@@ -211,6 +222,7 @@ class Subject:
     release: ReleaseWords | None = None
     prefix: str | None = None  # before the person's labels, in files of several people
     other_statics: tuple[Path, ...] = ()  # static trials that are not used
+    plan: tuple[PlanItem, ...] = ()  # what is to be recorded; empty where nobody said
     is_described: bool = True  # somebody says that the trials are one person's
 
     @property

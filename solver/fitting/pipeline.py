@@ -56,6 +56,7 @@ def solve(
     captures: Mapping[str, Capture] | None = None,
     extension: Extension | None = None,
     before_fitting: Callable[[Skeleton, Sequence[Capture]], None] | None = None,
+    held_out: bool = True,
     progress: Progress = silent,
 ) -> Fit:
     """Scale the model to the subject, fit every trial's motion, and compute its dynamics.
@@ -71,6 +72,7 @@ def solve(
             and which labels are exchanged.
         before_fitting: given the model with the markers to be fitted, and the recordings as read; what it
             raises stops the solve before any time is spent on it.
+        held_out: whether held-out forces are predicted as well; else they are left due.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -78,9 +80,8 @@ def solve(
             and what to do. A trial that cannot be read or fitted beside others is left out, and told.
     """
     solve_some = partial(_solve, subject, settings, reviews or {}, captures or {}, extension=extension)
-    return without_failing(
-        subject, trials, partial(solve_some, before_fitting=before_fitting, progress=progress)
-    )
+    doing = partial(solve_some, before_fitting=before_fitting, held_out=held_out, progress=progress)
+    return without_failing(subject, trials, doing)
 
 
 def _solve(
@@ -93,6 +94,7 @@ def _solve(
     failed: Failed,
     extension: Extension | None,
     before_fitting: Callable[[Skeleton, Sequence[Capture]], None] | None,
+    held_out: bool,
     progress: Progress,
 ) -> Fit:
     """These trials together, told which failed before."""
@@ -109,6 +111,8 @@ def _solve(
     )
     del state  # where the markers alone had the model's
     release_memory()
+    if not held_out:
+        return fit
     return predict_held_out(fit, settings, part(progress, FITTED, 1.0), extension)
 
 

@@ -10,7 +10,7 @@ from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from solver.capture.capture import ReleaseWords, TrialFiles
+from solver.capture.capture import PlanItem, ReleaseWords, TrialFiles
 from solver.capture.formats.c3d_contents import parameters_in
 from solver.common.errors import CaptureError
 from solver.common.file_names import lying
@@ -51,6 +51,7 @@ class Description:
     ranges: Mapping[str, tuple[tuple[float, float], ...]] | None = None  # [s] by trial, what counts of it
     release: ReleaseWords | None = None
     prefix: str | None = None  # before the person's labels, in files of several people
+    plan: tuple[PlanItem, ...] | None = None
     notes: tuple[Note, ...] = ()
 
     def or_else(self, other: "Description") -> "Description":

@@ -137,6 +137,7 @@ def open_subject(folder: Path) -> Subject:
             release=described.release,
             prefix=described.prefix,
             other_statics=found.other_statics,
+            plan=described.plan or (),
             is_described=any(map(_lies_there, (by_hand, uploaded))),
             notes=_readable(
                 *described.notes, *range_notes, *_model_notes(folder, model, models, by_hand.is_file())

@@ -6,8 +6,9 @@ import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
-from solver.capture.capture import PlateWord, ReleaseWords, Subject, TrialFiles
+from solver.capture.capture import PlanItem, PlateWord, ReleaseWords, Subject, TrialFiles, Wanted
 from solver.capture.plates.moment_convention import CONVENTIONS
 from solver.capture.subject.description import Description, Entries, read_toml
 from solver.common.errors import CaptureError
@@ -27,6 +28,7 @@ KEYS = (
     "prefix",
     "trials",
     "release",
+    "plan",
 )
 TRIAL_KEYS = ("markers", "forces", "review", "up", "moments", "plates")
 MODEL_WORDS = ("scaled", "generic")
@@ -93,6 +95,7 @@ def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) ->
         trials=trials,
         release=release,
         prefix=entries.text("prefix"),
+        plan=_plan(entries),
         notes=notes + entries.unknown(KEYS),
     )
 
@@ -158,6 +161,24 @@ def _plates(trial: Entries) -> tuple[PlateWord, ...]:
         reads = plate.word("reads", tuple(READS))
         words.append(PlateWord(name, READS[reads] if reads else None, None if zero is None else float(zero)))
     return tuple(words)
+
+
+def _plan(entries: Entries) -> tuple[PlanItem, ...] | None:
+    """What is to be recorded; unlike other keys, one that means nothing is refused: nobody would count it."""
+    table = entries.values.get("plan")
+    if table is None:
+        return None
+    if not isinstance(table, dict):
+        raise entries.complaint("plan", "it is a table of its own: [plan], then right_steps = 5.")
+    own, known = Entries(entries.path, table, "plan."), get_args(Wanted)
+    for key, count in table.items():
+        if key not in known:
+            raise own.complaint(
+                key, f"nothing of that name can be counted; choose one of {', '.join(known)}."
+            )
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise own.complaint(key, "a whole number from 1 on is needed.")
+    return tuple(PlanItem(key, count) for key, count in table.items())
 
 
 def release_words(entries: Entries) -> tuple[ReleaseWords | None, tuple[Note, ...]]:
@@ -233,7 +254,7 @@ def described_as_toml(subject: Subject) -> str:
         about = [_HEAD_OF_B3D, *_person(subject), *_model(subject)]
     else:
         about = [_HEAD, *_person(subject), *_files(subject), *_trial_lines(subject)]
-    return "\n".join([*about, *_release(subject), *_comments(subject)]) + "\n"
+    return "\n".join([*about, *_plan_lines(subject), *_release(subject), *_comments(subject)]) + "\n"
 
 
 def _person(subject: Subject) -> Iterator[str]:
@@ -289,6 +310,12 @@ def _trial_lines(subject: Subject) -> Iterator[str]:
             if plate.zero_N is not None:
                 yield f"zero_N = {plate.zero_N}"
     yield from _ABOUT_PLATES
+
+
+def _plan_lines(subject: Subject) -> Iterator[str]:
+    if subject.plan:
+        yield "\n[plan]"
+        yield from (f"{item.wanted} = {item.count}" for item in subject.plan)
 
 
 def _release(subject: Subject) -> Iterator[str]:

@@ -1,6 +1,6 @@
 import pytest
 
-from solver.capture.capture import ReleaseWords, Subject, TrialFiles
+from solver.capture.capture import PlanItem, ReleaseWords, Subject, TrialFiles
 from solver.capture.subject.subject_toml import described_as_toml, read_subject_toml
 from solver.common.errors import CaptureError
 
@@ -75,3 +75,25 @@ def test_what_is_written_reads_as_what_was_understood(tmp_path):
     words = ReleaseWords(source="Carter", consent="public", citation="@a{b,\n c}")
     written = described_as_toml(Subject(tmp_path, subject.trials, release=words))
     assert told(tmp_path, written).release == words
+
+
+def test_a_plan_is_read_and_written_again(tmp_path):
+    plan = told(tmp_path, "[plan]\nright_steps = 5\nruns = 2\n").plan
+    assert plan == (PlanItem("right_steps", 5), PlanItem("runs", 2))
+    written = described_as_toml(Subject(tmp_path, (TrialFiles("a", tmp_path / "a.trc"),), plan=plan))
+    assert "[plan]\nright_steps = 5\nruns = 2\n" in written
+
+
+@pytest.mark.parametrize(
+    ("plan", "said"),
+    [
+        ("[plan]\njumps = 2", r"plan\.jumps = 2: nothing of that name can be counted; choose one of trials"),
+        ("[plan]\nruns = 0", r"plan\.runs = 0: a whole number from 1"),
+        ("[plan]\nruns = true", r"plan\.runs = true: a whole number"),
+        ("[plan]\nruns = 1.5", r"plan\.runs = 1\.5: a whole number"),
+        ("plan = 5", r"plan = 5: it is a table of its own"),
+    ],
+)
+def test_what_nobody_can_count_is_refused(tmp_path, plan, said):
+    with pytest.raises(CaptureError, match=rf"subject\.toml: {said}"):
+        told(tmp_path, plan)

@@ -1,0 +1,76 @@
+"use strict";
+// Asks for what is shown, once a second; everything that comes is put in as text.
+
+const EVERY_MS = 1000, SILENT_MS = 5000, LONG = 60; // LONG: letters beyond which a sentence is set smaller
+const at = (id) => document.getElementById(id);
+const STAGES = { first: "first look, the verdict follows", fit: "by the fit alone, the diagnosis follows" };
+let heard = Date.now(), shown = "";
+
+function put(id, text) {
+  if (at(id).textContent !== text) at(id).textContent = text;
+}
+
+function timeOf(when) {
+  const time = new Date(when);
+  return isNaN(time) ? "" : time.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hourCycle: "h23" });
+}
+
+function cell(row, text) {
+  row.insertCell().textContent = text;
+}
+
+function show(state) {
+  const last = state.last;
+  document.body.dataset.colour = last ? last.colour : "none";
+  document.body.dataset.stage = last ? last.stage : "";
+  put("place", state.folder + (state.busy ? " · judging a trial" : ""));
+  put("sign", last ? last.sign : "…");
+  put("trial", last ? [last.subject, last.trial, timeOf(last.when), STAGES[last.stage]].filter(Boolean).join(" · ") : "");
+  put("to_do", last ? last.to_do : state.busy ? "Looking at the first trial" : "Waiting for the first trial");
+  at("to_do").classList.toggle("long", at("to_do").textContent.length > LONG);
+  put("words", last ? last.words : "");
+  at("plan").replaceChildren(...state.plan.map((item) => {
+    const li = document.createElement("li");
+    li.textContent = (item.done ? "✓ " : "") + item.words;
+    li.classList.toggle("done", item.done);
+    return li;
+  }));
+  at("trials").replaceChildren();
+  const several = new Set(state.trials.map((trial) => trial.subject)).size > 1;
+  for (const trial of state.trials) {
+    const row = at("trials").insertRow();
+    row.dataset.colour = trial.colour;
+    cell(row, trial.sign);
+    cell(row, several ? `${trial.subject}/${trial.trial}` : trial.trial);
+    cell(row, [trial.to_do, trial.stage in STAGES ? `(${STAGES[trial.stage]})` : ""].filter(Boolean).join(" ") || trial.words);
+    cell(row, trial.to_do ? trial.words.split(/ · |, /)[0] : "");
+    cell(row, timeOf(trial.when));
+  }
+}
+
+function alarm(troubles) {
+  at("alarm").hidden = !troubles.length;
+  put("alarm", troubles.join(" "));
+}
+
+async function ask() {
+  try {
+    const answer = await fetch("live.json", { cache: "no-store", signal: AbortSignal.timeout(SILENT_MS) });
+    const text = await answer.text();
+    const state = JSON.parse(text);
+    heard = Date.now();
+    if (text !== shown && state.trials) {
+      shown = text;
+      show(state);
+    }
+    alarm(state.troubles || []);
+  } catch {
+    if (Date.now() - heard >= SILENT_MS) {
+      alarm([`No word from addb-viewer since ${timeOf(heard)}: what stands here may be old. Is it still running?`]);
+    }
+  }
+  put("clock", timeOf(Date.now()));
+  setTimeout(ask, EVERY_MS);
+}
+
+ask();

@@ -1,0 +1,185 @@
+"""Which trials of a watched folder are written: their files rest, and hold as much as they say."""
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from solver.capture.capture import Subject
+from solver.capture.formats.c3d_contents import read_header
+from solver.capture.formats.qtm_tsv import force_files
+from solver.capture.formats.recording_files import is_force_table, is_recording
+from solver.capture.subject.opened_subject import open_subject
+from solver.capture.subject.same_motion import is_static_file
+from solver.capture.subject.subject_layout import DESCRIPTIONS, folders_below
+from solver.common.errors import CaptureError
+
+REST_S = 1.0  # unchanged for so long, a file counts as written
+FORCES_S = 4.0  # markers alone wait so long for a file of forces: programs write one after the other
+CUT_S = 20.0  # a file that holds less than it says is taken as it is once it has rested for so long
+TOLD_S = 5.0  # what cannot be opened for so long is said
+AGAIN_S = 1.0  # what cannot be opened is tried again
+Seen = tuple[int, int]  # size [bytes] and time of the last change [ns]
+
+
+@dataclass(frozen=True)
+class WrittenTrial:
+    """A trial whose files rest."""
+
+    subject: Path
+    name: str
+    files: tuple[Path, ...]
+    digest: str  # SHA-256 over them
+    rested: float  # [s] since when, on the watcher's clock
+    static: bool = False
+
+
+class WatchedSubject:
+    """One subject's folder: what its files were when they were last looked at, and since when."""
+
+    def __init__(self, folder: Path) -> None:
+        """Nothing has been seen.
+
+        Args:
+            folder: of the subject.
+        """
+        self.folder = folder
+        self.subject: Subject | None = None
+        self.trouble = ""  # why it cannot be opened, once that has lasted
+        self._seen: dict[Path, Seen] = {}
+        self._since: dict[Path, float] = {}
+        self._taken: dict[str, tuple[tuple[Seen, ...], str]] = {}  # by trial, its files as handed out, digest
+        self._opened: dict[Path, Seen] = {}  # files that rested when it was opened last
+        self._again = 0.0  # when it is tried once more
+        self._troubled: float | None = None
+
+    def written(self, now: float) -> list[WrittenTrial]:
+        """Trials that are written and were not handed out, or were replaced since.
+
+        Args:
+            now: [s] on any steady clock.
+        """
+        self._look(now)
+        resting = {file: self._seen[file] for file, since in self._since.items() if now - since >= REST_S}
+        if resting and (resting != self._opened or (self.subject is None and now >= self._again)):
+            self._open(resting, now)
+        found = [one for one in self._trials() if self._is_written(*one, resting, now)]
+        return [trial for one in found if (trial := self._hand_out(*one)) is not None]
+
+    def is_current(self, trial: WrittenTrial) -> bool:
+        """Whether its files are still those that were handed out."""
+        return self._taken.get(trial.name) == (self._as_seen(trial.files), trial.digest)
+
+    def _look(self, now: float) -> None:
+        named = (file for _, files, _ in self._trials() for file in files)  # they may lie elsewhere
+        for file in {*_measured(self.folder), *named}:
+            try:
+                stat = file.stat()
+            except OSError:
+                continue
+            seen = stat.st_size, stat.st_mtime_ns
+            if self._seen.get(file) != seen:
+                self._seen[file], self._since[file] = seen, now
+
+    def _open(self, resting: dict[Path, Seen], now: float) -> None:
+        """Find the trials; while a file is being written that often fails, and is tried again."""
+        self._opened, self._again = resting, now + AGAIN_S
+        try:
+            self.subject, self._troubled, self.trouble = open_subject(self.folder), None, ""
+        except Exception as error:  # whatever half a file can break
+            self.subject, self._troubled = None, self._troubled or now
+            self.trouble = " ".join(str(error).split()) if now - self._troubled >= TOLD_S else ""
+
+    def _trials(self) -> Iterator[tuple[str, tuple[Path, ...], bool]]:
+        if self.subject is None:
+            return
+        trials = self.subject.trials
+        alone = all(is_static_file(files.markers, self.folder) for files in trials)  # it is the first
+        for files in trials:
+            forces = force_files(files.forces) if files.forces else ()
+            yield files.name, tuple(dict.fromkeys((files.markers, *forces))), alone
+        statics = (self.subject.static, *self.subject.other_statics)
+        yield from ((path.stem, (path,), True) for path in statics if path is not None)
+
+    def _is_written(
+        self, name: str, files: tuple[Path, ...], static: bool, resting: Mapping[Path, Seen], now: float
+    ) -> bool:
+        if any(file not in resting for file in files):
+            return False
+        if self._taken.get(name, ((), ""))[0] == self._as_seen(files):
+            return False
+        since = max(self._since[file] for file in files)
+        may_get_forces = files[0].suffix.lower() == ".trc" and len(files) == 1 and not static
+        if may_get_forces and (len(resting) < len(self._since) or now - since < FORCES_S):
+            return False
+        return now - since >= CUT_S or not any(map(is_cut, files))
+
+    def _hand_out(self, name: str, files: tuple[Path, ...], static: bool) -> WrittenTrial | None:
+        whole = hashlib.sha256()
+        try:
+            for file in files:
+                whole.update(hashlib.sha256(file.read_bytes()).digest())
+        except OSError:
+            return None
+        self._taken[name] = self._as_seen(files), whole.hexdigest()
+        since = max(self._since[file] for file in files)
+        return WrittenTrial(self.folder, name, files, whole.hexdigest(), since, static)
+
+    def _as_seen(self, files: tuple[Path, ...]) -> tuple[Seen, ...]:
+        return tuple(self._seen.get(file, (0, 0)) for file in files)
+
+
+def _measured(folder: Path) -> Iterator[Path]:
+    """Files of markers, forces and descriptions of a subject; none of what this program writes."""
+    for place in (folder, *folders_below(folder)):
+        for file in place.iterdir():
+            if not file.name.startswith(".") and file.is_file() and _is_read(file):
+                yield file
+
+
+def _is_read(file: Path) -> bool:
+    return file.name in DESCRIPTIONS or is_recording(file) or is_force_table(file)
+
+
+_ROW = re.compile(rb"^[ \t]*-?[\d.]", re.MULTILINE)
+_STATED = {  # how many rows of numbers a file says that it has
+    ".mot": re.compile(rb"^nRows\s*=\s*(\d+)", re.MULTILINE),
+    ".sto": re.compile(rb"^nRows\s*=\s*(\d+)", re.MULTILINE),
+    ".tsv": re.compile(rb"^NO_OF_FRAMES[\t;,](\d+)", re.MULTILINE),
+    ".trc": re.compile(rb"^DataRate[^\n]*\n[ \t]*[\d.]+\s+[\d.]+\s+(\d+)", re.MULTILINE),
+}
+
+
+def is_cut(file: Path) -> bool:
+    """Whether a file holds fewer rows, or frames, than its head says."""
+    if file.suffix.lower() == ".c3d":
+        return _is_cut_c3d(file)
+    pattern = _STATED.get(file.suffix.lower())
+    if pattern is None:
+        return False
+    text = file.read_bytes()
+    stated = pattern.search(text)
+    return stated is not None and len(_ROW.findall(text, stated.end())) < int(stated[1])
+
+
+def _is_cut_c3d(file: Path) -> bool:
+    try:
+        header = read_header(file)
+    except CaptureError:
+        return True
+    return header.frames is not None and header.frames_held < header.frames
+
+
+def subjects_below(folder: Path) -> list[Path]:
+    """The watched folder itself where it holds recordings or a description, else the folders in it that do.
+
+    The files of one subject may lie in folders of its own, as in `S01/MarkerData`.
+    """
+    if _is_subject(folder):
+        return [folder]
+    return [place for place in folders_below(folder, 1) if any(True for _ in _measured(place))]
+
+
+def _is_subject(folder: Path) -> bool:
+    return (folder / "trials").is_dir() or any(_is_read(p) for p in folder.iterdir() if p.is_file())

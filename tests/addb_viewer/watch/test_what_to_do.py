@@ -1,0 +1,204 @@
+"""What to do now: every kind of fault has its sentence, the most urgent comes first, doubt is said."""
+
+from dataclasses import replace
+
+import pytest
+
+from addb_viewer.watch.judging import FirstLook, FitLook, Look, Step
+from addb_viewer.watch.verdict_log import Colour, Stage, VerdictLine
+from addb_viewer.watch.what_to_do import (
+    BY_BRANCH,
+    BY_CHECK,
+    BY_REASON,
+    NOTHING,
+    broken_told,
+    first_told,
+    is_good,
+    plan_words,
+    told,
+)
+from solver.capture.capture import PlanItem
+from solver.diagnosis.causes.catalogue import ABOUT
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, DirectCheck, Remains
+from solver.diagnosis.direct_checks.statement import STATED_NATS, About, Statement
+from solver.fitting.verdict import Why
+from tests.addb_viewer.fit_figures import force, moment, of_trial
+
+SOUND = Look((), (), True, True)
+FIGURES = of_trial(marker_rms_m=0.01, linear_residual=force(9.0, 0.01), angular_residual=moment(9.0, 0.005))
+GOOD = FitLook(SOUND, FIGURES, (), "walk")
+
+
+def step(number, **known):
+    return Step(
+        **{"number": number, "side": "Right", "whole": True, "missed": False, "plate": 2, "frames": (0, 9)}
+        | known
+    )
+
+
+def diagnosed(*causes):
+    verdict = "explained" if causes else "clean"
+    return DiagnosisReport(verdict, causes, (), {}, Remains(9.0, 9.8), ("walk",))
+
+
+def cause(id, target="all", confidence=0.99, **known):
+    return Cause(id, target, {}, confidence, (("walk", 10, 30),), **known)
+
+
+def test_every_cause_every_check_and_every_reason_has_an_act():
+    assert {about.branch for about in ABOUT.values()} == set(BY_BRANCH)
+    assert set(BY_CHECK) == set(About)
+    assert set(Why) - set(BY_REASON) == {Why.NO_FIT, Why.PERSON, Why.CAUSE}  # a cause has its own act
+
+
+def test_a_sound_trial_is_green_and_nothing_is_to_repeat():
+    found = told(GOOD, diagnosed(), ())
+    assert (found.colour, found.to_do) == (Colour.GREEN, NOTHING)
+    assert found.words == "Torques usable · 100 of 100 frames · marker error 50 % of the limit (20 mm)"
+
+
+@pytest.mark.parametrize("id", sorted(set(ABOUT) - {"off_plate_step"}))
+def test_a_cause_is_named_and_doubted_where_it_is_not_sure(id):
+    sure = told(GOOD, diagnosed(cause(id)), ())
+    doubted = told(GOOD, diagnosed(cause(id, confidence=0.6)), ())
+    assert sure.colour in (Colour.YELLOW, Colour.RED)  # the scale of the cameras spoils angles as well
+    assert BY_BRANCH[ABOUT[id].branch] in sure.to_do
+    assert doubted.to_do == "May be " + sure.to_do[0].lower() + sure.to_do[1:]
+
+
+def test_a_cause_that_is_likelier_not_there_asks_for_nothing():
+    weak = diagnosed(cause("zero_level", "plate_2", 0.4, told_as="tentative"))
+    assert told(GOOD, weak, ()).to_do == "Nothing to repeat; a weak sign of wrong zero level of plate 2"
+    loud = replace(GOOD, figures=replace(FIGURES, angular_residual=moment(9.0, 0.02)))
+    assert told(loud, weak, ()).to_do == BY_REASON[Why.MOMENT]
+
+
+def test_a_direct_check_speaks_where_no_cause_is_named_and_the_trial_is_not_sound():
+    check = DirectCheck("weight", "", {"entered_mass": 9.0}, ("entered_mass",), "walk")
+    loud = replace(GOOD, figures=replace(FIGURES, angular_residual=moment(9.0, 0.02)))
+    said = told(loud, replace(diagnosed(), direct_checks=(check,)), ()).to_do
+    assert said == ("May be the entered mass, or another person: weigh the person with everything they wear")
+    assert told(GOOD, replace(diagnosed(), direct_checks=(check,)), ()).to_do == NOTHING
+
+
+def test_a_trial_with_an_untared_plate_is_none_of_the_plan():
+    assert is_good(GOOD, diagnosed())
+    assert not is_good(replace(GOOD, look=Look((), ((1, -90.0),), True, True)), diagnosed())
+    assert not is_good(replace(GOOD, figures=replace(FIGURES, frames_with_force_used=0)), None)
+
+
+def test_a_step_amid_others_that_missed_a_plate():
+    steps = (step(2), step(3, missed=True, whole=False), step(4))
+    found = told(replace(GOOD, steps=steps), diagnosed(), ())
+    assert (found.colour, found.to_do) == (Colour.YELLOW, "Repeat: step 3 missed plate 2")
+
+
+@pytest.mark.parametrize(
+    ("others", "confidence", "said"),
+    [
+        ((1, 4), 0.99, "Repeat: step 2 missed the plates"),
+        ((1, 4), 0.7, "May have to be repeated: step 2 may have missed the plates"),
+        ((3, 4), 0.99, "Nothing to repeat, unless step 2 was to be on a plate"),
+    ],
+)
+def test_a_step_that_the_diagnosis_misses_is_counted_among_the_steps(others, confidence, said):
+    own = step(2, frames=(9, 31), plate=None, whole=False)
+    left = step(5, side="Left", frames=(9, 31), whole=False)
+    steps = (own, left, *(step(number, frames=(28, 50)) for number in others))
+    cause_of_it = diagnosed(cause("off_plate_step", "calcn_r", confidence))
+    assert told(replace(GOOD, steps=steps), cause_of_it, ()).to_do == said
+    assert told(GOOD, cause_of_it, ()).to_do.endswith("repeat with every step on a plate")
+
+
+@pytest.mark.parametrize(
+    ("level_N", "former", "said"),
+    [
+        (
+            -400.0,
+            ((), ("plate_1",)),
+            "Plate 1 reads -400 N while empty, may be a load at taring: tare and repeat the last 2 trials",
+        ),
+        (
+            -400.0,
+            (("plate_1",), ()),
+            "Plate 1 reads -400 N while empty, may be a load at taring: tare and repeat this trial",
+        ),
+        (90.0, (), "Plate 1 reads +90 N while empty, may be no taring: tare and repeat this trial"),
+    ],
+)
+def test_a_plate_that_was_not_tared_well_comes_first(level_N, former, said):
+    look = Look((("LKNE", 0.6),), ((1, level_N),), True, True)
+    steps = (step(1), step(2, missed=True), step(3))
+    for found in (
+        told(replace(GOOD, look=look, steps=steps), None, former),
+        first_told(FirstLook(look, (), ()), former),
+    ):
+        assert found.to_do.replace("\u00a0", " ") == said
+        assert found.colour is Colour.YELLOW
+
+
+def test_lost_markers_are_told_beside_nothing_to_repeat():
+    look = Look((("LKNE", 0.62), ("RKNE", 0.4)), (), True, True)
+    assert told(replace(GOOD, look=look), None, ()).to_do == (
+        "Nothing to repeat; marker LKNE was lost for 0.6 s, 1 other as well"
+    )
+    assert first_told(FirstLook(replace(look, lost=look.lost[:1]), (), ()), ()).to_do == (
+        "Marker LKNE was lost for 0.6 s"
+    )
+
+
+@pytest.mark.parametrize(
+    ("figures", "colour", "said"),
+    [
+        (replace(FIGURES, marker_rms_m=0.03), Colour.RED, BY_REASON[Why.MARKERS]),
+        (replace(FIGURES, angular_residual=moment(9.0, 0.02)), Colour.YELLOW, BY_REASON[Why.MOMENT]),
+        (replace(FIGURES, frames_with_force_used=0), Colour.YELLOW, BY_REASON[Why.NO_FRAMES]),
+        (replace(FIGURES, marker_max_m=0.06), Colour.YELLOW, BY_REASON[Why.MARKER]),
+    ],
+)
+def test_what_the_figures_alone_say(figures, colour, said):
+    found = told(replace(GOOD, figures=figures), diagnosed(), ())
+    assert (found.colour, found.to_do) == (colour, said)
+
+
+def test_the_first_look():
+    assert first_told(FirstLook(SOUND, (), ()), ()).colour is Colour.GREEN
+    late = Statement("lag", "", {About.CLOCK: STATED_NATS}, {}, "walk")
+    found = first_told(FirstLook(SOUND, (late,), ()), ())
+    assert (
+        found.to_do == "May be the clocks of forces and markers: check the trigger between cameras and plates"
+    )
+    assert (
+        "a step may have missed the plates at 1.2 s"
+        in first_told(FirstLook(SOUND, (late,), (1.21,)), ()).to_do
+    )
+    empty = Look((), (), True, False)
+    assert "were the amplifiers on?" in first_told(FirstLook(empty, (), ()), ()).to_do
+    assert told(replace(GOOD, look=empty), None, ()).to_do.startswith("Repeat: no plate bore a load")
+
+
+def test_a_trial_that_cannot_be_judged_says_why():
+    assert broken_told("walk.c3d: cut off").to_do == "Export it again, or repeat: walk.c3d: cut off"
+
+
+def test_the_plan_counts_good_trials_and_whole_steps():
+    line = VerdictLine("a", "", Stage.VERDICT, Colour.GREEN, "", "", "", 1.0, True, "walk", 2, 1)
+    lines = [
+        line,
+        replace(line, activity="run", right_steps=1),
+        replace(line, good=False),
+        replace(line, stage=Stage.FIT),
+    ]
+    plan = [
+        PlanItem(wanted, 3) for wanted in ("trials", "walks", "runs", "steps", "right_steps", "left_steps")
+    ]
+    assert [words for words, _ in plan_words(plan, lines)] == [
+        "2 of 3 trials",
+        "1 of 3 walks",
+        "1 of 3 runs",
+        "5 of 3 steps",
+        "3 of 3 right steps",
+        "2 of 3 left steps",
+    ]
+    assert [done for _, done in plan_words(plan, lines)] == [False, False, False, True, True, False]
+    assert plan_words(plan[:1], []) == [("0 of 3 trials", False)]
