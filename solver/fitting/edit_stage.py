@@ -19,6 +19,7 @@ from solver.fitting.settings import Settings
 from solver.fitting.state import Edit, FitState, MassAndGains
 
 MOST_NEAR = 0.5  # of all frames; with more, the whole costs no more
+MOST_SCALED = 2.0  # times `edit_gain`, of the mass; with more, inertias would move too
 
 
 def follow_small_edit(state: FitState, settings: Settings) -> FitState:
@@ -89,9 +90,9 @@ def small_edit(
     """The edit, if it can be followed near it alone; None where all frames have to be asked.
 
     Flags change what plates say of the mass and of a trial's gain by next to nothing, and with it every
-    frame: so little is left as it was. A mass that moves more scales all forces and torques, and bends no
-    motion; a trial whose plates' forces do not scale with it is made anew. What adds up over many edits is
-    held against the last fit of all frames.
+    frame: so little is left as it was. A mass that moves a little more scales all forces and torques, and
+    bends no motion; a trial whose plates' forces do not scale with it is made anew. What adds up over many
+    edits is held against the last fit of all frames.
 
     Args:
         fits: that take part, with contacts and mask.
@@ -114,6 +115,8 @@ def small_edit(
             return None
     weights = settings.trajectory
     mass_kg = weighed.mass_kg
+    if abs(mass_kg / _mass_to_all(settled) - 1) > MOST_SCALED * weights.edit_gain:
+        return None
     if abs(mass_kg / settled.mass_kg - 1) <= weights.edit_gain:
         mass_kg = settled.mass_kg
     scale = mass_kg / settled.mass_kg
@@ -135,6 +138,10 @@ def small_edit(
     return Edit(edited, kept, settled, inertias, learnt, kinds)
 
 
+def _mass_to_all(settled: SettledFit) -> float:
+    return settled.mass_to_all_kg or settled.mass_kg
+
+
 def settled_fit(state: FitState) -> SettledFit:
     """What the next re-solve goes by."""
     assert state.result is not None
@@ -150,4 +157,5 @@ def settled_fit(state: FitState) -> SettledFit:
         prediction_notes=state.prediction.notes if state.prediction is not None else (),
         known=known,
         known_to_all=known if state.edit is None else state.edit.settled.known_to_all,
+        mass_to_all_kg=None if state.edit is None else _mass_to_all(state.edit.settled),
     )

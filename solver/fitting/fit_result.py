@@ -79,6 +79,7 @@ class SettledFit:
     prediction_notes: tuple[Note, ...]  # on what the fit that predicted forces learnt
     known: Mapping[str, tuple[tuple[int, int], ...]]  # by trial, stretches of known forces
     known_to_all: Mapping[str, tuple[tuple[int, int], ...]]  # likewise, at the last fit of all frames
+    mass_to_all_kg: float | None = None  # likewise, the mass; None: `mass_kg`
 
 
 @dataclass(frozen=True)

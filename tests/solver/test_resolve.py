@@ -285,7 +285,7 @@ def test_a_small_edit_leaves_other_trials_and_what_was_judged_of_other_forces(tw
 def test_a_body_that_plates_make_heavier_bends_no_motion(two_walks):
     """All forces and torques scale with it; only a trial whose plates do not follow is made anew."""
     first, settings = two_walks
-    settled, many = first.groundwork.settled, 3 * settings.trajectory.edit_gain
+    settled, many = first.groundwork.settled, 1.5 * settings.trajectory.edit_gain
     gains = np.array([settled.gains[trial.capture.name] for trial in first.trials])
 
     def edited(scale: float, of_second: float = 1.0):
@@ -296,10 +296,16 @@ def test_a_body_that_plates_make_heavier_bends_no_motion(two_walks):
     assert heavier.weighed.mass_kg == (1 + many) * settled.mass_kg
     np.testing.assert_allclose(heavier.weighed.gains, gains / (1 + many))
     assert not any(frames.any() for frames in heavier.edited)
-    other = edited(1 + many, 1 - many)
+    other = edited(1 + many, 1 - many)  # its plates read as before
     assert [frames.all() for frames in other.edited] == [False, True]
     np.testing.assert_allclose(other.weighed.gains, gains / (1 + many) * (1.0, 1 - many))
-    assert edited(1 + many / 6).weighed.mass_kg == settled.mass_kg
+    assert edited(1 + many / 3).weighed.mass_kg == settled.mass_kg
+    assert edited(1 + 2 * many) is None
+    assert edited(1 - 2 * many) is None
+    once = replace(settled, mass_kg=(1 + many) * settled.mass_kg, mass_to_all_kg=settled.mass_kg)
+    before = replace(first.groundwork, settled=once)
+    again = MassAndGains((1 + many) ** 2 * settled.mass_kg, tuple(gains / (1 + many)))
+    assert small_edit(first.trials, again, before, settings, None) is None
 
 
 def test_so_many_flags_that_nothing_is_left_leave_the_markers_motion(case):
