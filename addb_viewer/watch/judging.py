@@ -122,7 +122,13 @@ def first_look(folder: Path, name: str, former: Sequence[str]) -> FirstLook:
     subject, reading = open_subject(folder), settings_for(folder).reading
     files = {one.name: one for one in subject.trials}
     names = [*(one for one in former[-FORMER:] if one in files and one != name), name]
-    captures = [_capture(files[one], _changed(files[one]), subject.mass_kg, reading) for one in names]
+    captures = []
+    for one in names:
+        try:
+            captures.append(_capture(files[one], _changed(files[one]), subject.mass_kg, reading))
+        except SolverError:  # a former one condemns itself alone
+            if one == name:
+                raise
     said = run_checks(measure_trials(captures, reading), subject.mass_kg)
     own = tuple(one for one in said if one.trial in (name, None))
     measured = Measured(captures[-1], reading)

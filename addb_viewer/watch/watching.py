@@ -244,7 +244,7 @@ class Session:
             self._add(one.trial, Stage.VERDICT, told(fit, report, former), fit, report)
         elif now - one.trial.rested >= FIT_ALONE_S and not one.fit_is_told:
             one.fit_is_told = True
-            self._add(one.trial, Stage.FIT, told(fit, None, former), fit)
+            self._add(one.trial, Stage.FIT, told(fit, None, former, is_last=False), fit)
         return one.diagnosis.done()
 
     def _add(

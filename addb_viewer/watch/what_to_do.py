@@ -51,8 +51,8 @@ BY_BRANCH = {  # of the catalogue of causes
     "body/one segment": "nothing to repeat",
     "body/soft_tissue": "nothing to repeat",
     "markers/scale of the cameras": "calibrate the cameras again, then repeat",
-    "markers/one": "look at it and at its label; fix it, record a static trial and repeat",
-    "markers/several at once": "fix them anew, record a static trial and repeat",
+    "markers/one": "check the marker and its label, then a static trial, then repeat",
+    "markers/several at once": "fix them anew, then a static trial, then repeat",
 }
 BY_CHECK: Mapping[Class, str] = {
     Class.ENTERED_MASS: "weigh the person with everything they wear",
@@ -72,9 +72,9 @@ BY_REASON = {
     Why.NO_POSE: "Repeat: too few markers were seen",
     Why.NO_FRAMES: "Repeat: on no frame every foot was on a plate",
     Why.MARKERS: "Look at the labels and the static trial, then repeat",
-    Why.MOMENT: "May have to be repeated: forces and motion disagree, and no cause is named",
-    Why.FORCE: "May have to be repeated: forces and motion disagree, and no cause is named",
-    Why.UNEXPLAINED: "May have to be repeated: something is wrong that has no name",
+    Why.MOMENT: "Keep it and record one more: forces and motion disagree, and no cause is named",
+    Why.FORCE: "Keep it and record one more: forces and motion disagree, and no cause is named",
+    Why.UNEXPLAINED: "Keep it and record one more: something is wrong that has no name",
     Why.MARKER: f"{NOTHING}; look at one marker",
     Why.NO_FORCES: f"{NOTHING}, if no plates were to be recorded",
 }
@@ -106,16 +106,23 @@ def first_told(found: FirstLook, former_off_zero: Sequence[Sequence[str]]) -> To
     lost = [f"{capital(_lost(found.look))}"] if found.look.lost else []
     told = [*dict.fromkeys(acts), *lost]
     words = "First look: something to look at" if told else "First look: nothing found"
-    return Told(Colour.YELLOW if told else Colour.GREEN, words, told[0] if told else "Wait for the verdict")
+    return Told(Colour.YELLOW if told else Colour.NONE, words, told[0] if told else "Wait for the verdict")
 
 
-def told(fit: FitLook, report: DiagnosisReport | None, former_off_zero: Sequence[Sequence[str]]) -> Told:
+def told(
+    fit: FitLook,
+    report: DiagnosisReport | None,
+    former_off_zero: Sequence[Sequence[str]],
+    *,
+    is_last: bool = True,
+) -> Told:
     """Of the fit, and of the diagnosis where there is one.
 
     Args:
         fit: of the trial.
         report: of its diagnosis; None: there is none, or not yet.
         former_off_zero: as in `first_told`.
+        is_last: the diagnosis is not to come any more, and may take back what the fit alone would ask for.
     """
     found = trial_verdict(fit.figures, None, report)
     named = [] if report is None else [c for c in names_of(report) if not corrected_on_reading(c)]
@@ -128,11 +135,11 @@ def told(fit: FitLook, report: DiagnosisReport | None, former_off_zero: Sequence
     if report is not None and found.verdict.reasons:
         loud = (one for one in report.direct_checks if one.speaks_for)
         acts += [_of_check(Class(one.speaks_for[0]), one.target) for one in loud]
-    acts += [BY_REASON[reason.why] for reason in found.verdict.reasons if reason.why in BY_REASON]
+    acts += [BY_REASON[r.why] for r in found.verdict.reasons if r.why in BY_REASON and is_last]
     tentative = [] if report is None else tentative_of(report)
     acts += [f"{NOTHING}; a weak sign of {short_title(cause)}" for cause in tentative]
     acts += [f"{NOTHING}; {_lost(fit.look)}"] if fit.look.lost else []
-    return Told(colour, words, [*acts, NOTHING][0])
+    return Told(colour, words, [*acts, NOTHING if is_last else "Wait for the diagnosis"][0])
 
 
 def broken_told(reason: str) -> Told:
@@ -225,7 +232,7 @@ def _lost(look: Look) -> str:
 
 
 def plan_words(plan: Sequence[PlanItem], lines: Sequence[VerdictLine]) -> list[tuple[str, bool]]:
-    """How far the plan is, each item as "3 of 5 right steps", and whether it is done.
+    """How far the plan is, each item as "3 of 5 good right steps", and whether it is done.
 
     Args:
         plan: of the subject.
@@ -242,4 +249,6 @@ def plan_words(plan: Sequence[PlanItem], lines: Sequence[VerdictLine]) -> list[t
         "left_steps": left,
     }
     have = [(counts[item.wanted], item) for item in plan]
-    return [(f"{n} of {item.count} {item.wanted.replace('_', ' ')}", n >= item.count) for n, item in have]
+    return [
+        (f"{n} of {item.count} good {item.wanted.replace('_', ' ')}", n >= item.count) for n, item in have
+    ]

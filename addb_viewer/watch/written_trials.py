@@ -111,9 +111,14 @@ class WatchedSubject:
             return False
         since = max(self._since[file] for file in files)
         may_get_forces = files[0].suffix.lower() == ".trc" and len(files) == 1 and not static
-        if may_get_forces and (len(resting) < len(self._since) or now - since < FORCES_S):
+        patience = CUT_S if self._has_forces() else FORCES_S
+        if may_get_forces and (len(resting) < len(self._since) or now - since < patience):
             return False
         return now - since >= CUT_S or not any(map(is_cut, files))
+
+    def _has_forces(self) -> bool:
+        """Whether another trial has: then this one will have some too."""
+        return self.subject is not None and any(trial.forces is not None for trial in self.subject.trials)
 
     def _hand_out(self, name: str, files: tuple[Path, ...], static: bool) -> WrittenTrial | None:
         whole = hashlib.sha256()

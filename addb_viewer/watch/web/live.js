@@ -6,6 +6,9 @@ const at = (id) => document.getElementById(id);
 const STAGES = { first: "first look, the verdict follows", fit: "by the fit alone, the diagnosis follows" };
 let heard = Date.now(), shown = "";
 
+// A figure stays with its unit.
+const joined = (text) => text.replace(/(\d) %/g, "$1\u00a0%").replace(/% BW/g, "%\u00a0BW").replace(/(\d) N/g, "$1\u00a0N");
+
 function put(id, text) {
   if (at(id).textContent !== text) at(id).textContent = text;
 }
@@ -28,7 +31,7 @@ function show(state) {
   put("trial", last ? [last.subject, last.trial, timeOf(last.when), STAGES[last.stage]].filter(Boolean).join(" · ") : "");
   put("to_do", last ? last.to_do : state.busy ? "Looking at the first trial" : "Waiting for the first trial");
   at("to_do").classList.toggle("long", at("to_do").textContent.length > LONG);
-  put("words", last ? last.words : "");
+  put("words", last ? joined(last.words) : "");
   at("plan").replaceChildren(...state.plan.map((item) => {
     const li = document.createElement("li");
     li.textContent = (item.done ? "✓ " : "") + item.words;

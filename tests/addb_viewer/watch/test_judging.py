@@ -1,5 +1,6 @@
 """What a recording shows by itself and after its fit: markers, plates, steps."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,11 @@ from addb_viewer.watch.judging import (
     NEAR_PLATE_M,
     OFF_ZERO_N,
     SEEN_SHARE,
+    first_look,
     fit_look,
 )
 from solver.capture.capture import Capture, ForcePlate, Markers
+from solver.common.errors import SolverError
 from solver.common.gravity import GRAVITY
 
 RATE, FRAMES = 100.0, 400
@@ -71,6 +74,16 @@ def test_a_step_that_no_plate_measured_is_seen_without_a_fit(seconds, share, is_
     trial = judging.Measured(Capture("walk", markers(), (plate(vertical),)), judging.ReadingSettings())
     found = list(judging._unborne_s(trial, 70.0))
     assert [abs(time - 2.0 - 0.5 * seconds * MISSING_S) < 0.03 for time in found] == [True] * is_told
+
+
+@pytest.mark.real
+def test_a_former_trial_that_cannot_be_read_condemns_itself_alone(tmp_path, real_data):
+    for file in ("subject01_walk1.trc", "subject01_walk1_grf.mot"):
+        shutil.copy(real_data / "walk_gait2354_subject01" / file, tmp_path)
+    (tmp_path / "bad.c3d").write_bytes(b"")
+    assert first_look(tmp_path, "subject01_walk1", ["bad"]).look.has_plates
+    with pytest.raises(SolverError, match="bad"):
+        first_look(tmp_path, "bad", ["subject01_walk1"])
 
 
 @pytest.mark.slow

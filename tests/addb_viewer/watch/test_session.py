@@ -163,4 +163,4 @@ def test_what_cannot_be_opened_is_said_once_and_a_plan_is_counted(tmp_path, put,
     assert "plan.jumps = 2: nothing of that name can be counted" in one.complaints[0]
     (tmp_path / "S01" / "subject.toml").write_text("[plan]\nwalks = 2\n")
     one.live(5)
-    assert one.session.plan_of("S01") == [("1 of 2 walks", False)]
+    assert one.session.plan_of("S01") == [("1 of 2 good walks", False)]

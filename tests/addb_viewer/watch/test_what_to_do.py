@@ -57,6 +57,17 @@ def test_a_sound_trial_is_green_and_nothing_is_to_repeat():
     assert found.words == "Torques usable · 100 of 100 frames · marker error 50 % of the limit (20 mm)"
 
 
+def test_the_fit_alone_asks_for_nothing_that_the_diagnosis_may_take_back():
+    limit = replace(FIGURES, angular_residual=moment(30.0, 0.02))
+    disagree = replace(GOOD, figures=limit)
+    assert told(disagree, None, ()).to_do.startswith(
+        "Keep it and record one more: forces and motion disagree"
+    )
+    assert told(disagree, None, (), is_last=False).to_do == "Wait for the diagnosis"
+    missed = replace(disagree, steps=(step(1), step(2, missed=True), step(3)))
+    assert told(missed, None, (), is_last=False).to_do == "Repeat: step 2 missed plate 2"
+
+
 @pytest.mark.parametrize("id", sorted(set(ABOUT) - {"off_plate_step"}))
 def test_a_cause_is_named_and_doubted_where_it_is_not_sure(id):
     sure = told(GOOD, diagnosed(cause(id)), ())
@@ -162,7 +173,7 @@ def test_what_the_figures_alone_say(figures, colour, said):
 
 
 def test_the_first_look():
-    assert first_told(FirstLook(SOUND, (), ()), ()).colour is Colour.GREEN
+    assert first_told(FirstLook(SOUND, (), ()), ()).colour is Colour.NONE
     late = Statement("lag", "", {About.CLOCK: STATED_NATS}, {}, "walk")
     found = first_told(FirstLook(SOUND, (late,), ()), ())
     assert (
@@ -193,12 +204,12 @@ def test_the_plan_counts_good_trials_and_whole_steps():
         PlanItem(wanted, 3) for wanted in ("trials", "walks", "runs", "steps", "right_steps", "left_steps")
     ]
     assert [words for words, _ in plan_words(plan, lines)] == [
-        "2 of 3 trials",
-        "1 of 3 walks",
-        "1 of 3 runs",
-        "5 of 3 steps",
-        "3 of 3 right steps",
-        "2 of 3 left steps",
+        "2 of 3 good trials",
+        "1 of 3 good walks",
+        "1 of 3 good runs",
+        "5 of 3 good steps",
+        "3 of 3 good right steps",
+        "2 of 3 good left steps",
     ]
     assert [done for _, done in plan_words(plan, lines)] == [False, False, False, True, True, False]
-    assert plan_words(plan[:1], []) == [("0 of 3 trials", False)]
+    assert plan_words(plan[:1], []) == [("0 of 3 good trials", False)]

@@ -52,14 +52,17 @@ def test_a_pause_amid_a_file_is_waited_for_and_a_wrong_head_is_not_for_ever(look
 
 
 def test_markers_wait_for_forces_and_do_without_in_the_end(looking, recording):
+    (looking.subject.folder / "gait.trc").write_bytes(recording(1)[0])
+    assert looking.after(3) == []
+    assert looking.after(3) == ["gait"]
     markers, forces = recording()
     (looking.subject.folder / "walk.trc").write_bytes(markers)
     assert looking.after(3) == []
     (looking.subject.folder / "walk_grf.mot").write_bytes(forces)
     assert looking.after(2) == ["walk"]
-    (looking.subject.folder / "gait.trc").write_bytes(recording(1)[0])
-    assert looking.after(3) == []
-    assert looking.after(3) == ["gait"]
+    (looking.subject.folder / "run.trc").write_bytes(recording(2)[0])  # others have forces
+    assert looking.after(14) == []
+    assert looking.after(12) == ["run"]
 
 
 def test_a_finished_trial_does_not_wait_for_the_next(looking, put, recording):
