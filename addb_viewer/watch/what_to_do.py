@@ -78,7 +78,7 @@ BY_REASON = {
     Why.MARKER: f"{NOTHING}; look at one marker",
     Why.NO_FORCES: f"{NOTHING}, if no plates were to be recorded",
 }
-OFF_PLATE = "off_plate_step"  # the cause
+OFF_PLATE = "ground/missed step"  # the branch
 MOST_NAMED = 3  # markers in a sentence
 
 
@@ -160,16 +160,20 @@ def _acts(fit: FitLook, named: Sequence[Cause], former: Sequence[Sequence[str]])
     missed = [step for step in fit.steps if step.missed]
     missed += [step for step in off_plate if step not in missed and _is_amid(step, fit.steps)]
     if missed:
-        sure = missed[0].missed or any(c.confidence >= CONFIDENT for c in named if c.id == OFF_PLATE)
+        sure = missed[0].missed or any(c.confidence >= CONFIDENT for c in named if _is_off_plate(c))
         begin, has = ("Repeat", "missed") if sure else ("May have to be repeated", "may have missed")
         yield f"{begin}: {listed([_missed(step, has) for step in missed[:MOST_NAMED]])}"
-    yield from (_of_cause(cause) for cause in named if cause.id != OFF_PLATE or not off_plate)
+    yield from (_of_cause(cause) for cause in named if not (off_plate and _is_off_plate(cause)))
 
 
 def _off_plate(fit: FitLook, named: Sequence[Cause]) -> list[Step]:
     """Steps of which the diagnosis says that no plate measured them."""
-    causes = [cause for cause in named if cause.id == OFF_PLATE]
+    causes = [cause for cause in named if _is_off_plate(cause)]
     return [step for step in fit.steps if any(_is_of(cause, step) for cause in causes)]
+
+
+def _is_off_plate(cause: Cause) -> bool:
+    return about(cause).branch == OFF_PLATE
 
 
 def _beyond_plates(fit: FitLook, named: Sequence[Cause]) -> Iterator[str]:

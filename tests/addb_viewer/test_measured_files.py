@@ -60,6 +60,7 @@ FOR_ITSELF = {
     "addb_viewer/recordings/rerun_program.py",
     "addb_viewer/recordings/rrd_recording.py",
     "addb_viewer/recordings/rrd_server.py",
+    "addb_viewer/watch/verdict_log.py",
     "annotations/database.py",
     "annotations/review_json.py",
     "solver/capture/atomic.py",

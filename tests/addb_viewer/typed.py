@@ -29,6 +29,7 @@ TYPED = {
     "settings": "{s}",
     "share": "{s}",
     "undo": "{s} walk --author anna",
+    "watch": "{s} --port 0",
     "dataset build": "{s} --out {o}/release",
     "dataset check": "{s}",
     "dataset show": "{s}",
