@@ -261,9 +261,7 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     """
     if kept is not None and (fit := resolved(job, kept, part(progress, 0.0, RESOLVED))) is not None:
         judging, before = part(progress, RESOLVED, 1.0), kept.held_out_layouts
-        fit = predict_held_out(
-            fit, job.settings, judging, job.extension, before=before
-        )  # unless near an edit
+        fit = predict_held_out(fit, job.settings, judging, job.extension, before=before)
         return fit, "only flags changed: scaling and marker fit are those of the kept fit"
     fit = solve(
         job.subject,

@@ -30,13 +30,14 @@ def follow_small_edit(state: FitState, settings: Settings) -> FitState:
     if edit is None:
         return state
     edited = dict(zip(state.fitted, edit.edited, strict=True))
-    untouched = frozenset(
-        now.capture.name
-        for i, (now, then) in enumerate(zip(state.trials, state.former, strict=True))
-        if not (i in edited and edited[i].any()) and _is_as_it_was(now, seen_part(then))
-    )
-    edit = replace(edit, untouched=untouched)
-    state = replace(state, edit=edit, weighed=edit.weighed)
+    trials, untouched = list(state.trials), set[str]()
+    for i, (now, whole) in enumerate(zip(state.trials, state.former, strict=True)):
+        then = seen_part(whole)
+        if not (i in edited and edited[i].any()) and _is_as_it_was(now, then):
+            untouched.add(now.capture.name)
+            trials[i] = replace(now, std=then.std)
+    edit = replace(edit, untouched=frozenset(untouched))
+    state = replace(state, trials=tuple(trials), edit=edit, weighed=edit.weighed)
     if edit.is_first_to_predict or edit.weighed.mass_kg != edit.settled.mass_kg:
         return state
     return _of_touched_trials(state, edit)

@@ -76,7 +76,7 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
     sizes = ErrorSizes() if state.subject.model is None else ErrorSizes(landmarks_m=0.0)
     for k, i in enumerate(state.fitted):
         fit, extra = trials[i], extra_of(trials[i], state.extension)
-        if fit.std is not None and state.edit is not None and fit.capture.name in state.edit.untouched:
+        if fit.std is not None:  # an edit left the trial as it was
             continue
         dynamics, contacts, mask = fit.dynamics, fit.contacts, fit.mask
         assert dynamics is not None

@@ -86,7 +86,6 @@ def former_marker_fit(trial: TrialFit, groundwork: Groundwork, settings: Setting
         seconds=nothing,
         label_faults=trial.label_faults,
         why_not_predicted=trial.why_not_predicted,
-        std=trial.std,
     )
 
 
