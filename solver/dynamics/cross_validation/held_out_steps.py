@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from threadpoolctl import threadpool_limits
 
-from solver.dynamics.trajectory.bordered_system import SharedChoice, TrialSystem
+from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient, SharedChoice, TrialSystem
 from solver.dynamics.trajectory.spline_band import CoefficientBand
 from solver.dynamics.trajectory.terms.root_residual import ResidualHeldOut
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
@@ -81,37 +81,50 @@ class HeldOutSteps:
             choices: of the extra columns, those that are free (the others' x stays), and the weight of the
                 inertias' prior in terms of that of the settings.
         """
+        shared, priors = self.state.shared, self.solver.priors
+        free = [np.concatenate([np.ones(shared.free_inertias, dtype=bool), some]) for some, _ in choices]
+        asked = np.flatnonzero(np.any(free, axis=0))
+        curvatures = [prior.curvature(shared)[np.ix_(asked, asked)] for prior in priors]
+        slopes = [prior.gradient(shared)[asked] for prior in priors]
+        of_choices = [  # the first prior is that of the inertias
+            SharedChoice(some[asked], (weight - 1) * curvatures[0], (weight - 1) * slopes[0])
+            for some, (_, weight) in zip(free, choices, strict=True)
+        ]
         with threadpool_limits(1):
             system = [
-                self._seen(lasting, residual, trial)
+                self._seen(lasting, residual, trial, asked)
                 for lasting, residual, trial in zip(self.lasting, self.residuals, layout, strict=True)
             ]
-            gradient = self.solver.gradient_of(self.state, system)
-            steps = self.solver.factorized(self.state, system).steps(gradient, self._shared(choices))
+            gradients = [part.gradient for part in system]
+            gradient = Gradient(
+                tuple(own.coefficients for own in gradients),
+                sum((own.shared for own in gradients), sum(slopes)),
+            )
+            steps = BorderedFactor(system, sum(curvatures)).steps(gradient, of_choices)
+            shared_steps = np.zeros((len(steps), shared.count))
+            shared_steps[:, asked] = [step.shared for step in steps]
             return [
                 residual.missed(
                     trial.held_out,
                     trial.columns_ground,
                     [step.coefficients[i] for step in steps],
-                    [step.shared for step in steps],
+                    shared_steps,
                 )
                 for i, (residual, trial) in enumerate(zip(self.residuals, layout, strict=True))
             ]
 
-    def _seen(self, lasting: TrialSystem, residual: ResidualHeldOut, trial: TrialHeldOut) -> TrialSystem:
-        basis = lasting.band.basis
-        system = TrialSystem.zero(basis, lasting.gradient.coefficients.shape[1], self.state.shared.count)
+    def _seen(
+        self,
+        lasting: TrialSystem,
+        residual: ResidualHeldOut,
+        trial: TrialHeldOut,
+        asked: Int[np.ndarray, " asked"],
+    ) -> TrialSystem:
+        """With these of the shared parameters, all inertias among them."""
+        basis, inertias = lasting.band.basis, self.state.shared.free_inertias
+        system = TrialSystem.zero(basis, lasting.gradient.coefficients.shape[1], len(asked))
         system.band = CoefficientBand(basis, lasting.band.panels.copy())
         system.gradient.coefficients += lasting.gradient.coefficients
-        residual.add_linearized(system, trial.held_out, trial.columns_ground)
+        columns = trial.columns_ground[:, :, asked[inertias:] - inertias]
+        residual.add_linearized(system, trial.held_out, columns)
         return system
-
-    def _shared(self, choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]) -> list[SharedChoice]:
-        """The solver's first prior is that of the inertias."""
-        shared, prior = self.state.shared, self.solver.priors[0]
-        curvature, slope = prior.curvature(shared), prior.gradient(shared)
-        inertias = np.ones(shared.free_inertias, dtype=bool)
-        return [
-            SharedChoice(np.concatenate([inertias, some]), (weight - 1) * curvature, (weight - 1) * slope)
-            for some, weight in choices
-        ]

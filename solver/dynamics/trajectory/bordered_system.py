@@ -132,24 +132,21 @@ class BorderedFactor:
 
     def steps(self, gradient: Gradient, choices: Sequence[SharedChoice]) -> list[Step]:
         """Likewise, each time with some of the shared parameters free, and with more of a prior on them."""
-        eliminated = self._eliminated(gradient)
-        return [self._step(*eliminated, choice) for choice in choices]
-
-    def _step(
-        self,
-        shared_gradient: Float[np.ndarray, " shared"],
-        halves: list[Float[np.ndarray, "coefficients dofs 1"]],
-        choice: SharedChoice,
-    ) -> Step:
-        free, shared_gradient = choice.free, shared_gradient + choice.gradient
-        predicted = sum(float((half**2).sum()) for half in halves)
-        shared = np.zeros(len(shared_gradient))
-        if free.any():
-            corner = (self.corner + choice.curvature)[np.ix_(free, free)]
-            shared[free] = -np.linalg.solve(corner, shared_gradient[free])
-            predicted -= float(shared_gradient @ shared)
-        steps = [
-            -factor.back_solve(half + (border @ shared)[:, :, None])[:, :, 0]
+        reduced, halves = self._eliminated(gradient)
+        own = sum(float((half**2).sum()) for half in halves)
+        shared = np.zeros((len(choices), len(reduced)))
+        predicted = []
+        for choice, step in zip(choices, shared, strict=True):
+            free, slope = choice.free, reduced + choice.gradient
+            if free.any():
+                corner = (self.corner + choice.curvature)[np.ix_(free, free)]
+                step[free] = -np.linalg.solve(corner, slope[free])
+            predicted.append(own - float(slope @ step))
+        coefficients = [
+            -factor.back_solve(half + border @ shared.T)
             for factor, border, half in zip(self.factors, self.half_borders, halves, strict=True)
         ]
-        return Step(tuple(steps), shared, predicted)
+        return [
+            Step(tuple(steps[:, :, i] for steps in coefficients), shared[i], predicted[i])
+            for i in range(len(choices))
+        ]

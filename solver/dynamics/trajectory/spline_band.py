@@ -13,6 +13,7 @@ from jaxtyping import Float
 from numpy.lib.stride_tricks import as_strided
 from scipy.sparse import csr_matrix
 
+from solver.common.true_runs import runs
 from solver.dynamics.trajectory.block_tridiagonal import BandCholesky, BlockTridiagonal
 from solver.dynamics.trajectory.spline_basis import ORDER, SplineBasis
 
@@ -218,14 +219,18 @@ class CoefficientBand:
     ]:
         """Rows by the six coefficients of each piece, and what stands beside them; in chunks of pieces.
 
-        A piece's frames lie below one another; where it has fewer than the others, zeros do.
+        A piece's frames lie below one another; where it has fewer than the others, zeros do. Pieces all of
+        whose rows are zero are left out.
         """
         basis, dofs, columns = self.basis, jacobians[0].shape[2], beside.shape[2]
         piece = basis.first[first : first + len(beside)]
         within = np.arange(first, first + len(beside)) - basis.spacing * piece
         most = int(within.max()) + 1
-        for low in range(piece[0], piece[-1] + 1, CHUNK):
-            high = min(piece[-1] + 1, low + CHUNK)
+        is_zero = np.ones(piece[-1] + 1, dtype=bool)
+        is_zero[piece[np.any([J.any(axis=(1, 2)) for J in jacobians], axis=0)]] = False
+        for low, high in (
+            (low, min(end, low + CHUNK)) for start, end in runs(~is_zero) for low in range(start, end, CHUNK)
+        ):
             some = slice(*np.searchsorted(piece, (low, high)))
             count = some.stop - some.start
             rows = np.zeros((high - low, most, 6, ORDER * dofs))

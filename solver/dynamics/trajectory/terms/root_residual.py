@@ -72,18 +72,19 @@ class ResidualRows:
 
     def with_columns(
         self,
+        inertias: int,
         columns_ground: Float[np.ndarray, "frames 6 extra"],
         centre_ground: Float[np.ndarray, "frames 3"],
     ) -> "ResidualRows":
         """The same with other columns of x, the last of the shared parameters.
 
         Args:
+            inertias: how many shared parameters come first.
             columns_ground: force [N] and moment about the ground origin [N·m] by x.
             centre_ground: of the root joint [m].
         """
         columns = -columns_ground
         columns[:, 3:] -= skew(centre_ground) @ columns[:, :3]
-        inertias = self.by_shared.shape[2] - columns.shape[2]
         by_shared = np.concatenate(
             [self.by_shared[:, :, :inertias], self.weights[:, :, None] * columns], axis=2
         )
@@ -258,10 +259,10 @@ class ResidualHeldOut:
             columns_ground: force [N] and moment about the ground origin [N·m] by x; at this point x is zero
                 where they differ from those that the rows were made with.
         """
-        by_states = []
+        by_states, inertias = [], self.at.shared.free_inertias
         for states, rows, centre in zip(self.at.chunks, self.rows, self.centres, strict=True):
             frames = states.frames
-            seen = rows.with_columns(columns_ground[frames], centre).without(held_out[frames])
+            seen = rows.with_columns(inertias, columns_ground[frames], centre).without(held_out[frames])
             seen.add_to(system, frames.start, self.at.frame_weight)
             by_states.append(seen.gradient_by_states)
         add_by_states(self.at, by_states, system.gradient)
