@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from addb_viewer.api.labelled import AXES, Series, Table, read_only
+from addb_viewer.api.labelled import AXES, Series, Table, analog_series, read_only
+from solver.capture.formats.analog_channels import read_analog
 from solver.common.notes import Note
 from solver.export.gait_tables import UNITS
 from solver.export.trial_table import trial_columns
@@ -140,6 +141,17 @@ class FittedTrial:
         """Markers as measured [m], NaN where not seen, labels as the fit reads them; [frames, markers, 3]."""
         markers = self._trial.capture.markers
         return self._series(markers.positions_ground, markers.names, ["m"] * len(markers.names))
+
+    @cached_property
+    def analog(self) -> Series:
+        """EMG, triggers and other channels that are no plate's, in the file's units; [samples, channels].
+
+        Read from the recording now: raw, on a clock of their own, whose zero is the recording's.
+
+        Raises:
+            CaptureError: the recording cannot be read any more.
+        """
+        return analog_series(read_analog(self._trial.capture.files))
 
     @cached_property
     def model_markers(self) -> Series:

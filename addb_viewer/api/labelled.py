@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from solver.capture.formats.analog_channels import AnalogChannels
+
 if TYPE_CHECKING:
     import pandas as pd
     import polars as pl
@@ -184,6 +186,13 @@ class Table:
         """
         frame: pd.DataFrame = _package("pandas").DataFrame(dict(self.columns))
         return frame
+
+
+def analog_series(analog: AnalogChannels | None) -> Series:
+    """The channels of a recording; none where it has none."""
+    if analog is None:
+        return Series(np.zeros((0, 0)), (), (), np.zeros(0))
+    return Series(analog.values, analog.names, analog.units, analog.times)
 
 
 def read_only(array: np.ndarray) -> np.ndarray:

@@ -9,11 +9,13 @@ from typing import Any, Self
 import numpy as np
 
 from addb_viewer.api.arrays_folder import Person, write_recordings
+from addb_viewer.api.labelled import Series, analog_series
 from addb_viewer.api.recording import Plate, Recording, capture_from, recording_from
 from addb_viewer.jobs.reviewing import capture_of, trial_of
 from addb_viewer.jobs.solving import Job, job_for
 from solver.capture.capture import Subject as OpenedSubject
 from solver.capture.capture import UnusedFile
+from solver.capture.formats.analog_channels import read_analog
 from solver.capture.formats.b3d.places import subject_folder_of
 from solver.common.errors import CaptureError
 from solver.common.notes import Note
@@ -223,6 +225,15 @@ class OpenedRecordings:
         """
         opened = self._opened
         return recording_from(capture_of(opened, trial_of(opened, trial)))
+
+    def analog(self, trial: str) -> Series:
+        """EMG, triggers and other channels of a trial that are no force plate's: raw, in the file's units.
+
+        Raises:
+            CaptureError: no such trial, or its files cannot be read.
+        """
+        files = trial_of(self._opened, trial)
+        return analog_series(read_analog([file for file in (files.markers, files.forces) if file]))
 
     @property
     def _opened(self) -> OpenedSubject:

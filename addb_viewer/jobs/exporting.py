@@ -10,7 +10,7 @@ from solver.export.b3d.from_fit import export_b3d
 from solver.export.c3d_file import export_c3d
 from solver.export.export_places import notes_on_renamed
 from solver.export.opensim import export_opensim
-from solver.export.trial_table import export_csv, export_parquet
+from solver.export.trial_table import export_analog, export_csv, export_parquet
 from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import inputs_of
 
@@ -61,8 +61,12 @@ def _written(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
             return export_b3d(fit, folder), ()
         case Format.csv:
             files = export_csv(fit, folder / "csv")
+            analog, notes = export_analog(fit, folder / "csv", ".csv")
+            return [*files, *analog], (*notes_on_renamed(fit), *notes)
         case Format.parquet:
             files = export_parquet(fit, folder / "parquet")
+            analog, notes = export_analog(fit, folder / "parquet", ".parquet")
+            return [*files, *analog], (*notes_on_renamed(fit), *notes)
         case Format.gltf:
             from solver.export.gltf import export_gltf  # noqa: PLC0415 (loads the meshes' library)
 

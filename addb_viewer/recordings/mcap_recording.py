@@ -8,7 +8,13 @@ import numpy as np
 
 from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_schemas import EDIT, PROGRESS
-from addb_viewer.recordings.mcap_trial import TrialTopics, write_capture, write_causes, write_fit
+from addb_viewer.recordings.mcap_trial import (
+    TrialTopics,
+    write_analog,
+    write_capture,
+    write_causes,
+    write_fit,
+)
 from addb_viewer.trial_view.drawn_curves import nanoseconds
 from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord, file_of
 from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
@@ -51,6 +57,9 @@ def write_mcap(recording: Recording, file: Path) -> Path:
             topics = TrialTopics(mcap, record.replay, origin_ns)
             write_capture(topics, record.replay)
             write_fit(topics, record, recording.meshes, lines_of(record, recording))
+            analog = record.analog[0]
+            if analog is not None:
+                write_analog(topics, analog)
             if recording.diagnosis is not None:
                 write_causes(topics, record.replay.name, recording.diagnosis)
         for edit in recording.edits:

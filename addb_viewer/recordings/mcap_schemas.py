@@ -19,6 +19,7 @@ RESIDUAL, MARKER_ERROR, PLATES, JOINTS, FLAG, CAUSE = (
     "addb.Flag",
     "addb.Cause",
 )
+ANALOG = "addb.Analog"
 METRICS, EDIT, PROGRESS = "addb.TrialMetrics", "addb.ReviewEdit", "addb.SolverProgress"
 
 
@@ -89,6 +90,13 @@ SCHEMAS = {
             used={"type": ["boolean", "null"]},
             angles_deg={"type": "object", "additionalProperties": NUMBER},
             torques_Nm={"type": "object", "additionalProperties": NUMBER},
+        ),
+        _schema(
+            ANALOG,
+            "One sample of the recording's analog channels that are no force plate's, as the file has them; "
+            "their units are in the metadata `TRIAL analog`.",
+            time_s=TIME,
+            values={"type": "object", "additionalProperties": NUMBER},
         ),
         _schema(
             FLAG,

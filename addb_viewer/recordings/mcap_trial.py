@@ -6,6 +6,7 @@
 /TRIAL/forces                   foxglove.SceneUpdate: arrows of every frame
 /TRIAL/log                      foxglove.Log: notes, flags, causes, edits
 /TRIAL/residual, marker_error, plate_forces, joints, flags, causes, metrics    JSON
+/TRIAL/analog                   JSON: every sample of channels that are no force plate's
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,6 +27,7 @@ from addb_viewer.recordings.mcap_scene import (
     transforms,
 )
 from addb_viewer.recordings.mcap_schemas import (
+    ANALOG,
     CAUSE,
     FLAG,
     JOINTS,
@@ -39,6 +41,7 @@ from addb_viewer.trial_view.joint_quantities import Kind, quantities_of
 from addb_viewer.trial_view.recorded_subject import TrialRecord, file_of
 from addb_viewer.trial_view.replay import Replay
 from addb_viewer.trial_view.trial_events import Line
+from solver.capture.formats.analog_channels import AnalogChannels
 from solver.common.typed_json import plain
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 
@@ -59,6 +62,7 @@ class TrialTopics:
         self.file, self.name = file, file_of(replay.name)
         self.seconds = replay.times
         self.times_ns = [origin_ns + int(t) for t in nanoseconds(replay.times)]
+        self.origin_ns = origin_ns
 
     def topic(self, name: str) -> str:
         """A topic of the trial."""
@@ -130,6 +134,21 @@ def write_fit(
         _write_line(topics, line)
     figures = {"trial": replay.name, "figures": plain(record.figures)}
     file.record(topics.topic("metrics"), times[0], METRICS, figures)
+
+
+def write_analog(topics: TrialTopics, analog: AnalogChannels) -> None:
+    """Write every sample of other channels, each at its own time, with all its digits.
+
+    Args:
+        topics: of the trial.
+        analog: on the recording's clock, from its zero on.
+    """
+    topics.file.metadata(f"{topics.name} analog", dict(zip(analog.names, analog.units, strict=True)))
+    seconds = analog.times
+    for at_s, at_ns, row in zip(seconds.tolist(), nanoseconds(seconds).tolist(), analog.values, strict=True):
+        known = [value if np.isfinite(value) else None for value in row.tolist()]
+        told = {"time_s": at_s, "values": dict(zip(analog.names, known, strict=True))}
+        topics.file.record(topics.topic("analog"), topics.origin_ns + at_ns, ANALOG, told)
 
 
 def write_causes(topics: TrialTopics, trial: str, diagnosis: DiagnosisReport) -> None:

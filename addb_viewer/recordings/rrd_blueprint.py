@@ -7,6 +7,7 @@ import rerun.blueprint as rrb
 from addb_viewer.recordings.rrd_log import LANES, LOG, REPORT, SECONDS, SOLVER, SOLVER_STEP, SUMMARY
 from addb_viewer.recordings.rrd_scene import BEFORE, SCENE
 from addb_viewer.recordings.rrd_series import (
+    ANALOG,
     FORCE,
     MARKERS,
     MOMENT,
@@ -50,8 +51,13 @@ def blueprint_of(record: TrialRecord, *, several: bool) -> rrb.Blueprint:
         for panel, name in CURVES.items()
     ]
     shown: rrb.Vertical | rrb.Tabs = rrb.Vertical(*curves, name="Forces and errors")
+    behind: list[rrb.View | rrb.Vertical] = []
     if replay.joints is not None:
-        shown = rrb.Tabs(shown, rrb.Vertical(*_joints(replay.joints, together), name="Joints"), active_tab=0)
+        behind.append(rrb.Vertical(*_joints(replay.joints, together), name="Joints"))
+    if record.analog[0] is not None:
+        behind.append(rrb.TimeSeriesView(origin=path((SERIES, ANALOG)), name="Analog", axis_x=together))
+    if behind:
+        shown = rrb.Tabs(shown, *behind, active_tab=0)
     words = rrb.Tabs(
         rrb.TextDocumentView(origin=path((SUMMARY,)), name="Figures"),
         rrb.TextLogView(

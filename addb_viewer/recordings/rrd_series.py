@@ -4,6 +4,7 @@ series/residual_force/after, before, threshold     [N]
 series/residual_moment/…                           [N·m] about the root joint's centre
 series/marker_error/…                              [cm] RMS and largest of each frame
 series/vertical_force/NAME                         [N] of each plate
+series/analog/NAME                                 channels of no plate, sample by sample, in the file's unit
 series/joint_angle/NAME, joint_torque/NAME         [°], [N·m] in words: knee_flexion_torque, both sides
 """
 
@@ -20,10 +21,12 @@ from addb_viewer.trial_view.joint_quantities import JointQuantity, Kind, quantit
 from addb_viewer.trial_view.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
 from addb_viewer.trial_view.recorded_subject import TrialRecord
 from addb_viewer.trial_view.replay import JointReplay, ResidualReplay
+from solver.capture.formats.analog_channels import AnalogChannels
 from solver.dynamics.thresholds import Thresholds
 
 SERIES = "series"
 FORCE, MOMENT, MARKERS, VERTICAL = "residual_force", "residual_moment", "marker_error", "vertical_force"
+ANALOG = "analog"
 JOINTS = {Kind.POSITION: "joint_angle", Kind.TORQUE: "joint_torque"}
 THRESHOLD = "threshold"
 CENTIMETRES = 100.0  # in a metre
@@ -59,6 +62,8 @@ def write_series(stream: RrdStream, record: TrialRecord) -> None:
     for i, plate in enumerate(replay.plates):
         pen = _Pen(plate.name, PLATES[i % len(PLATES)], 1.5)
         _curve(stream, (SERIES, VERTICAL, plate.name), plate.force[:, 1], pen)
+    if record.analog[0] is not None:
+        _analog(stream, record.analog[0])
     if replay.joints is not None:
         _joints(stream, replay.joints)
 
@@ -93,6 +98,14 @@ def _joints(stream: RrdStream, joints: JointReplay) -> None:
         values = np.stack([quantity.values(joints, column) for _, column in quantity.columns], axis=1)
         line = rr.SeriesLines(names=names, colors=tints, widths=[1.5] * len(names))
         _lines(stream, joint_parts(quantity), values, line)
+
+
+def _analog(stream: RrdStream, analog: AnalogChannels) -> None:
+    for k, (name, unit) in enumerate(zip(analog.names, analog.units, strict=True)):
+        parts = (SERIES, ANALOG, name)
+        label = f"{name} [{unit}]" if unit else name
+        stream.static(parts, _Pen(label, PLATES[k % len(PLATES)], 1.0).line)
+        stream.samples(parts, rr.Scalars.columns(scalars=analog.values[:, k]), analog.times)
 
 
 def _residual(stream: RrdStream, which: str, residual: ResidualReplay, pen: _Pen) -> None:

@@ -53,6 +53,13 @@ class RrdStream:
         told = columns if lengths is None else columns.partition(lengths)
         self._stream.send_columns(path(parts), indexes, told, strict=True)
 
+    def samples(
+        self, parts: Sequence[str], columns: rr.ComponentColumnList, times: Float[np.ndarray, " rows"]
+    ) -> None:
+        """Values with a clock of their own [s], on the recording's time alone."""
+        index = rr.TimeColumn(TIME, duration=nanoseconds(times).astype("timedelta64[ns]"))
+        self._stream.send_columns(path(parts), [index], columns, strict=True)
+
     def steps(self, parts: Sequence[str], timeline: str, columns: rr.ComponentColumnList, rows: int) -> None:
         """Values on a timeline of their own, counted from 0."""
         if rows:

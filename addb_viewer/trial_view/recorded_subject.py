@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import trimesh
@@ -10,6 +12,7 @@ from jaxtyping import Float
 from addb_viewer.trial_view.replay import BodySize, Replay
 from addb_viewer.trial_view.replay_of_fit import fitted_replay
 from annotations.events import Edit
+from solver.capture.formats.analog_channels import AnalogChannels, analog_or_why_not
 from solver.common.notes import Note
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.dynamics.inverse_dynamics import inverse_dynamics
@@ -39,6 +42,12 @@ class TrialRecord:
     figures: TrialFigures
     missing: tuple[bool, ...]  # by frame, as `review.json` has it: a foot's force does not count
     costs: tuple[float, ...] = ()  # of the trajectory fit: where it began, and after each iteration
+    files: tuple[Path, ...] = ()  # that it was recorded in
+
+    @cached_property
+    def analog(self) -> tuple[AnalogChannels | None, tuple[str, ...]]:
+        """Channels of the recording that are no force plate's; and why they cannot be read."""
+        return analog_or_why_not(self.files)
 
 
 @dataclass(frozen=True)
@@ -87,7 +96,8 @@ def recording_of(
         if previous is None:
             before, name = _of_markers_alone(trial, fit), MARKERS_ALONE
         replay = fitted_replay(trial, fit.skeleton, _person(fit), fit.settings)
-        records.append(TrialRecord(replay, before, name, its_figures, _missing(trial), trial.costs))
+        missing, files = _missing(trial), trial.capture.files
+        records.append(TrialRecord(replay, before, name, its_figures, missing, trial.costs, files))
     return Recording(
         fit=fit,
         trials=tuple(records),

@@ -95,6 +95,7 @@ def lines_of(record: TrialRecord, recording: Recording) -> tuple[Line, ...]:
     others = [other.replay.name for other in recording.trials if other is not record]
     notes = [note for note in recording.notes if note.trial not in others]
     lines = [Line(0, "note", note.removeprefix(f"{name}: ")) for note in notes]
+    lines += [Line(0, "note", why, is_warning=True) for why in record.analog[1]]
     for k, (start, end, foot, reason) in enumerate(record.replay.forces.missing):
         feet = foot or "all feet"
         words = reason_words(reason)

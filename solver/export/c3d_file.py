@@ -17,6 +17,8 @@ from jaxtyping import Float
 
 from solver.capture.atomic import made_folder, whole_file
 from solver.capture.capture import FootEvent, ForcePlate, Markers
+from solver.capture.formats.analog_channels import AnalogChannels, analog_or_why_not
+from solver.capture.formats.text_table import unique_names
 from solver.capture.plates.force_platform import plate_axes
 from solver.capture.resampling import bridge_gaps, resample
 from solver.capture.subject.measured_files import MARK
@@ -71,6 +73,7 @@ class C3dRecording:
     subject: str = ""
     mass_kg: float | None = None
     height_m: float | None = None
+    analog: AnalogChannels | None = None
 
 
 def write_c3d(path: Path, recording: C3dRecording) -> tuple[str, ...]:
@@ -87,7 +90,7 @@ def write_c3d(path: Path, recording: C3dRecording) -> tuple[str, ...]:
         CaptureError: the file cannot be written.
     """
     c3d = ezc3d.c3d()
-    notes = (*_add_points(c3d, recording), *_add_plates(c3d, recording))
+    notes = (*_add_points(c3d, recording), *_add_analog(c3d, recording))
     notes = (*notes, *_add_events(c3d, recording))
     _add_about(c3d, recording)
     frames = recording.markers.frames
@@ -138,33 +141,58 @@ def _add_points(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
     return tuple(f"marker {name} is called {labels[name]}" for name in markers.names if labels[name] != name)
 
 
-def _add_plates(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
-    markers, plates = recording.markers, recording.plates
-    if not plates:
+def _add_analog(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
+    """The plates' channels, and behind them the others, at one rate."""
+    markers, plates, analog = recording.markers, recording.plates, recording.analog
+    rates = [plate.rate for plate in plates] + ([] if analog is None else [analog.rate])
+    if not rates:
         return ()
-    per_frame = max(int(np.ceil(plate.rate / markers.rate * (1 - SAME_RATE))) for plate in plates)
+    per_frame = max(int(np.ceil(rate / markers.rate * (1 - SAME_RATE))) for rate in rates)
     rate = per_frame * markers.rate
     times = markers.start_time + np.arange(markers.frames * per_frame) / rate
     channels, corners, notes = [], [], []
     for plate in plates:
         place, place_notes = _corners(plate)
-        wrench, wrench_notes = _at(plate, times, rate)
+        measured = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+        signals = AnalogChannels((), (), measured, plate.rate, plate.start_time)
+        wrench, wrench_notes = _at(plate.name, signals, times, rate)
         R_plate_ground = plate_axes(place).T
         force, moment = wrench[:, :3], wrench[:, 3:] - np.cross(place.mean(axis=0), wrench[:, :3])
         channels += [force @ R_plate_ground.T, MM * moment @ R_plate_ground.T]
         corners.append(MM * R_LAB_GROUND @ place.T)
         notes += [*place_notes, *wrench_notes]
     names = [f"{kind}{axis}{k + 1}" for k in range(len(plates)) for kind in "FM" for axis in "xyz"]
-    analog = c3d["parameters"]["ANALOG"]
-    analog["RATE"]["value"] = [rate]
-    analog["LABELS"]["value"] = names
-    analog["DESCRIPTIONS"]["value"] = [
-        _short(f"{plate.name}: {name}") for plate in plates for name in FORCE_CHANNELS
-    ]
-    analog["UNITS"]["value"] = [unit for _ in plates for unit in ("N", "N", "N", "Nmm", "Nmm", "Nmm")]
-    analog["SCALE"]["value"] = [1.0] * len(names)
-    analog["OFFSET"]["value"] = [0] * len(names)
+    described = [_short(f"{plate.name}: {name}") for plate in plates for name in FORCE_CHANNELS]
+    units = [unit for _ in plates for unit in ("N", "N", "N", "Nmm", "Nmm", "Nmm")]
+    if analog is not None:
+        values, value_notes = _at("analog channels", analog, times, rate)
+        shorter = [_short(name, LONGEST - 5) for name in analog.names]
+        labels = unique_names([*names, *shorter])[0][len(names) :]
+        changed = ((a, b) for a, b in zip(analog.names, labels, strict=True) if a != b)
+        notes += [*value_notes, *(f"analog channel {name} is called {label}" for name, label in changed)]
+        channels.append(values)
+        names, units = [*names, *labels], [*units, *map(_short, analog.units)]
+        described += [""] * len(labels)
+    c3d["parameters"]["ANALOG"]["RATE"]["value"] = [rate]
+    for name, entries, kind in (
+        ("LABELS", names, ezc3d.ezc3d.CHAR),
+        ("DESCRIPTIONS", described, ezc3d.ezc3d.CHAR),
+        ("UNITS", units, ezc3d.ezc3d.CHAR),
+        ("SCALE", [1.0] * len(names), ezc3d.ezc3d.FLOAT),
+        ("OFFSET", [0] * len(names), ezc3d.ezc3d.INT),
+    ):
+        for part in range(0, len(names), MOST):
+            numbered = f"{name}{part // MOST + 1}" if part else name
+            c3d.add_parameter("ANALOG", numbered, entries[part : part + MOST])
+            c3d["parameters"]["ANALOG"][numbered]["type"] = kind
+    if len(names) > MOST:
+        notes.append(
+            f"{len(names)} channels: those beyond {MOST} stand in ANALOG:LABELS2 and on, which few programs "
+            f"read, and the first {MOST} have no unit"
+        )
     c3d["data"]["analogs"] = np.hstack(channels).T[None]
+    if not plates:
+        return tuple(notes)
     platform = c3d["parameters"]["FORCE_PLATFORM"]
     platform["USED"]["value"] = [len(plates)]
     platform["TYPE"]["value"] = [2] * len(plates)
@@ -194,30 +222,28 @@ def _corners(plate: ForcePlate) -> tuple[Float[np.ndarray, "4 3"], tuple[str, ..
 
 
 def _at(
-    plate: ForcePlate, times: Float[np.ndarray, " samples"], rate: float
-) -> tuple[Float[np.ndarray, "samples 6"], tuple[str, ...]]:
-    """The plate's wrench about the ground origin at the file's samples; zero where it was not recorded."""
+    what: str, signals: AnalogChannels, times: Float[np.ndarray, " samples"], rate: float
+) -> tuple[Float[np.ndarray, "samples channels"], tuple[str, ...]]:
+    """Signals at the file's samples; zero where one of a plate's, or all of others, were not recorded."""
     notes = []
-    recorded = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
-    first = (plate.start_time - times[0]) * rate
-    in_step = abs(plate.rate / rate - 1) < SAME_RATE and abs(first - round(first)) < SAME_SAMPLE
+    first = (signals.start_time - times[0]) * rate
+    in_step = abs(signals.rate / rate - 1) < SAME_RATE and abs(first - round(first)) < SAME_SAMPLE
     if in_step:
-        wrench = _shifted(recorded, round(first), len(times))
+        values = _shifted(signals.values, round(first), len(times))
     else:
-        wrench = _resampled(recorded, plate, times)
-        notes.append(f"{plate.name}: resampled from {plate.rate:g} to {rate:g} Hz, in step with the markers")
-    unknown = ~np.isfinite(wrench).all(axis=1)
+        values = _resampled(signals, times)
+        notes.append(f"{what}: resampled from {signals.rate:g} to {rate:g} Hz, in step with the markers")
+    known = np.isfinite(values)
+    unknown = ~(known.any(axis=1) if signals.names else known.all(axis=1))
     if unknown.any():
         spans = [_span(float(times[start]), float(times[end - 1])) for start, end in runs(unknown)]
         listed = ", ".join(spans[:5]) + (f" and {len(spans) - 5} more" if len(spans) > 5 else "")
-        notes.append(f"{plate.name}: not recorded {listed}; the file has zeros there")
-    outside = (plate.times < times[0] - 0.5 / rate) | (plate.times > times[-1] + 0.5 / rate)
+        notes.append(f"{what}: not recorded {listed}; the file has zeros there")
+    outside = (signals.times < times[0] - 0.5 / rate) | (signals.times > times[-1] + 0.5 / rate)
     if outside.any():
-        span = f"{outside.sum() / plate.rate:.3f} s"
-        notes.append(
-            f"{plate.name}: {span} outside the markers' frames are lost; a C3D file has no place for them"
-        )
-    return np.where(unknown[:, None], 0.0, wrench), tuple(notes)
+        span = f"{outside.sum() / signals.rate:.3f} s"
+        notes.append(f"{what}: {span} outside the markers' frames are lost; a C3D file has no place for them")
+    return np.where(unknown[:, None], 0.0, values), tuple(notes)
 
 
 def _span(first_s: float, last_s: float) -> str:
@@ -233,18 +259,19 @@ def _shifted(values: np.ndarray, first: int, count: int) -> np.ndarray:
     return shifted
 
 
-def _resampled(recorded: np.ndarray, plate: ForcePlate, times: Float[np.ndarray, " samples"]) -> np.ndarray:
+def _resampled(signals: AnalogChannels, times: Float[np.ndarray, " samples"]) -> np.ndarray:
     """At other times, NaN beside samples without a number."""
+    recorded = signals.values
     known = np.isfinite(recorded).all(axis=1)
     filled = recorded
     if not known.all():
         if not known.any():
             return np.full((len(times), recorded.shape[1]), np.nan)
         filled = bridge_gaps(recorded, known)
-    wrench = resample(filled, plate.rate, plate.start_time, times)
-    nearest = np.clip(np.round((times - plate.start_time) * plate.rate).astype(int), 0, len(known) - 1)
-    wrench[~known[nearest]] = np.nan
-    return wrench
+    values = resample(filled, signals.rate, signals.start_time, times)
+    nearest = np.clip(np.round((times - signals.start_time) * signals.rate).astype(int), 0, len(known) - 1)
+    values[~known[nearest]] = np.nan
+    return values
 
 
 def _add_events(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
@@ -348,6 +375,8 @@ def export_c3d(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
     stems, gaits = trial_stems(fit), gaits_of(fit)
     for trial in fit.trials:
         name = trial.capture.name
+        analog, why_not = analog_or_why_not(trial.capture.files)
+        notes += (f"{name}: {why}" for why in why_not)
         recording = C3dRecording(
             markers=trial.capture.markers,
             plates=trial.capture.plates,
@@ -356,6 +385,7 @@ def export_c3d(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
             subject=fit.subject.name,
             mass_kg=fit.mass_kg,
             height_m=fit.height_m,
+            analog=analog,
         )
         path = made_folder(folder) / f"{stems[name]}.c3d"
         notes += write_c3d(path, recording)

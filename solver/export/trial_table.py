@@ -11,6 +11,7 @@ import pyarrow.parquet
 from jaxtyping import Float
 
 from solver.capture.atomic import made_folder, whole_file
+from solver.capture.formats.analog_channels import analog_or_why_not
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics, TrialStd
 from solver.export.export_places import trial_stems
@@ -24,6 +25,10 @@ from solver.skeleton.skeleton import Skeleton
 
 Columns = dict[str, np.ndarray]
 CSV_OPTIONS = pa.csv.WriteOptions(quoting_style="needed")
+WRITE: dict[str, Callable[[pa.Table, BinaryIO], object]] = {
+    ".csv": lambda table, file: pa.csv.write_csv(table, file, CSV_OPTIONS),
+    ".parquet": pa.parquet.write_table,
+}
 
 
 def export_csv(fit: Fit, folder: Path) -> list[Path]:
@@ -32,7 +37,7 @@ def export_csv(fit: Fit, folder: Path) -> list[Path]:
     Raises:
         CaptureError: the folder cannot be made, or not written to.
     """
-    return _export(fit, folder, ".csv", lambda table, file: pa.csv.write_csv(table, file, CSV_OPTIONS))
+    return _export(fit, folder, ".csv")
 
 
 def export_parquet(fit: Fit, folder: Path) -> list[Path]:
@@ -41,7 +46,28 @@ def export_parquet(fit: Fit, folder: Path) -> list[Path]:
     Raises:
         CaptureError: the folder cannot be made, or not written to.
     """
-    return _export(fit, folder, ".parquet", pa.parquet.write_table)
+    return _export(fit, folder, ".parquet")
+
+
+def export_analog(fit: Fit, folder: Path, suffix: str) -> tuple[list[Path], tuple[str, ...]]:
+    """Write analog/TRIAL of every trial with analog channels, a row a sample, on the recording's clock.
+
+    Returns:
+        The files, and which trials' recordings cannot be read any more.
+
+    Raises:
+        CaptureError: the folder cannot be made, or not written to.
+    """
+    written, notes, stems = list[Path](), list[str](), trial_stems(fit)
+    for trial in fit.trials:
+        analog, why_not = analog_or_why_not(trial.capture.files)
+        notes += (f"{trial.capture.name}: {why}" for why in why_not)
+        if analog is not None:
+            path = made_folder(folder / "analog") / f"{stems[trial.capture.name]}{suffix}"
+            with whole_file(path) as file:
+                WRITE[suffix](pa.table(analog.columns), file)
+            written.append(path)
+    return written, tuple(notes)
 
 
 def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
@@ -63,8 +89,8 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
     return columns if trial.std is None else columns | _of_std(trial.std, skeleton)
 
 
-def _export(fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]) -> list[Path]:
-    written, stems = [], trial_stems(fit)
+def _export(fit: Fit, folder: Path, suffix: str) -> list[Path]:
+    written, stems, write = [], trial_stems(fit), WRITE[suffix]
     for trial in fit.trials:
         path = made_folder(folder) / f"{stems[trial.capture.name]}{suffix}"
         columns = trial_columns(trial, fit.skeleton)

@@ -81,16 +81,18 @@ def write_mjcf(content: Content, path: Path) -> tuple[str, ...]:
 WRITERS = {
     ".c3d": Writer(
         write_c3d_file,
-        holds=MEASURED | {Part.EVENTS, Part.MOTION, Part.TORQUES, Part.PERSON},
+        holds=MEASURED | {Part.ANALOG, Part.EVENTS, Part.MOTION, Part.TORQUES, Part.PERSON},
         needs=frozenset({Part.MARKERS}),
     ),
     ".trc": Writer(write_trc_file, holds=MEASURED, needs=frozenset({Part.MARKERS})),
     ".mot": Writer(write_mot, holds=frozenset({Part.PLATES}), needs=frozenset({Part.PLATES})),
     ".sto": Writer(write_mot, holds=frozenset({Part.PLATES}), needs=frozenset({Part.PLATES})),
-    ".parquet": Writer(write_parquet, holds=MEASURED | {Part.MOTION, Part.TORQUES}, needs=frozenset()),
+    ".parquet": Writer(
+        write_parquet, holds=MEASURED | {Part.ANALOG, Part.MOTION, Part.TORQUES}, needs=frozenset()
+    ),
     ".b3d": Writer(
         write_b3d_file,
-        holds=frozenset(Part) - {Part.EVENTS},
+        holds=frozenset(Part) - {Part.ANALOG, Part.EVENTS},
         needs=frozenset(),
         holds_all_trials=True,
     ),
@@ -98,7 +100,7 @@ WRITERS = {
     ".xml": Writer(write_mjcf, holds=MOVING, needs=MOVING, holds_all_trials=True),
     FOLDER: Writer(
         write_opensim_set,
-        holds=frozenset(Part) - {Part.EVENTS},
+        holds=frozenset(Part) - {Part.ANALOG, Part.EVENTS},
         needs=MOVING,
         holds_all_trials=True,
     ),

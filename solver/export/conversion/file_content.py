@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import FootEvent, ForcePlate, Markers
+from solver.capture.formats.analog_channels import AnalogChannels
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
@@ -18,6 +19,7 @@ class Part(StrEnum):
 
     MARKERS = "markers"
     PLATES = "force plates"
+    ANALOG = "analog channels"
     EVENTS = "gait events"
     MODEL = "model"
     MOTION = "motion"
@@ -46,6 +48,7 @@ class Trial:
     motion: Motion | None = None  # of the model's free coordinates
     torques: Float[np.ndarray, "frames dofs"] | None = None  # generalized forces at the motion's frames
     contacts: BodyForces | None = None
+    analog: AnalogChannels | None = None  # what is no force plate's
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,7 @@ class Content:
         there = {
             Part.MARKERS: any(t.markers is not None for t in self.trials),
             Part.PLATES: any(t.plates for t in self.trials),
+            Part.ANALOG: any(t.analog is not None for t in self.trials),
             Part.EVENTS: any(t.events for t in self.trials),
             Part.MODEL: self.skeleton is not None,
             Part.MOTION: any(t.motion is not None for t in self.trials),

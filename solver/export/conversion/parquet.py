@@ -1,7 +1,8 @@
 """A trial as Parquet: a row a frame, and in a second table a row a sample of the force plates.
 
 STEM.parquet holds markers, coordinates and torques; STEM_forces.parquet the plates, STEM_forces_2.parquet
-those of another clock. Each table says in its metadata what its columns are, so that it can be read again.
+those of another clock, STEM_analog.parquet other analog channels. Each table says in its metadata what its
+columns are, so that it can be read again.
 """
 
 import json
@@ -16,13 +17,14 @@ import pyarrow.parquet as pq
 from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate, Markers
+from solver.capture.formats.analog_channels import AnalogChannels
 from solver.common.errors import CaptureError
 from solver.export.conversion.file_content import Content, Trial
 from solver.export.conversion.opensim_set import by_clock
 from solver.export.trial_table import UNITS
 
 ABOUT = b"addb-viewer"  # key of the metadata
-FORCES = "_forces"
+FORCES, ANALOG = "_forces", "_analog"
 KINDS = (("force", "N"), ("moment", "Nm"), ("cop", "m"))
 
 
@@ -40,6 +42,11 @@ def write_parquet(content: Content, path: Path) -> tuple[str, ...]:
         _write_plates(
             path.with_name(f"{path.stem}{FORCES}{f'_{number + 1}' if number else ''}.parquet"), plates
         )
+    if trial.analog is not None:
+        analog = trial.analog
+        about = {"channels": analog.names, "units": analog.units}
+        about |= {"rate_Hz": analog.rate, "start_time_s": analog.start_time}
+        _write(path.with_name(f"{path.stem}{ANALOG}.parquet"), analog.columns, about)
     return ()
 
 
@@ -61,7 +68,9 @@ def read_parquet(path: Path) -> Content:
         left.append(f"{len(about['coordinates'])} coordinates, whose model is not in the table")
     others = sorted(path.parent.glob(f"{escape(path.stem)}{FORCES}*.parquet"))
     plates = tuple(plate for file in others for plate in _read_plates(file))
-    return Content(path, (Trial(path.stem, markers, plates),), left_behind=tuple(left))
+    analog = path.with_name(f"{path.stem}{ANALOG}.parquet")
+    channels = _read_analog(analog) if analog.is_file() else None
+    return Content(path, (Trial(path.stem, markers, plates, analog=channels),), left_behind=tuple(left))
 
 
 def _frames(trial: Trial, content: Content, path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -116,6 +125,13 @@ def _read_plates(path: Path) -> list[ForcePlate]:
         place = None if corners is None else np.array(corners)
         plates.append(ForcePlate(name, force, moment, cop, about["rate_Hz"], about["start_time_s"], place))
     return plates
+
+
+def _read_analog(path: Path) -> AnalogChannels:
+    table, about = _read(path)
+    values = np.column_stack([column.to_numpy() for column in table.columns[1:]])
+    names, units = tuple(about["channels"]), tuple(about["units"])
+    return AnalogChannels(names, units, values, about["rate_Hz"], about["start_time_s"])
 
 
 def _write(path: Path, columns: dict[str, np.ndarray], about: dict[str, Any]) -> None:

@@ -7,15 +7,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from solver.capture.capture import ForcePlate, Markers, TrialFiles
-from solver.capture.formats.c3d_contents import C3dContents, foot_events, open_c3d
+from solver.capture.formats.analog_channels import analog_in
+from solver.capture.formats.c3d_contents import foot_events, open_c3d
 from solver.capture.formats.qtm_tsv import plates_beside
 from solver.capture.formats.recording_files import is_recording, loads_upright, read_forces
 from solver.capture.formats.text_table import some_of
 from solver.capture.formats.trc import write_trc
-from solver.capture.plates.force_platform import CHANNELS_OF_TYPE
 from solver.capture.plates.moment_convention import plates_from_storage
 from solver.capture.plates.plate_levels import evidence_on_plates
 from solver.capture.trial import READING, ReadingSettings, read_recording
@@ -38,7 +36,7 @@ def read_marker_file(path: Path, forces: Path | None = None, settings: ReadingSe
     plates, sign_notes = on_the_person(found.plates, found.markers, settings)
     trial = Trial(path.stem, found.markers, plates)
     content = Content(path, (trial,), notes=(*found.notes, *sign_notes))
-    return _with_the_rest_of_c3d(content, forces) if path.suffix.lower() == ".c3d" else content
+    return _with_the_rest_of_c3d(content) if path.suffix.lower() == ".c3d" else content
 
 
 def read_force_table(path: Path) -> Content:
@@ -85,44 +83,19 @@ def on_the_person(
     return tuple(turned), tuple(notes)
 
 
-def _with_the_rest_of_c3d(content: Content, forces: Path | None) -> Content:
-    """Events, and what else the file holds that no other format takes."""
+def _with_the_rest_of_c3d(content: Content) -> Content:
+    """Events, analog channels that are no plate's, and what else the file holds that no format takes."""
     contents = open_c3d(content.source)
-    events, other_events = foot_events(contents)
+    events, others = foot_events(contents)
     (trial,) = content.trials
-    left = (
-        _counted("analog channels beside the plates'", _other_channels(contents, forces is None)),
-        _counted("events", other_events),
-    )
     mass, height = (contents.number("PROCESSING", name, 0.0) for name in ("BODYMASS", "HEIGHT"))
     return replace(
         content,
-        trials=(replace(trial, events=events),),
+        trials=(replace(trial, events=events, analog=analog_in(contents)),),
         mass_kg=mass or None,
         height_m=height / 1000 or None,
-        left_behind=tuple(text for text in left if text),
+        left_behind=(f"{len(others)} events ({some_of(others, LISTED)})",) if others else (),
     )
-
-
-def _other_channels(contents: C3dContents, plates_taken: bool) -> list[str]:
-    """Labels of analog channels that belong to no platform."""
-    used: set[int] = set()
-    if plates_taken:
-        types = contents.array("FORCE_PLATFORM", "TYPE").ravel().astype(int)
-        channels = contents.array("FORCE_PLATFORM", "CHANNEL")
-        channels = channels.reshape(len(channels), -1) if channels.size else np.zeros((0, 0))
-        for kind, column in zip(types, channels.T, strict=False):
-            used |= {int(channel) - 1 for channel in column[: CHANNELS_OF_TYPE.get(int(kind), 0)]}
-    labels = contents.words("ANALOG", "LABELS")
-    count = contents.analogs.shape[1]
-    return [labels[k] if k < len(labels) else f"channel {k + 1}" for k in range(count) if k not in used]
-
-
-def _counted(what: str, names: Sequence[str]) -> str:
-    """Such as "3 events (Jump, Land, Turn)"; empty for none."""
-    if not names:
-        return ""
-    return f"{len(names)} {what} ({some_of(names, LISTED)})"
 
 
 def write_c3d_file(content: Content, path: Path) -> tuple[str, ...]:
@@ -144,6 +117,7 @@ def write_c3d_file(content: Content, path: Path) -> tuple[str, ...]:
         subject=content.source.stem,
         mass_kg=content.mass_kg,
         height_m=content.height_m,
+        analog=trial.analog,
     )
     return (*notes, *write_c3d(path, recording))
 

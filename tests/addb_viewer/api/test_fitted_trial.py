@@ -1,12 +1,14 @@
 """The arrays of a fit are the solver's, with the names and units that belong to them."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import ezc3d
 import numpy as np
 import pytest
 
-from addb_viewer import Fit
+from addb_viewer import Fit, Subject
 from solver.export.trial_table import export_csv
 from tests.made_std import made_std
 
@@ -129,3 +131,18 @@ def test_type_information_lies_beside_the_packages():
 
     for package in (addb_viewer, annotations, solver):
         assert Path(package.__file__).with_name("py.typed").is_file()
+
+
+def test_analog_channels_are_read_from_the_recording_when_asked_for(real_data, small_fit, fit, tmp_path):
+    file = real_data / "wild" / "unipd_bts" / "2012_10_17" / "Walking1.c3d"
+    trial = small_fit.trials[0]
+    recorded = replace(trial, capture=replace(trial.capture, files=(file,)))
+    analog = Fit(replace(small_fit, trials=(recorded,)), tmp_path)["walk"].analog
+    expected = ezc3d.c3d(str(file))["data"]["analogs"][0]
+    assert (analog.shape, analog.units[0]) == ((4896, 15), "V")
+    np.testing.assert_array_equal(analog["Right Soleus"], expected[12 + analog.names.index("Right Soleus")])
+    assert analog.times[1020] == pytest.approx(1.0)
+    assert fit["walk"].analog.names == ()
+    shutil.copytree(file.parent, tmp_path / "BTS")
+    again = Subject.open(tmp_path / "BTS").analog("Walking1")
+    np.testing.assert_array_equal(again.values, analog.values)

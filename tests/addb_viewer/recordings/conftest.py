@@ -9,10 +9,12 @@ import pytest
 from addb_viewer.trial_view.recorded_subject import recording_of
 from annotations.events import ClearRange, Edit, FlagRange, Undo
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
+from solver.capture.formats.analog_channels import AnalogChannels
 from solver.common.notes import Kind, noted
 from solver.contact.detected_ranges import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
+from solver.export.c3d_file import C3dRecording, write_c3d
 from solver.fitting.fit_result import Fit, KinematicsOnly, TrialFit
 from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
@@ -179,6 +181,17 @@ def edits():
 
 
 @pytest.fixture
-def recording(make_fit, diagnosis, edits):
+def analog() -> AnalogChannels:
+    """A muscle that whispers, in volts, and a sensor without a unit."""
+    t = np.arange(round(FRAMES / RATE * 2000)) / 2000
+    values = np.stack([3e-5 * np.sin(400 * t), 2.5 + np.cos(9 * t)], axis=1).astype(np.float32)
+    return AnalogChannels(("VL", "trigger 1"), ("V", ""), values.astype(float), 2000.0)
+
+
+@pytest.fixture
+def recording(make_fit, diagnosis, edits, analog, tmp_path):
     """Of the trial `walk`, with everything that there may be."""
-    return recording_of(make_fit("walk"), diagnosis=diagnosis, edits=edits)
+    file = tmp_path / "walk.c3d"
+    write_c3d(file, C3dRecording(Markers(("A",), np.ones((FRAMES, 1, 3)), RATE), analog=analog))
+    found = recording_of(make_fit("walk"), diagnosis=diagnosis, edits=edits)
+    return replace(found, trials=tuple(replace(record, files=(file,)) for record in found.trials))

@@ -249,3 +249,19 @@ def test_the_page_names_every_topic_schema_and_attachment(read):
         assert f"`{schema.name}`" in page
     for name in read.attachments:
         assert f"`{name.replace('walk/', 'TRIAL/')}`" in page
+
+
+def test_analog_channels_have_every_sample_at_its_time_with_all_its_digits(read, analog):
+    found = read.messages["/walk/analog"]
+    np.testing.assert_array_equal([m["values"]["VL"] for m in found], analog.values[:, 0])
+    np.testing.assert_array_equal([m["values"]["trigger 1"] for m in found], analog.values[:, 1])
+    assert read.times["/walk/analog"] == [500_000 * k for k in range(len(found))]
+    assert [m["time_s"] for m in found] == pytest.approx(np.arange(len(found)) / 2000, abs=1e-12)
+    assert read.metadata["walk analog"] == {"VL": "V", "trigger 1": ""}
+
+
+def test_a_recording_that_is_gone_costs_its_analog_channels_and_the_log_says_so(recording, tmp_path):
+    recording.trials[0].files[0].unlink()
+    read = Read(write_mcap(recording, tmp_path / "walk.mcap"))
+    assert "/walk/analog" not in read.times
+    assert any("analog channels are not written" in m.message for m in read.messages["/walk/log"])

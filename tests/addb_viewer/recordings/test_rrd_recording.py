@@ -31,7 +31,7 @@ class Read:
         for part in reader.stream(store=store):
             batch = part.to_record_batch()
             columns = {name: batch.column(name).to_pylist() for name in batch.schema.names}
-            timeline = columns.get("frame", columns.get("solver_step"))
+            timeline = columns.get("frame", columns.get("solver_step", columns.get("time")))
             for name, values in columns.items():
                 key = (str(part.entity_path), name)
                 if part.is_static:
@@ -157,6 +157,14 @@ def test_joints_have_angles_and_torques_in_words(read, make_fit):
     places = {place for place, _ in read.rows if place.startswith("/series/joint")}
     assert {place for place in places if "torque" in place} == {"/series/joint_torque/knee_torque"}
     assert len(places) == 5  # the root turns about three axes; its torques are the residual
+
+
+def test_analog_channels_lie_on_the_recordings_time_sample_by_sample(read, analog):
+    rows = read.rows[("/series/analog/VL", "Scalars:scalars")]
+    np.testing.assert_array_equal([value for *_, (value,) in rows], analog.values[:, 0])
+    times = [time.total_seconds() for time, *_ in rows]
+    np.testing.assert_allclose(times, analog.times, atol=1e-6)
+    assert read.static[("/series/analog/VL", "SeriesLines:names")] == [["VL [V]"]]
 
 
 def test_flags_causes_and_proposals_are_lanes(read, recording):

@@ -8,6 +8,7 @@ import pytest
 
 from solver.capture.axes import markers_y_up, plate_y_up
 from solver.capture.capture import ForcePlate, Markers
+from solver.capture.formats.analog_channels import AnalogChannels
 from solver.capture.formats.c3d import read_c3d
 from solver.export.c3d_file import C3dRecording, FootEvent, ModelOutput, export_c3d, foot_events, write_c3d
 from solver.gait.gait_events import Source, Stance, side_of
@@ -114,6 +115,46 @@ def test_the_package_c3d_finds_the_same_numbers(recording, tmp_path):
     signals = np.concatenate([analog for *_, analog in frames], axis=1)
     np.testing.assert_allclose(-signals[2], recording.plates[0].force_ground[:, 1], atol=1e-3)  # z is down
     np.testing.assert_allclose(events, [[0, 0.125], [0, 0.4]], rtol=FLOAT)
+
+
+@pytest.mark.parametrize("plates", [0, 1])
+def test_other_analog_channels_stand_behind_the_plates_sample_by_sample(recording, plates, tmp_path):
+    c3d = pytest.importorskip("c3d", reason="the package c3d is not installed; pip install .[dev]")
+    values = np.random.default_rng(1).normal(size=(FRAMES * PER_FRAME, 3)).astype(np.float32)
+    analog = AnalogChannels(("Fx1", "soleus ü", "y" * 200), ("V", "µV", ""), values, RATE * PER_FRAME)
+    notes = write_c3d(
+        tmp_path / "walk.c3d", replace(recording, plates=recording.plates[:plates], analog=analog)
+    )
+    with (tmp_path / "walk.c3d").open("rb") as file:
+        reader = c3d.Reader(file)
+        frames = list(reader.read_frames())
+        units = [reader.get("ANALOG:UNITS").bytes_array[k].decode().strip() for k in range(-3, 0)]
+    signals = np.concatenate([samples for *_, samples in frames], axis=1)
+    np.testing.assert_array_equal(signals[-3:].T, values)
+    assert units == ["V", "µV", ""]
+    found = ezc3d.c3d(str(tmp_path / "walk.c3d"))["parameters"]["ANALOG"]["LABELS"]["value"]
+    assert found[-3:] == ["Fx1#2" if plates else "Fx1", "soleus ü", "y" * 122]
+    assert any("analog channel Fx1 is called Fx1#2" in note for note in notes) == bool(plates)
+
+
+def test_analog_channels_begin_with_the_first_marker_frame(markers, tmp_path):
+    values = np.arange(800.0)[:, None]
+    analog = AnalogChannels(("trigger",), ("V",), values, 1000.0)
+    notes = write_c3d(tmp_path / "walk.c3d", C3dRecording(replace(markers, start_time=0.25), analog=analog))
+    found = ezc3d.c3d(str(tmp_path / "walk.c3d"))["data"]["analogs"][0, 0]
+    np.testing.assert_array_equal(found, [*range(250, 800), *[0] * 50])
+    assert any("analog channels: not recorded from 0.800 to 0.849 s" in note for note in notes)
+    assert any("analog channels: 0.250 s outside the markers' frames are lost" in note for note in notes)
+
+
+def test_more_channels_than_a_parameter_holds_are_all_there(markers, tmp_path):
+    values = np.random.default_rng(2).normal(size=(600, 300)).astype(np.float32)
+    analog = AnalogChannels(tuple(f"s{k}" for k in range(300)), ("V",) * 300, values, 1000.0)
+    (note,) = write_c3d(tmp_path / "walk.c3d", C3dRecording(markers, analog=analog))
+    assert "300 channels: those beyond 255 stand in ANALOG:LABELS2" in note
+    found = ezc3d.c3d(str(tmp_path / "walk.c3d"))
+    np.testing.assert_array_equal(found["data"]["analogs"][0].T, values)
+    assert found["parameters"]["ANALOG"]["LABELS2"]["value"][-1] == "s299"
 
 
 @pytest.mark.parametrize("rate", [480.0, 1000.0])

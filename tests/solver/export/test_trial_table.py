@@ -4,13 +4,17 @@ import csv
 from dataclasses import replace
 
 import numpy as np
+import pyarrow.csv
 import pytest
 from pyarrow import parquet
 
+from solver.capture.capture import Markers
+from solver.capture.formats.analog_channels import AnalogChannels
 from solver.common.errors import CaptureError
 from solver.contact.wrenches import FrameMask
+from solver.export.c3d_file import C3dRecording, write_c3d
 from solver.export.export_places import notes_on_renamed
-from solver.export.trial_table import export_csv, export_parquet
+from solver.export.trial_table import export_analog, export_csv, export_parquet
 
 
 def read_csv(path):
@@ -118,3 +122,26 @@ def test_trials_whose_names_look_alike_do_not_overwrite_each_other(small_fit, tm
 def _of(fit, trials):
     files = tuple(replace(fit.subject.trials[0], name=trial.capture.name) for trial in trials)
     return replace(fit.subject, trials=files)
+
+
+def test_analog_channels_have_a_table_of_their_own_with_a_row_a_sample(fit, tmp_path):
+    values = np.random.default_rng(4).normal(size=(200, 2)).astype(np.float32)
+    markers = Markers(("A",), np.ones((100, 1, 3)), 50.0)
+    analog = AnalogChannels(("soleus", "trigger"), ("mV", ""), values, 100.0)
+    write_c3d(tmp_path / "walk.c3d", C3dRecording(markers, analog=analog))
+    recorded = with_trial(fit, capture=replace(fit.trials[0].capture, files=(tmp_path / "walk.c3d",)))
+    for suffix, read in ((".csv", pyarrow.csv.read_csv), (".parquet", parquet.read_table)):
+        (path,), notes = export_analog(recorded, tmp_path, suffix)
+        assert (path, notes) == (tmp_path / "analog" / f"walk{suffix}", ())
+        table = read(path)
+        assert table.column_names == ["time_s", "soleus_mV", "trigger"]
+        np.testing.assert_allclose(table["time_s"], np.arange(200) / 100, atol=1e-12)
+        np.testing.assert_array_equal(table["soleus_mV"], values[:, 0])
+
+
+def test_a_recording_that_is_gone_costs_only_its_analog_channels(fit, tmp_path):
+    gone = with_trial(fit, capture=replace(fit.trials[0].capture, files=(tmp_path / "gone.c3d",)))
+    files, (note,) = export_analog(gone, tmp_path, ".csv")
+    assert files == []
+    assert "walk: analog channels are not written: " in note
+    assert "gone.c3d: cannot be read" in note

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import ezc3d
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from solver.capture.capture import FootEvent
@@ -152,11 +153,26 @@ def test_what_a_c3d_holds_beside_is_named(c3d_file, tmp_path):
     event = held["parameters"]["EVENT"]
     event["LABELS"]["value"] = ["Foot Strike", "Jump"]
     held.write(str(tmp_path / "emg.c3d"))
-    (note,) = (
-        note for note in convert(tmp_path / "emg.c3d", tmp_path / "out.trc").notes if "not converted" in note
-    )
-    assert "1 analog channels beside the plates' (EMG soleus)" in note
-    assert "1 events (Jump)" in note
+    notes = convert(tmp_path / "emg.c3d", tmp_path / "out.trc").notes
+    assert any("not converted: 1 events (Jump)" in note for note in notes)
+    assert any("no place for analog channels, gait events" in note for note in notes)
+
+
+def test_analog_channels_come_through_parquet_and_c3d_with_every_sample(real_data, tmp_path):
+    source = real_data / "wild" / "unipd_bts" / "2012_10_17" / "Walking1.c3d"
+    expected = ezc3d.c3d(str(source))["data"]["analogs"][0, 12:].T  # two plates' channels first
+    first = convert(source, tmp_path / "walk.parquet")
+    assert tmp_path / "walk_analog.parquet" in first.files
+    table = pq.read_table(tmp_path / "walk_analog.parquet")
+    assert table.column_names[:2] == ["time_s", "Right Adductor Longus_V"]
+    np.testing.assert_array_equal(np.column_stack(table.columns[1:]), expected)
+    np.testing.assert_allclose(table["time_s"], np.arange(len(expected)) / 1020, atol=1e-12)
+    convert(tmp_path / "walk.parquet", tmp_path / "again.c3d")
+    again = ezc3d.c3d(str(tmp_path / "again.c3d"))
+    np.testing.assert_allclose(again["data"]["analogs"][0, 12:].T, expected, rtol=FLOAT)
+    assert again["parameters"]["ANALOG"]["LABELS"]["value"][12] == "Right Adductor Longus"
+    assert again["parameters"]["ANALOG"]["UNITS"]["value"][12] == "V"
+    assert not any("analog" in note for note in first.notes)
 
 
 def test_plates_of_two_clocks_are_two_tables(recording, tmp_path):
