@@ -1,6 +1,6 @@
 """Results as files that OpenSim 4.6 opens, and runs its own inverse dynamics on, as they are.
 
-model.osim                  the fitted skeleton
+model.osim                  the subject's own model, or our skeleton, as fitted
 TRIAL_ik.mot                the motion that the joint torques belong to, already filtered; radians and metres
 TRIAL_grf.mot               the recorded forces after conditioning, a set of columns for each foot
 TRIAL_grf_predicted.mot      in its place where no force counts: predicted, what the torques rest on
@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.atomic import made_folder, write_whole
+from solver.capture.atomic import made_folder, whole_file, write_whole
 from solver.capture.formats.storage import write_coordinates, write_storage
 from solver.common.plate_figures import CONTACT_N
 from solver.common.true_runs import runs
@@ -30,6 +30,7 @@ from solver.fitting.seen_part import without_guesses
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
+from solver.skeleton.subject_model import subject_model_content
 
 VERSION = "40000"  # OpenSim 4.0 and every later one read it
 NO_FILTER = "-1"  # the motion is filtered as the forces are; a second filter would tear them apart
@@ -52,7 +53,11 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
         CaptureError, ModelError: the folder cannot be made, or a file not written.
     """
     model = made_folder(folder) / "model.osim"
-    write_skeleton(fit.skeleton, model)
+    if fit.subject.model is None:
+        write_skeleton(fit.skeleton, model)
+    else:
+        with whole_file(model) as file:
+            file.write(subject_model_content(fit.subject.model, fit.skeleton))
     written, stems = [model], trial_stems(fit)
     for trial in fit.trials:
         written += _export_trial(trial, fit.skeleton, folder, stems[trial.capture.name])
@@ -256,7 +261,7 @@ def write_inverse_dynamics_setup(
     _property(tool, "results_directory", ".")
     _property(tool, "model_file", "model.osim")
     _property(tool, "time_range", f"{span[0]:.12g} {span[1]:.12g}")
-    _property(tool, "forces_to_exclude", "Muscles")
+    _property(tool, "forces_to_exclude", "ALL")
     _property(tool, "external_loads_file", loads.name)
     _property(tool, "coordinates_file", coordinates.name)
     _property(tool, "lowpass_cutoff_frequency_for_coordinates", NO_FILTER)

@@ -43,21 +43,35 @@ def load_skeleton(path: Path | str, text: str | None = None) -> Skeleton:
         ModelError: the file is no readable model, or holds something that a skeleton cannot express.
     """
     document = read_document(Path(path), text)
+    return skeleton_of(document, read_parts(document))
+
+
+def read_parts(document: OsimDocument) -> ModelParts:
+    """Bodies, joints and markers of a document of any version that is read.
+
+    Raises:
+        ModelError: something of them is missing, or has no meaning.
+    """
     if document.version < LEGACY_BEFORE:
         parts = read_legacy_parts(document)
     elif document.version >= CURRENT_FROM:
         parts = read_current_parts(document)
     else:
         raise ModelError(
-            f"{path}: document version {document.version} is of a trial version of OpenSim 4; "
+            f"{document.path}: document version {document.version} is of a trial version of OpenSim 4; "
             "open the model in OpenSim and save it."
         )
     if not parts.bodies:
         raise document.error(document.model, "it has no bodies.")
-    return _assembled(document, parts)
+    return parts
 
 
-def _assembled(document: OsimDocument, parts: ModelParts) -> Skeleton:
+def skeleton_of(document: OsimDocument, parts: ModelParts) -> Skeleton:
+    """The skeleton that a document's parts make.
+
+    Raises:
+        ModelError: it cannot be one.
+    """
     _reject_duplicates(document, parts)
     links = _links(document, parts)
     order = _topological([body.name for body in parts.bodies], links)

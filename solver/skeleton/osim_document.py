@@ -33,6 +33,8 @@ class Node(Element):
     """An XML element that knows its line."""
 
     line: int = 0
+    start: int = 0  # of its first tag in the file [bytes]
+    end: int = 0  # of its last tag; behind the tag where it is one alone
 
     @property
     def label(self) -> str:
@@ -52,6 +54,7 @@ class OsimDocument:
     version: int
     model: Node
     defaults: dict[str, Node]
+    content: bytes  # of the file
 
     def error(self, node: Node, problem: str) -> ModelError:
         """An error that points at an element."""
@@ -145,7 +148,7 @@ def read_document(path: Path, text: str | None = None) -> OsimDocument:
     Raises:
         ModelError: the file cannot be read, is not XML, or is not an OpenSim model.
     """
-    root = _parse(path, text)
+    root, content = _parse(path, text)
     if root.tag != "OpenSimDocument":
         raise ModelError(
             f"{path}:{root.line}: the root element is <{root.tag}>; an .osim file has <OpenSimDocument>."
@@ -166,7 +169,7 @@ def read_document(path: Path, text: str | None = None) -> OsimDocument:
             f"{path}:{root.line}: there is no <Model> in the document; give the model's .osim file."
         )
     defaults = {node.tag: node for block in children(model, "defaults") for node in children(block)}
-    return OsimDocument(path=path, version=int(version), model=model, defaults=defaults)
+    return OsimDocument(path, int(version), model, defaults, content)
 
 
 def children(node: Node, tag: str | None = None) -> list[Node]:
@@ -174,13 +177,17 @@ def children(node: Node, tag: str | None = None) -> list[Node]:
     return [child for child in node if isinstance(child, Node) and (tag is None or child.tag == tag)]
 
 
-def _parse(path: Path, text: str | None) -> Node:
+def _parse(path: Path, text: str | None) -> tuple[Node, bytes]:
     def located(tag: str, attributes: dict[str, str]) -> Node:
         node = Node(tag, attributes)
-        node.line = parser.parser.CurrentLineNumber
+        node.line, node.start = parser.parser.CurrentLineNumber, parser.parser.CurrentByteIndex
         return node
 
-    parser = bounded_parser(located, longest_text=LONGEST_TEXT)
+    def closed(node: Element) -> None:
+        if isinstance(node, Node):
+            node.end = parser.parser.CurrentByteIndex
+
+    parser = bounded_parser(located, closed, longest_text=LONGEST_TEXT)
     try:
         if text is None:
             with path.open("rb") as file:
@@ -212,7 +219,16 @@ def _parse(path: Path, text: str | None) -> Node:
         ) from error
     except (ValueError, LookupError) as error:
         raise ModelError(f"{path}:1: cannot be decoded ({error}); save it as UTF-8.") from error
-    return root
+    return root, content
+
+
+def property_text(value: object) -> str:
+    """OpenSim's spelling of a property; numbers keep every digit."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return " ".join(repr(float(number)) for number in np.atleast_1d(np.asarray(value, dtype=float)))
 
 
 def _is_number(text: str) -> bool:
@@ -229,9 +245,15 @@ class XmlBoundsError(ValueError):
 class _BoundedTree(TreeBuilder):
     """Builds the tree, and stops where it grows beyond what people make."""
 
-    def __init__(self, element_factory: Callable[[str, dict[str, str]], Element], longest_text: int) -> None:
+    def __init__(
+        self,
+        element_factory: Callable[[str, dict[str, str]], Element],
+        closed: Callable[[Element], None],
+        longest_text: int,
+    ) -> None:
         super().__init__(element_factory=element_factory)
-        self._longest, self._depth, self._parts, self._text = longest_text, 0, 0, 0
+        self._closed, self._longest = closed, longest_text
+        self._depth, self._parts, self._text = 0, 0, 0
 
     def start(self, tag: str, attrs: dict[str, str]) -> Element:
         self._depth, self._parts, self._text = self._depth + 1, self._parts + 1 + len(attrs), 0
@@ -243,7 +265,9 @@ class _BoundedTree(TreeBuilder):
 
     def end(self, tag: str) -> Element:
         self._depth, self._text = self._depth - 1, 0
-        return super().end(tag)
+        element = super().end(tag)
+        self._closed(element)
+        return element
 
     def data(self, data: str) -> None:
         self._text += len(data)
@@ -253,15 +277,19 @@ class _BoundedTree(TreeBuilder):
 
 
 def bounded_parser(
-    element_factory: Callable[[str, dict[str, str]], Element] = Element, *, longest_text: int
+    element_factory: Callable[[str, dict[str, str]], Element] = Element,
+    closed: Callable[[Element], None] = lambda _: None,
+    *,
+    longest_text: int,
 ) -> DefusedXMLParser:
     """A parser to feed, which raises `XmlBoundsError` or defusedxml's errors before memory or time is gone.
 
     Args:
         element_factory: makes an element of tag and attributes.
+        closed: told of each element at its end.
         longest_text: characters that one element may hold.
     """
-    return DefusedXMLParser(target=_BoundedTree(element_factory, longest_text), forbid_dtd=True)
+    return DefusedXMLParser(target=_BoundedTree(element_factory, closed, longest_text), forbid_dtd=True)
 
 
 @dataclass(frozen=True)

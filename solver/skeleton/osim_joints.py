@@ -219,7 +219,7 @@ def _custom_axes(document: OsimDocument, joint: JointPart) -> tuple[list[Axis], 
         for number, direction in enumerate((X, Y, Z), start=1):
             node = elements.get(f"{kind}{number}")
             if node is not None:
-                axis, driving = _transform_axis(document, node, kind, direction)
+                axis, driving = transform_axis(document, node, kind, direction)
                 axes.append(axis)
                 names += [name for name in driving if name not in names]
     unused = [node for node in joint.coordinates if node.get("name") not in names]
@@ -231,9 +231,10 @@ def _custom_axes(document: OsimDocument, joint: JointPart) -> tuple[list[Axis], 
     return axes, names
 
 
-def _transform_axis(
+def transform_axis(
     document: OsimDocument, node: Node, kind: AxisKind, default_axis: tuple[float, float, float]
 ) -> tuple[Axis, list[str]]:
+    """An axis of a SpatialTransform, and the coordinates that it names."""
     driving = document.words(node, "coordinates")
     direction = document.numbers(node, "axis", 3, default=default_axis)
     if not direction.any():

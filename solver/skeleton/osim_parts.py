@@ -4,7 +4,7 @@ Of version 4, components name each other by paths; before, joints lie inside bod
 """
 
 import posixpath
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from jaxtyping import Float
@@ -27,6 +27,8 @@ from solver.skeleton.skeleton import Geometry
 
 OFFSET_FRAME = "PhysicalOffsetFrame"
 SETS = ("BodySet", "JointSet", "ConstraintSet", "MarkerSet", "ComponentSet")  # where frames may live
+FRAMES = ("Body", "Ground", OFFSET_FRAME)
+SOCKETS = ("socket_parent_frame", "socket_frame", "body", "body_name")  # by which a point names its frame
 OWNED = ("components", "frames")  # list properties that hold components
 INERTIA_TAGS = ("inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy", "inertia_xz", "inertia_yz")
 ZERO = (0.0, 0.0, 0.0)
@@ -34,7 +36,7 @@ ZERO = (0.0, 0.0, 0.0)
 
 def read_current_parts(document: OsimDocument) -> ModelParts:
     """Bodies, joints and markers of a document of version 40000 or later."""
-    frames = _Frames(document)
+    frames = Frames(document)
     nodes = [node for _, node in frames.components]
     joints = [(path, node) for path, node in frames.components if _is_joint(node)]
     joint_parts = tuple(
@@ -68,22 +70,52 @@ def read_current_parts(document: OsimDocument) -> ModelParts:
     return ModelParts(bodies=bodies, joints=joint_parts, markers=markers, notes=notes)
 
 
-class _Frames:
-    """The document's components by path, and where each frame lies on its body."""
+class Frames:
+    """The document's components by path, and where each frame lies on its body.
 
-    def __init__(self, document: OsimDocument) -> None:
-        self.document = document
+    Of a document of an older version, the bodies alone: it has no other frames.
+    """
+
+    def __init__(
+        self, document: OsimDocument, factors: Mapping[str, Float[np.ndarray, "3"]] | None = None
+    ) -> None:
+        """Read the frames of a document.
+
+        Args:
+            document: of any version.
+            factors: by body, of the size at which frames are placed, those of forces too; None: of bodies and
+                joints, as they are.
+        """
+        self.document, self._factors = document, factors or {}
+        self._sets = SETS if factors is None else (*SETS, "ForceSet")
         self.components = list(self._walk())
         self.by_path = dict(self.components)
+        self.paths = {id(node): path for path, node in self.components}
         self._reject_hidden()
+
+    def named_by(self, node: Node) -> Placement | None:
+        """The frame that a point, marker or contact surface names; None where it names none that is known."""
+        target = next((word for tag in SOCKETS if (word := self.document.word(node, tag))), "").lstrip("./")
+        if target.lower() == GROUND:
+            return origin(GROUND)
+        named = [path for path, n in self.components if n.tag in FRAMES and path.endswith("/" + target)]
+        return self._placement(min(named, key=len), node, SOCKETS[0], ()) if target and named else None
+
+    def of_frame(self, node: Node) -> Placement | None:
+        """Where a body, the ground or a frame lies; None where its place is in no set that is read."""
+        path = self.paths.get(id(node))
+        return None if path is None else self._placement(path, node, "socket_parent", ())
 
     def placed(self, owner: str, node: Node, socket: str) -> Placement:
         """The frame that a component's socket names."""
         target = self.document.word(node, socket)
         if not target:
             raise self.document.error(node, f"<{socket}> is empty; name the frame that it connects to.")
-        path = posixpath.normpath(posixpath.join(owner, target))
-        return self._placement(path, node, socket, ())
+        return self._placement(self.target(owner, node, socket), node, socket, ())
+
+    def target(self, owner: str, node: Node, socket: str) -> str:
+        """Path of what a socket of the component at `owner` names."""
+        return posixpath.normpath(posixpath.join(owner, self.document.word(node, socket)))
 
     def geometry(self) -> tuple[dict[str, list[Geometry]], tuple[Note, ...]]:
         """Meshes of each body, in the file's order, and what was left out."""
@@ -123,7 +155,8 @@ class _Frames:
         if node.tag == "Ground":
             return origin(GROUND)
         if node.tag == "Body":
-            return origin(required_name(self.document, node))
+            name = required_name(self.document, node)
+            return origin(GROUND if name.lower() == GROUND else name)
         if node.tag != OFFSET_FRAME:
             raise self.document.error(
                 asker,
@@ -132,12 +165,11 @@ class _Frames:
         target = self.document.word(node, "socket_parent")
         if not target:
             raise self.document.error(node, "<socket_parent> is empty; name the frame that it is fixed to.")
-        base_path = posixpath.normpath(posixpath.join(path, target))
-        base = self._placement(base_path, node, "socket_parent", (*seen, path))
-        zero = (0.0, 0.0, 0.0)
+        base = self._placement(self.target(path, node, "socket_parent"), node, "socket_parent", (*seen, path))
+        translation = self.document.numbers(node, "translation", 3, default=ZERO)
         return base.offset(
-            self.document.numbers(node, "translation", 3, default=zero),
-            self.document.numbers(node, "orientation", 3, default=zero),
+            translation * self._factors.get(base.body, 1.0),
+            self.document.numbers(node, "orientation", 3, default=ZERO),
         )
 
     def _reject_hidden(self) -> None:
@@ -156,7 +188,7 @@ class _Frames:
             yield f"/{GROUND}", ground
             yield from self._owned(f"/{GROUND}", ground)
         yield from self._owned("", model)
-        for tag in SETS:
+        for tag in self._sets:
             containers = children(model, tag)
             set_path = f"/{containers[0].get('name') or tag.lower()}" if containers else ""
             for node in self.document.members(model, tag):

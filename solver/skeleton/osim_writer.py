@@ -19,6 +19,7 @@ from solver.skeleton.functions import (
     ScalarFunction,
     Scaled,
 )
+from solver.skeleton.osim_document import property_text
 from solver.skeleton.rotations import body_fixed_angles, rotation_about
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Geometry, Joint, Marker, Skeleton
 
@@ -45,7 +46,7 @@ def skeleton_text(skeleton: Skeleton) -> str:
         ModelError: a function of the skeleton has no form in OpenSim.
     """
     document = Element("OpenSimDocument", Version=VERSION)
-    model = SubElement(document, "Model", name=_component_name(skeleton.name))
+    model = SubElement(document, "Model", name=component_name(skeleton.name))
     SubElement(model, "credits").text = MARK
     SubElement(model, "Ground", name="ground")
     _property(model, "gravity", skeleton.gravity)
@@ -96,7 +97,7 @@ def _write_meshes(owner: Element, prefix: str, meshes: tuple[Geometry, ...]) -> 
 
 
 def _write_marker(markers: Element, marker: Marker, skeleton: Skeleton) -> None:
-    node = SubElement(markers, "Marker", name=_component_name(marker.name))
+    node = SubElement(markers, "Marker", name=component_name(marker.name))
     _property(node, "socket_parent_frame", _body_path(skeleton.bodies[marker.body].name))
     _property(node, "location", marker.position_body)
     _property(node, "fixed", marker.fixed)
@@ -247,19 +248,10 @@ def _objects(model: Element, tag: str) -> Element:
 
 
 def _property(owner: Element, tag: str, value: object) -> None:
-    SubElement(owner, tag).text = _text(value)
+    SubElement(owner, tag).text = property_text(value)
 
 
-def _text(value: object) -> str:
-    """OpenSim's spelling of a property; numbers keep every digit."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return " ".join(repr(float(number)) for number in np.atleast_1d(np.asarray(value, dtype=float)))
-
-
-def _component_name(name: str) -> str:
+def component_name(name: str) -> str:
     """The name without the characters that OpenSim refuses in components' names."""
     return re.sub(r"[\\/*+\s]", "_", name)
 

@@ -127,10 +127,11 @@ def _joint(joint: Joint, body: int, factors: Float[np.ndarray, "bodies 3"]) -> J
 
 
 def _axis(axis: Axis, factors: Float[np.ndarray, "3"]) -> Axis:
-    """Displacements of a translation grow with the parent body; one that is a coordinate itself does not."""
+    return replace(axis, function=multiply_function(axis.function, displacement_factor(axis, factors)))
+
+
+def displacement_factor(axis: Axis, factors: Float[np.ndarray, "3"]) -> float:
+    """Translations grow with the parent body, by its factors; one that is a coordinate itself does not."""
     if axis.kind == "rotation" or axis.function == Linear(1.0, 0.0):
-        return axis
-    direction = axis.axis / np.linalg.norm(axis.axis)
-    return replace(
-        axis, function=multiply_function(axis.function, float(np.linalg.norm(direction * factors)))
-    )
+        return 1.0
+    return float(np.linalg.norm(axis.axis * factors) / np.linalg.norm(axis.axis))

@@ -8,6 +8,7 @@ from solver.capture.formats.b3d.b3d_file import read_b3d
 from solver.capture.formats.b3d.places import is_b3d
 from solver.common.errors import ModelError
 from solver.skeleton.osim import load_skeleton
+from solver.skeleton.own_model import own_model_content
 from solver.skeleton.skeleton import Skeleton
 
 
@@ -25,12 +26,27 @@ def load_subject_model(path: Path) -> Skeleton:
     return _stored(path, read_b3d(path).header) if is_b3d(path) else load_skeleton(path)
 
 
-def _stored(path: Path, header: Header) -> Skeleton:
+def subject_model_content(path: Path, fitted: Skeleton) -> bytes:
+    """The file of the model that a subject names, with all that it holds, as it was fitted.
+
+    Raises:
+        ModelError: the file is no readable model, or another than was fitted.
+        CaptureError: the .b3d file is damaged.
+    """
+    text = _stored_text(path, read_b3d(path).header) if is_b3d(path) else None
+    return own_model_content(path, fitted, text)
+
+
+def _stored_text(path: Path, header: Header) -> str:
     if not header.passes:
         raise ModelError(f"{path}: holds no model. Name one in {path.name}.subject/subject.toml.")
     dynamic = [one for one in header.passes if one.pass_type == PassType.DYNAMICS]
-    shape = load_skeleton(path, (dynamic or header.passes)[-1 if dynamic else 0].model_osim_text)
-    first = shape if not dynamic else load_skeleton(path, header.passes[0].model_osim_text)
+    return (dynamic or header.passes)[-1 if dynamic else 0].model_osim_text
+
+
+def _stored(path: Path, header: Header) -> Skeleton:
+    shape = load_skeleton(path, _stored_text(path, header))
+    first = load_skeleton(path, header.passes[0].model_osim_text)
     unfitted = {body.name: body for body in first.bodies}
     missing = [body.name for body in shape.bodies if body.name not in unfitted]
     if missing:

@@ -11,6 +11,9 @@ from solver.common.errors import CaptureError
 from solver.contact.wrenches import FrameMask
 from solver.export.opensim import export_opensim
 from solver.fitting.fit_result import Fit
+from solver.skeleton.osim import load_skeleton
+from solver.skeleton.osim_writer import write_skeleton
+from solver.skeleton.scaling import with_mass
 from tests.made_std import made_std
 
 LOADED = slice(20, 60)  # frames on which the fixture's foot stands
@@ -32,6 +35,19 @@ def test_all_of_it_is_written_and_named(fit, tmp_path):
     ]
     assert [path.name for path in written] == names
     assert sorted(path.name for path in (tmp_path / "results" / "opensim").iterdir()) == sorted(names)
+
+
+def test_the_model_that_a_subject_came_with_stays_what_it_is(fit, tmp_path):
+    own = tmp_path / "own.osim"
+    write_skeleton(fit.skeleton, own)
+    force = '<Plugin_Force name="of theirs"/><!-- tuned in May -->'
+    own.write_text(own.read_text().replace("<JointSet", f"{force}<JointSet"))
+    heavier = with_mass(fit.skeleton, 2 * fit.skeleton.mass)
+    subject = replace(fit.subject, model=own)
+    export_opensim(replace(fit, subject=subject, skeleton=heavier), tmp_path / "out")
+    assert force in (tmp_path / "out" / "model.osim").read_text()
+    written = load_skeleton(tmp_path / "out" / "model.osim")
+    np.testing.assert_allclose([b.mass for b in written.bodies], [2 * b.mass for b in fit.skeleton.bodies])
 
 
 def test_the_motion_has_locked_and_coupled_coordinates_too(fit, tmp_path):
