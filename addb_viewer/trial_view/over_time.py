@@ -1,6 +1,6 @@
 """Chosen quantities over time, as the page draws them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -43,6 +43,7 @@ def charts_json(
     chosen: Sequence[str],
     *,
     per_kg: bool = False,
+    ready: Mapping[str, dict[str, Any]] | None = None,
 ) -> list[dict[str, Any]]:
     """The chosen charts that this trial has data for, in the order of choice.
 
@@ -52,6 +53,7 @@ def charts_json(
         others: trials that are drawn over it; all begin together.
         chosen: ids from `choices_json`.
         per_kg: torques and powers for each kilogram of the person.
+        ready: charts of other things, by id.
     """
     plain = {chart.title.lower(): chart for chart in _other_charts(replay, before)}
     own = () if replay.joints is None else quantities_of(replay.joints, per_kg=per_kg)
@@ -64,6 +66,8 @@ def charts_json(
             chart = _joint_chart(joints[name], replay, before)
             drawn.append(_chart_json(name, chart, _overlaid(joints[name], others, replay.rate)))
             drawn[-1]["band"] = _band_words(joints[name].kind, chart)
+        elif ready and name in ready:
+            drawn.append(ready[name])
     return drawn
 
 
@@ -154,6 +158,7 @@ def _line_json(label: str, color: Rgb, values: Float[np.ndarray, " frames"], uni
         "ink": color.as_text,
         "values": plain_numbers(values, unit),
         "step": 1.0,
+        "first": 0.0,
         "trial": "",
     }
 

@@ -16,12 +16,14 @@ import viser
 from addb_viewer.app.page.reviewer import BrowserMemory
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.subjects.library import Library
+from addb_viewer.trial_view.analog_charts import analog_charts, analog_choices, channels_chosen
 from addb_viewer.trial_view.by_cycle import SIDES, CycledTrial, cycle_charts
 from addb_viewer.trial_view.charts import charts_of
 from addb_viewer.trial_view.joint_quantities import PER_KG, JointQuantity, quantities_of
 from addb_viewer.trial_view.over_time import AT_FIRST, charts_json, choices_json
 from addb_viewer.trial_view.replay import JointReplay, Replay
 from solver.capture.atomic import made_folder, whole_file
+from solver.common.errors import CaptureError
 from solver.export.gait_tables import CycledCurve, mean_table, stride_table
 
 UNITS = {"°": "deg", "°/s": "deg_s", "m/s": "m_s", "N·m": "moment_Nm", "N": "force_N", "W": "power_W"}
@@ -184,8 +186,9 @@ class CurvesController:
         choice, library = self.choice, self.screen.shared.fits.shown
         others = [name for name in library.trials if name != replay.name and library.is_fitted(name)]
         self._place.content = PLACE
+        channels, why_not = _channels(library, replay.name)
         told = {
-            "choices": choices_json(replay, per_kg=choice.per_kg),
+            "choices": choices_json(replay, per_kg=choice.per_kg) + analog_choices(channels),
             "trials": others,
             "cycles": replay.joints is not None,
         }
@@ -195,8 +198,11 @@ class CurvesController:
             drawn = self._by_cycle([replay.name, *over]) | {"by": By.CYCLE}
         else:
             curves = [found for name in over if (found := library.curves(name)) is not None]
-            charts = charts_json(replay, self._compared(), curves, choice.chosen, per_kg=choice.per_kg)
-            drawn = {"charts": charts, "note": "", "by": By.TIME}
+            analog, note = self._analog(replay, channels)
+            charts = charts_json(
+                replay, self._compared(), curves, choice.chosen, per_kg=choice.per_kg, ready=analog
+            )
+            drawn = {"charts": charts, "note": why_not or note, "by": By.TIME}
         self.channel.show("curve-charts", drawn | {"over": over})
 
     def write(self) -> None:
@@ -220,6 +226,11 @@ class CurvesController:
                 write_over_time(of, choice.chosen, folder / f"{library.stem(name)}.csv", per_kg=choice.per_kg)
                 for name, of in trials
             ]
+            for name, _ in trials:
+                chosen = channels_chosen(choice.chosen, _channels(library, name)[0])
+                if chosen and (analog := library.analog(name, chosen)) is not None:
+                    file = folder / f"{library.stem(name)}_analog.csv"
+                    written.append(_write(pa.table(analog.columns), file))
         if written:
             names = " and ".join(file.name for file in written)
             self.screen.notices.tell("Written", f"{names}, in {library.results.name}/{FOLDER}")
@@ -230,6 +241,17 @@ class CurvesController:
         """The trials that lie over this one."""
         library, over = self.screen.shared.fits.shown, self.choice.over
         return [t for t in library.trials if t in over and t != replay.name and library.is_fitted(t)]
+
+    def _analog(
+        self, replay: Replay, channels: Sequence[tuple[str, str]]
+    ) -> tuple[dict[str, dict[str, Any]], str]:
+        """Charts of the chosen channels, or why they cannot be read."""
+        chosen = channels_chosen(self.choice.chosen, channels)
+        try:
+            analog = self.screen.shared.fits.shown.analog(replay.name, chosen) if chosen else None
+        except CaptureError as error:
+            return {}, str(error)
+        return ({} if analog is None else analog_charts(analog, replay)), ""
 
     def _by_cycle(self, trials: Sequence[str]) -> dict[str, Any]:
         """Charts of the first trial; none while strides are looked for, which takes seconds in a long one."""
@@ -265,6 +287,14 @@ class CurvesController:
 def _cycled(library: Library, trials: Sequence[str], *, per_kg: bool) -> list[CycledTrial]:
     found = [(library.curves(trial), trial) for trial in trials]
     return [CycledTrial(curves, library.gait(trial), per_kg) for curves, trial in found if curves is not None]
+
+
+def _channels(library: Library, trial: str) -> tuple[tuple[tuple[str, str], ...], str]:
+    """Name and unit of a trial's analog channels, or why they cannot be listed."""
+    try:
+        return library.channels(trial), ""
+    except CaptureError as error:
+        return (), f"Analog channels: {error}"
 
 
 def _names(said: object) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from addb_viewer.trial_view.replay_of_fit import fitted_replay, unfitted_replay
 from addb_viewer.trial_view.trial_curves import TrialCurves, trial_curves
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, UnusedFile
+from solver.capture.formats.analog_channels import AnalogChannels, channels_listed, read_analog
 from solver.capture.trial import read_trial
 from solver.common.notes import Kind, Note, noted
 from solver.export.export_places import file_stem, trial_stems
@@ -43,6 +44,7 @@ class Library:
     kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
     captures: dict[str, Capture] = field(default_factory=dict)  # of trials without a fit
     gaits: dict[str, Gait | None] = field(default_factory=dict)  # of trials that somebody asked about
+    analog_kept: tuple[tuple[str, tuple[str, ...]], AnalogChannels | None] | None = None
     results_folder: Path | None = None  # None: the default
     fit_folder: Path | None = None  # where the fit was read; None without one
     fit_time_ns: int = 0  # when it was written there: with the folder, which fit it is
@@ -115,6 +117,26 @@ class Library:
         """What can be drawn of a trial as curves; None where it is not fitted."""
         trial = self.fitted(name)
         return None if self.fit is None or trial is None else trial_curves(trial, self.fit.skeleton)
+
+    def channels(self, name: str) -> tuple[tuple[str, str], ...]:
+        """Name and unit of a trial's analog channels that are no force plate's; no sample is read.
+
+        Raises:
+            CaptureError: its files cannot be read.
+        """
+        return channels_listed(self.capture(name).files)
+
+    def analog(self, name: str, channels: Sequence[str]) -> AnalogChannels | None:
+        """Some of these channels; those that were asked for last stay in memory.
+
+        Raises:
+            CaptureError: the file cannot be read.
+        """
+        with self.lock:
+            wanted = (name, tuple(channels))
+            if self.analog_kept is None or self.analog_kept[0] != wanted:
+                self.analog_kept = wanted, read_analog(self.capture(name).files, channels)
+            return self.analog_kept[1]
 
     def proposals(self, replay: Replay, review: TrialReview) -> tuple[Pending, ...]:
         """Of a trial, as detection made them, and what a review says of each."""

@@ -40,7 +40,7 @@ class HandMadeLibrary(Library):
             file.markers.touch()
         super().__init__(Subject(folder, files), meshes={"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))})
         self.replays = {replay.name: replay for replay in replays}
-        self.broken, self.strides = {}, {}
+        self.broken, self.strides, self.recorded = {}, {}, {}
 
     @property
     def trials(self):
@@ -64,7 +64,8 @@ class HandMadeLibrary(Library):
 
     def capture(self, name):
         replay = self.replays[name]
-        return Capture(name, Markers(replay.markers.names, replay.markers.measured, replay.rate))
+        markers = Markers(replay.markers.names, replay.markers.measured, replay.rate)
+        return Capture(name, markers, files=self.recorded.get(name, ()))
 
 
 @pytest.fixture(autouse=True)

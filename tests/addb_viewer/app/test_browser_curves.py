@@ -2,13 +2,18 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from solver.capture.capture import Markers
+from solver.capture.formats.analog_channels import AnalogChannels
+from solver.export.c3d_file import C3dRecording, write_c3d
 from solver.gait.cycles import Cycle
 from solver.gait.trial_gait import Gait
 from tests.addb_viewer.chromium import resting_box
 from tests.made_std import made_std
 
+SOLEUS = (1e-4 * np.random.default_rng(6).normal(size=4000)).astype(np.float32)
 pytestmark = pytest.mark.browser
 
 
@@ -23,6 +28,10 @@ def app(tmp_path_factory, make_replay, make_app):
     library = app.subjects.subject(".").fits.shown
     library.strides = {"walk": Gait(("calcn_r", "calcn_l"), (), tuple(cycles))}
     library.strides["run"] = library.strides["walk"]
+    analog = AnalogChannels(("Soleus",), ("V",), SOLEUS[:, None], 1000.0)
+    recorded = C3dRecording(Markers(("A",), np.ones((400, 1, 3)), 100.0), analog=analog)
+    write_c3d(library.results.parent / "walk.c3d", recorded)
+    library.recorded["walk"] = (library.results.parent / "walk.c3d",)
     yield app
     app.close()
 
@@ -97,6 +106,43 @@ def test_a_band_lies_behind_the_curve_and_is_read_out_at_the_pointer(page, until
     assert green > red + 10
     page.mouse.move(500, 300)
     until(lambda: "±" not in values.nth(0).text_content(), "the values at the cursor")
+
+
+def test_an_analog_channel_is_drawn_read_out_and_written_sample_by_sample(page, app, until):
+    search = page.get_by_role("combobox", name="Add a curve")
+    search.fill("emg")
+    until(lambda: page.locator("#addb-curve-list [role=option]").all_text_contents() == ["SoleusV"])
+    page.keyboard.press("Enter")
+    page.keyboard.press("Escape")
+    until(lambda: titles(page)[-1] == "Soleus [V]", "the channel")
+    page.evaluate("window.addb.send('go_to', '77')")
+    value = page.locator("#addb-plots figure").last.locator(".addb-plot-values")
+    expected = SOLEUS[2000 + 770]  # the trial begins at 2 s
+    until(lambda: abs(float(value.text_content().replace("−", "-")) - expected) < 6e-8, "the value")
+    page.get_by_role("button", name="CSV").click()
+    file = app.subjects.subject(".").results / "curves" / "walk_analog.csv"
+    until(file.is_file, "the file")
+    rows = np.loadtxt(file, delimiter=",", skiprows=1)
+    assert file.read_text().startswith('"time_s","Soleus_V"\n')
+    np.testing.assert_allclose(rows[:, 0], np.arange(4000) / 1000, atol=1e-12)
+    np.testing.assert_array_equal(rows[:, 1].astype(np.float32), SOLEUS)
+    page.get_by_role("button", name="Take away Soleus").click()
+    until(lambda: len(titles(page)) == 2, "what was there")
+    for written in (file, file.with_name("walk.csv")):
+        written.unlink()
+
+
+def test_a_recording_that_is_gone_is_named_where_its_channel_would_be(page, app, until):
+    library = app.subjects.subject(".").fits.shown
+    file = library.recorded["walk"][0]
+    file.rename(file.with_suffix(".away"))
+    page.evaluate("window.addb.send('curves', {chosen: ['knee_angle angle', 'analog Soleus'], by: 'time'})")
+    until(lambda: "walk.c3d: cannot be read" in page.locator("#addb-curve-note").text_content())
+    file.with_suffix(".away").rename(file)
+    page.evaluate(
+        "window.addb.send('curves', {chosen: ['knee_angle angle', 'knee_angle torque'], by: 'time'})"
+    )
+    until(lambda: page.locator("#addb-curve-note").text_content() == "", "nothing to say")
 
 
 def test_strides_are_counted_read_out_overlaid_written_and_remembered(page, app, until):

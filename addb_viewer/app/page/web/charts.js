@@ -132,9 +132,9 @@ function valuesOf(chart, frame) {
   return lines.flatMap((line) => {
     const at = cycles ? (pointer ?? percentOf(line.label, frame)) : (pointer ?? frame);
     if (at === null) return [];
-    const k = Math.round(at), value = (line.mean ?? line.values)[k], spread = (pointer === null ? null : (line.band ?? line.std)?.[k]) ?? null;
+    const k = cycles ? Math.round(at) : Math.round((at - line.first) / line.step), value = (line.mean ?? line.values)[k], spread = (pointer === null ? null : (line.band ?? line.std)?.[k]) ?? null;
     const before = line.style === "before" ? null : beforeOf(line), then = before?.mean ?? before?.values;
-    const words = (then ? `${told(then[k])} → ` : "") + (spread === null ? told(value) : toldWith(value, spread));
+    const words = (then ? `${told(then[k])} → ` : "") + (spread === null ? told(value, line.digits) : toldWith(value, spread));
     const counts = cycles || !chart.shaded.some(([start, end]) => start <= at && at < end);
     return [element("span", { textContent: words, title: counts ? "" : "not measured, or not counted", style: { color: counts ? line.ink : "var(--addb-weak)" } })];
   });

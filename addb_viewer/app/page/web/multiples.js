@@ -35,7 +35,7 @@ function plot(canvas, { low, high }) {
   pen.textBaseline = "middle";
   for (const tick of niceTicks(low, high, TICKS)) {
     pen.fillStyle = css("--addb-weak");
-    pen.fillText(tickText(tick, high - low), GUTTER - 5, Math.min(Math.max(y(tick), 6), height - 5));
+    pen.fillText(tickText(tick, high - low), GUTTER - 5, Math.min(Math.max(y(tick), 6), height - 5), GUTTER - 6);
     pen.fillStyle = tick === 0 ? css("--addb-weak") : css("--addb-line");
     pen.fillRect(GUTTER, Math.round(y(tick)), width, tick === 0 ? 1 : 0.5);
   }
@@ -67,11 +67,11 @@ export function drawOverTime(canvas, chart, span, dashes) {
   const x = (frame) => GUTTER + (width * (frame - span.first)) / Math.max(span.last - span.first, 1e-6);
   const step = Math.max(Math.floor((span.last - span.first) / (2 * width)), 1), first = step * Math.max(Math.floor(span.first / step), 0);
   for (const { values: middle, band: half, color } of chart.lines) if (half) fillBand(pen, color, { middle, half, x, y, first, last: Math.min(Math.ceil(span.last), half.length - 1), step });
-  for (const { values, color, style, step, trial } of chart.lines) {
+  for (const { values, color, style, step, first, trial } of chart.lines) {
     pen.strokeStyle = resolved(color);
     pen.lineWidth = style ? 1.1 : 1.6;
     pen.setLineDash({ bound: [5, 4], before: BEFORE, trial: dashes(trial) }[style] ?? []);
-    trace(pen, values, (at) => x(at * step), y, { first: span.first / step, last: span.last / step });
+    trace(pen, values, (at) => x(first + at * step), y, { first: (span.first - first) / step, last: (span.last - first) / step });
   }
   pen.beginPath();
   for (const [start, end] of chart.shaded) pen.rect(x(start - 0.5), 1, x(end - 0.5) - x(start - 0.5), height);
