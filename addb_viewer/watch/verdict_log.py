@@ -70,6 +70,8 @@ class VerdictLine:
     left_steps: int = 0
     off_zero: tuple[str, ...] = ()  # plates whose zero level was off
     names: tuple[str, ...] = ()  # "id target" of what the diagnosis named
+    about: tuple[str, ...] = ()  # what `to_do` tells: branch of the catalogue of causes, and target
+    against: str = ""  # why the plan does not count it
 
     @property
     def is_last(self) -> bool:

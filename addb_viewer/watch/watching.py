@@ -26,7 +26,7 @@ from addb_viewer.watch.verdict_log import (
     present,
     read_log,
 )
-from addb_viewer.watch.what_to_do import STATIC, Told, broken_told, first_told, is_good, plan_words, told
+from addb_viewer.watch.what_to_do import STATIC, Told, broken_told, first_told, plan_words, told
 from addb_viewer.watch.written_trials import WatchedSubject, WrittenTrial, subjects_below
 from solver.common.errors import ResultsError, SolverError
 from solver.diagnosis.diagnosis_report import DiagnosisReport
@@ -256,11 +256,21 @@ class Session:
         report: DiagnosisReport | None = None,
     ) -> None:
         seconds = round(self._clock() - trial.rested, 1)
-        line = VerdictLine(trial.name, trial.digest, stage, *said, now_utc(), seconds)
+        texts = said.colour, said.words, said.to_do
+        line = VerdictLine(
+            trial.name,
+            trial.digest,
+            stage,
+            *texts,
+            now_utc(),
+            seconds,
+            about=said.about,
+            against=said.against,
+        )
         if fit is not None:
             line = replace(
                 line,
-                good=is_good(fit, report),
+                good=not said.against,
                 activity=fit.activity,
                 right_steps=sum(step.whole and step.side == "Right" for step in fit.steps),
                 left_steps=sum(step.whole and step.side == "Left" for step in fit.steps),

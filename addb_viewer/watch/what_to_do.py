@@ -1,6 +1,12 @@
-"""What to do now in the laboratory, in one sentence, and the words of a verdict; from typed results alone."""
+"""What to do now in the laboratory, in one sentence, and the words of a verdict; from typed results alone.
 
-from collections.abc import Iterator, Mapping, Sequence
+Both follow from one list of findings: what the recording shows by itself, then the causes in the verdict's
+order, then direct checks. The sentence tells the first of them, and a second one that it may be instead or
+as well; what the verdict names is among the two.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from addb_viewer.text.amounts import counted
@@ -10,20 +16,21 @@ from addb_viewer.text.diagnosis_vocabulary import (
     capital,
     listed,
     names_of,
+    rivals_of,
     short_title,
     target_in_words,
     tentative_of,
 )
 from addb_viewer.text.direct_check_words import ABOUT
 from addb_viewer.text.residual_words import corrected_on_reading
-from addb_viewer.trial_view.trial_verdict import trial_verdict
+from addb_viewer.trial_view.trial_verdict import LEAST_SURE, TrialVerdict, reason_words, trial_verdict
 from addb_viewer.watch.judging import FirstLook, FitLook, Look, Step
 from addb_viewer.watch.verdict_log import Colour, VerdictLine
 from solver.capture.capture import PlanItem
-from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival
 from solver.diagnosis.direct_checks.statement import STATED_NATS
 from solver.diagnosis.direct_checks.statement import About as Class
-from solver.fitting.verdict import Use, Why
+from solver.fitting.verdict import Reason, Use, Why
 
 NOTHING = "Nothing to repeat"
 STATIC = "static taken"
@@ -54,32 +61,61 @@ BY_BRANCH = {  # of the catalogue of causes
     "markers/one": "check the marker and its label, then a static trial, then repeat",
     "markers/several at once": "fix them anew, then a static trial, then repeat",
 }
-BY_CHECK: Mapping[Class, str] = {
-    Class.ENTERED_MASS: "weigh the person with everything they wear",
-    Class.LOAD: "take it off",
-    Class.OFF_PLATE: "look whether every step was on a plate",
-    Class.CLOCK: "check the trigger between cameras and plates",
-    Class.FILTER: "export the forces unfiltered",
-    Class.PLATE_SIGN: "check the sign of the plate's channels",
-    Class.PLATE_ZERO: "tare with nobody on it",
-    Class.PLATE_SCALE: "check the plate's units and range",
-    Class.PLATE_PLACE: "measure the corners of the plate again",
-    Class.PLATE_TURN: "check the order of the plate's corners",
-    Class.SLIP: "look whether it still sits where it was",
-    Class.SEGMENT: "look for cloth or a strap that was caught",
+BY_CHECK = {  # the branch of the catalogue that a direct check speaks for
+    Class.ENTERED_MASS: "body/whole mass",
+    Class.LOAD: "on the person/load",
+    Class.OFF_PLATE: "ground/missed step",
+    Class.CLOCK: "time/clock",
+    Class.FILTER: "time/filter",
+    Class.PLATE_SIGN: "plate/channels",
+    Class.PLATE_ZERO: "plate/zero",
+    Class.PLATE_SCALE: "plate/scale",
+    Class.PLATE_PLACE: "plate/geometry",
+    Class.PLATE_TURN: "plate/geometry",
+    Class.SLIP: "markers/one",
+    Class.SEGMENT: "markers/several at once",
 }
 BY_REASON = {
     Why.NO_POSE: "Repeat: too few markers were seen",
     Why.NO_FRAMES: "Repeat: on no frame every foot was on a plate",
     Why.MARKERS: "Look at the labels and the static trial, then repeat",
-    Why.MOMENT: "Keep it and record one more: forces and motion disagree, and no cause is named",
-    Why.FORCE: "Keep it and record one more: forces and motion disagree, and no cause is named",
+    Why.MOMENT: "Keep it and record one more: forces and motion disagree",
+    Why.FORCE: "Keep it and record one more: forces and motion disagree",
     Why.UNEXPLAINED: "Keep it and record one more: something is wrong that has no name",
     Why.MARKER: f"{NOTHING}; look at one marker",
     Why.NO_FORCES: f"{NOTHING}, if no plates were to be recorded",
 }
+HARMLESS = "; nothing to repeat"  # an act that can wait
 OFF_PLATE = "ground/missed step"  # the branch
-MOST_NAMED = 3  # markers in a sentence
+ZERO = "plate/zero"
+MOST_NAMED = 3  # markers, or steps, in a sentence
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong with a trial, or may be, and what to do about it."""
+
+    branch: str  # of the catalogue of causes; a word of its own where that has none
+    target: str  # plate_1, a body, markers; frames of a step, as 20:50; empty: no one place
+    words: str  # what it is, within a sentence
+    act: str = ""
+    sure: bool = True
+    alone: str = ""  # how it is said at the beginning, where that is not "Words: act"
+
+    @property
+    def key(self) -> str:
+        """Branch and target, as the log has them."""
+        return f"{self.branch} {self.target}".strip()
+
+    @property
+    def beside(self) -> str:
+        """How it is said behind another one, of which it may take the place."""
+        return ": ".join(filter(None, (self.words, self.act)))
+
+    @property
+    def text(self) -> str:
+        """How it is said at the beginning."""
+        return self.alone or capital(self.beside if self.sure else f"may be {self.beside}")
 
 
 class Told(NamedTuple):
@@ -88,6 +124,8 @@ class Told(NamedTuple):
     colour: Colour
     words: str
     to_do: str
+    about: tuple[str, ...] = ()  # keys of the findings that `to_do` tells
+    against: str = ""  # why the plan does not count the trial
 
 
 def first_told(found: FirstLook, former_off_zero: Sequence[Sequence[str]]) -> Told:
@@ -97,16 +135,21 @@ def first_told(found: FirstLook, former_off_zero: Sequence[Sequence[str]]) -> To
         found: by it.
         former_off_zero: of the trials before, the last ones last, the plates whose zero level was off.
     """
-    acts = [*_zero(found.look, former_off_zero), *_no_load(found.look)]
-    if found.unborne_s and not acts:
+    findings = [*_zero(found.look, former_off_zero), *_no_load(found.look)]
+    if found.unborne_s and not findings:
         at = listed([f"{time:.1f} s" for time in found.unborne_s[:MOST_NAMED]])
-        acts.append(f"May have to be repeated: a step may have missed the plates at {at}")
+        begin = "May have to be repeated: a step may have missed the plates"
+        beside = f"a step beside the plates at {at}"
+        findings.append(Finding(OFF_PLATE, "", beside, "repeat", sure=False, alone=f"{begin} at {at}"))
     for one in sorted(found.statements, key=lambda one: -one.loudest):
-        acts += [_of_check(kind, one.target) for kind in one.spoken_for(STATED_NATS)[:1]]
-    lost = [f"{capital(_lost(found.look))}"] if found.look.lost else []
-    told = [*dict.fromkeys(acts), *lost]
-    words = "First look: something to look at" if told else "First look: nothing found"
-    return Told(Colour.YELLOW if told else Colour.NONE, words, told[0] if told else "Wait for the verdict")
+        said = [_of_check(kind, one.target) for kind in one.spoken_for(STATED_NATS)[:1]]
+        findings += _others(said, findings)
+    if found.look.lost:
+        findings.append(Finding("markers/lost", found.look.lost[0][0], _lost(found.look)))
+    words = "First look: something to look at" if findings else "First look: nothing found"
+    told = _shown(findings, "")
+    colour = Colour.YELLOW if told else Colour.NONE
+    return Told(colour, words, _sentence(told) or "Wait for the verdict", _keys(told))
 
 
 def told(
@@ -126,44 +169,131 @@ def told(
     """
     found = trial_verdict(fit.figures, None, report)
     named = [] if report is None else [c for c in names_of(report) if not corrected_on_reading(c)]
-    line, acts = found.line, list(_acts(fit, named, former_off_zero))
-    colour = COLOURS[line.sign]
-    if acts and colour is Colour.GREEN:
-        colour = Colour.YELLOW
-    words = " · ".join(filter(None, (", ".join(filter(None, (line.use, line.band))), line.frames, line.why)))
-    acts += _beyond_plates(fit, named)
-    if report is not None and found.verdict.reasons:
-        loud = (one for one in report.direct_checks if one.speaks_for)
-        acts += [_of_check(Class(one.speaks_for[0]), one.target) for one in loud]
-    acts += [BY_REASON[r.why] for r in found.verdict.reasons if r.why in BY_REASON and is_last]
     tentative = [] if report is None else tentative_of(report)
-    acts += [f"{NOTHING}; a weak sign of {short_title(cause)}" for cause in tentative]
-    acts += [f"{NOTHING}; {_lost(fit.look)}"] if fit.look.lost else []
-    return Told(colour, words, [*acts, NOTHING if is_last else "Wait for the diagnosis"][0])
+    line, decides = found.line, found.verdict.decides
+    facts = [*_zero(fit.look, former_off_zero), *_no_load(fit.look), *_missed(fit, named)]
+    causes = [*_spoilt(found, named), *_causes(found, report, fit, named)] if report else []
+    once: dict[str, Finding] = {}
+    for one in (*facts, *causes):
+        once.setdefault(one.key, one)
+    findings = list(once.values())
+    colour = COLOURS[line.sign]
+    if findings and colour is Colour.GREEN:
+        colour = Colour.YELLOW
+    findings += _beyond_plates(fit, named)
+    if report is not None and found.verdict.reasons:
+        loud = sorted((c for c in report.direct_checks if c.speaks_for), key=lambda c: -max(c.nats.values()))
+        findings += _others([_of_check(Class(one.speaks_for[0]), one.target) for one in loud], findings)
+    deciding = next((c for c in (*named, *tentative) if decides and decides.of == f"{c.id} {c.target}"), None)
+    branch = about(deciding).branch if deciding else ""
+    if deciding and findings and branch not in {one.branch for one in findings}:
+        findings.append(_of_cause(deciding))
+    shown = _shown(findings, branch)
+    rest = _of_figures(found.verdict.reasons, tentative) if is_last else []
+    rest += [f"{NOTHING}; a weak sign of {short_title(cause)}" for cause in tentative]
+    rest += [f"{NOTHING}; {_lost(fit.look)}"] if fit.look.lost else []
+    to_do = _sentence(shown) or [*rest, NOTHING if is_last else "Wait for the diagnosis"][0]
+    words = " · ".join(filter(None, (", ".join(filter(None, (line.use, line.band))), line.frames, line.why)))
+    against = ""
+    if found.verdict.use is not Use.TORQUES or fit.look.off_zero:
+        against = findings[0].words if findings else reason_words(decides) if decides else line.use.lower()
+    return Told(colour, words, to_do, _keys(shown), against)
 
 
 def broken_told(reason: str) -> Told:
     """Of a trial that cannot be read or fitted."""
-    return Told(Colour.RED, "Not usable · cannot be judged", f"Export it again, or repeat: {reason}")
+    words, to_do = "Not usable · cannot be judged", f"Export it again, or repeat: {reason}"
+    return Told(Colour.RED, words, to_do, against="it cannot be judged")
 
 
-def is_good(fit: FitLook, report: DiagnosisReport | None) -> bool:
-    """Whether the plan counts it: its torques can be used, and its plates were tared."""
-    return trial_verdict(fit.figures, None, report).verdict.use is Use.TORQUES and not fit.look.off_zero
+def missed_words(fit: FitLook) -> tuple[str, ...]:
+    """Of each step that missed the plates, which foot it was."""
+    return tuple(_missed_by(step) for step in fit.steps if step.missed)
 
 
-def _acts(fit: FitLook, named: Sequence[Cause], former: Sequence[Sequence[str]]) -> Iterator[str]:
-    """What is to be done, the most urgent first."""
-    yield from _zero(fit.look, former)
-    yield from _no_load(fit.look)
+def _shown(findings: Sequence[Finding], decides: str) -> Sequence[Finding]:
+    """The first, and one beside it: what the verdict names, by its branch, else the next."""
+    if not findings:
+        return ()
+    first, *rest = findings
+    named = [one for one in rest if one.branch == decides != first.branch]
+    return (first, *(named or rest)[:1])
+
+
+def _sentence(shown: Sequence[Finding]) -> str:
+    """What is sure stands beside the other; of two that are not, it may be either."""
+    if len(shown) < 2:
+        return "".join(one.text for one in shown)
+    first, second = shown[0].text, shown[1].beside
+    if not first.endswith(HARMLESS) or not second.endswith(HARMLESS):
+        second = second.removesuffix(HARMLESS)  # there is something to repeat
+    if not any(one.sure for one in shown):
+        return f"{first.removesuffix(HARMLESS)}; or {second}"
+    return f"{first.removesuffix(HARMLESS)}; also {second if shown[1].sure else f'may be {second}'}"
+
+
+def _keys(shown: Sequence[Finding]) -> tuple[str, ...]:
+    return tuple(one.key for one in shown)
+
+
+def _others(said: Sequence[Finding], findings: Sequence[Finding]) -> Iterator[Finding]:
+    """What direct checks say of other causes at other places than what is found already."""
+    branches = {one.branch for one in findings}
+    places = {part for one in findings for part in one.target.split("+") if part}
+    for one in said:
+        if one.branch not in branches and places.isdisjoint(one.target.split("+")):
+            branches.add(one.branch)
+            yield one
+
+
+def _spoilt(found: TrialVerdict, named: Sequence[Cause]) -> Iterator[Finding]:
+    """What leaves nothing of the trial, unless a fault of the markers is named that may be its cause."""
+    worst = next(iter(found.verdict.reasons), None)
+    if worst is None or worst.leaves is not Use.NOTHING or worst.why not in BY_REASON:
+        return
+    if not any(about(cause).in_markers for cause in named):
+        yield Finding(f"figures/{worst.why}", "", reason_words(worst), "repeat", alone=BY_REASON[worst.why])
+
+
+def _causes(
+    found: TrialVerdict, report: DiagnosisReport, fit: FitLook, named: Sequence[Cause]
+) -> Iterator[Finding]:
+    """Named causes, those that limit the trial's use first, each with what it may be instead if unsure."""
+    order = [reason.of for reason in found.verdict.reasons if reason.why is Why.CAUSE]
     off_plate = _off_plate(fit, named)
+    for cause in sorted(named, key=lambda c: [*order, key := f"{c.id} {c.target}"].index(key)):
+        if off_plate and _is_off_plate(cause):
+            continue
+        yield _of_cause(cause)
+        if cause.confidence < LEAST_SURE:
+            others = [r for r in rivals_of(report, cause) if about(r).branch != about(cause).branch]
+            likeliest = sorted(others, key=lambda rival: -(rival.confidence or 0.0))
+            yield from map(_of_cause, likeliest[:1])
+
+
+def _of_figures(reasons: Sequence[Reason], tentative: Sequence[Cause]) -> list[str]:
+    """What the figures alone ask for; where no cause is sure of those that may be behind them."""
+    weak = f"; a weak sign of {short_title(tentative[0])}" if tentative else ", and no cause is named"
+    unnamed = (Why.MOMENT, Why.FORCE)
+    return [BY_REASON[r.why] + (weak if r.why in unnamed else "") for r in reasons if r.why in BY_REASON]
+
+
+def _missed(fit: FitLook, named: Sequence[Cause]) -> Iterator[Finding]:
+    """Steps between others that no plate measured."""
     missed = [step for step in fit.steps if step.missed]
-    missed += [step for step in off_plate if step not in missed and _is_amid(step, fit.steps)]
-    if missed:
-        sure = missed[0].missed or any(c.confidence >= CONFIDENT for c in named if _is_off_plate(c))
-        begin, has = ("Repeat", "missed") if sure else ("May have to be repeated", "may have missed")
-        yield f"{begin}: {listed([_missed(step, has) for step in missed[:MOST_NAMED]])}"
-    yield from (_of_cause(cause) for cause in named if not (off_plate and _is_off_plate(cause)))
+    missed += [s for s in _off_plate(fit, named) if s not in missed and _is_amid(s, fit.steps)]
+    if not missed:
+        return
+    sure = missed[0].missed or any(c.confidence >= CONFIDENT for c in named if _is_off_plate(c))
+    begin, has = ("Repeat", "missed") if sure else ("May have to be repeated", "may have missed")
+    steps = listed([f"step {s.number} {has} {_plate_of(s)}" for s in missed[:MOST_NAMED]])
+    words = (
+        _missed_by(missed[0]) if sure else f"a {missed[0].side.lower()} step beside {_plate_of(missed[0])}"
+    )
+    target = "+".join(f"{first}:{end}" for first, end in (step.frames for step in missed))
+    beside = f"a {missed[0].side.lower()} step beside {_plate_of(missed[0])}"
+    words = _missed_by(missed[0]) if sure else beside
+    yield Finding(OFF_PLATE, target, words, "repeat", sure, f"{begin}: {steps}")
 
 
 def _off_plate(fit: FitLook, named: Sequence[Cause]) -> list[Step]:
@@ -176,23 +306,26 @@ def _is_off_plate(cause: Cause) -> bool:
     return about(cause).branch == OFF_PLATE
 
 
-def _beyond_plates(fit: FitLook, named: Sequence[Cause]) -> Iterator[str]:
+def _beyond_plates(fit: FitLook, named: Sequence[Cause]) -> Iterator[Finding]:
     """Steps on the way to the plates, or from them: whether they should be on one nobody has said."""
     steps = [step for step in _off_plate(fit, named) if not _is_amid(step, fit.steps)]
     if steps:
         told = listed([f"step {step.number}" for step in steps[:MOST_NAMED]])
-        yield f"{NOTHING}, unless {told} {'was' if len(steps) == 1 else 'were'} to be on a plate"
+        unless = f"{NOTHING}, unless {told} {'was' if len(steps) == 1 else 'were'} to be on a plate"
+        target = "+".join(f"{first}:{end}" for first, end in (step.frames for step in steps))
+        yield Finding(OFF_PLATE, target, f"{told} on no plate", "repeat if that was wanted", alone=unless)
 
 
-def _of_check(kind: Class, target: str | None) -> str:
-    what = f" ({target_in_words(target)})" if target else ""
-    return f"May be {ABOUT[kind]}{what}: {BY_CHECK[kind]}"
+def _of_check(kind: Class, target: str | None) -> Finding:
+    what, branch = f" ({target_in_words(target)})" if target else "", BY_CHECK[kind]
+    act = BY_BRANCH[branch].removesuffix(HARMLESS)  # it alone cannot tell
+    return Finding(branch, target or "", f"{ABOUT[kind]}{what}", act, sure=False)
 
 
-def _of_cause(cause: Cause) -> str:
-    sure = cause.confidence >= CONFIDENT
-    act = BY_BRANCH.get(about(cause).branch, "look at the diagnosis")
-    return f"{capital(short_title(cause)) if sure else f'May be {short_title(cause)}'}: {act}"
+def _of_cause(cause: Cause | Rival) -> Finding:
+    branch, sure = about(cause).branch, (cause.confidence or 0.0) >= CONFIDENT
+    act = BY_BRANCH.get(branch, "look at the diagnosis")
+    return Finding(branch, cause.target, short_title(cause), act, sure)
 
 
 def _is_of(cause: Cause, step: Step) -> bool:
@@ -207,11 +340,15 @@ def _is_amid(step: Step, steps: Sequence[Step]) -> bool:
     return bool(whole) and whole[0] < step.number < whole[-1]
 
 
-def _missed(step: Step, has: str) -> str:
-    return f"step {step.number} {has} {f'plate {step.plate}' if step.plate else 'the plates'}"
+def _missed_by(step: Step) -> str:
+    return f"{step.side.lower()} foot missed {_plate_of(step)}"
 
 
-def _zero(look: Look, former: Sequence[Sequence[str]]) -> Iterator[str]:
+def _plate_of(step: Step) -> str:
+    return f"plate {step.plate}" if step.plate else "the plates"
+
+
+def _zero(look: Look, former: Sequence[Sequence[str]]) -> Iterator[Finding]:
     """Plates that do not read zero while empty: less than nothing where a load was on them at taring."""
     for plate, level_N in look.off_zero:
         since = 1
@@ -220,13 +357,15 @@ def _zero(look: Look, former: Sequence[Sequence[str]]) -> Iterator[str]:
                 break
             since += 1
         trials = "this trial" if since == 1 else f"the last {counted(since, 'trial')}"
+        act = f"tare and repeat {trials}"
         why = "a load at taring" if level_N < 0 else "no taring"
-        yield f"Plate {plate} reads {level_N:+.0f}\u00a0N while empty, may be {why}: tare and repeat {trials}"
+        reads = f"Plate {plate} reads {level_N:+.0f}\u00a0N while empty, may be {why}: {act}"
+        yield Finding(ZERO, f"plate_{plate}", f"plate {plate} is off its zero", act, alone=reads)
 
 
-def _no_load(look: Look) -> Iterator[str]:
+def _no_load(look: Look) -> Iterator[Finding]:
     if look.has_plates and not look.is_loaded:
-        yield "Repeat: no plate bore a load; were the amplifiers on?"
+        yield Finding("plate/no load", "", "no plate bore a load", "repeat; were the amplifiers on?")
 
 
 def _lost(look: Look) -> str:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from addb_viewer.text.diagnosis_vocabulary import short_title
 from addb_viewer.watch.judging import FirstLook, FitLook, Look, Step
 from addb_viewer.watch.verdict_log import Colour, Stage, VerdictLine
 from addb_viewer.watch.what_to_do import (
@@ -13,13 +14,12 @@ from addb_viewer.watch.what_to_do import (
     NOTHING,
     broken_told,
     first_told,
-    is_good,
     plan_words,
     told,
 )
 from solver.capture.capture import PlanItem
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, DirectCheck, Remains
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, DirectCheck, Remains, Rival
 from solver.diagnosis.direct_checks.statement import STATED_NATS, About, Statement
 from solver.fitting.verdict import Why
 from tests.addb_viewer.fit_figures import force, moment, of_trial
@@ -48,6 +48,7 @@ def cause(id, target="all", confidence=0.99, **known):
 def test_every_cause_every_check_and_every_reason_has_an_act():
     assert {about.branch for about in ABOUT.values()} == set(BY_BRANCH)
     assert set(BY_CHECK) == set(About)
+    assert set(BY_CHECK.values()) <= set(BY_BRANCH)
     assert set(Why) - set(BY_REASON) == {Why.NO_FIT, Why.PERSON, Why.CAUSE}  # a cause has its own act
 
 
@@ -81,7 +82,8 @@ def test_a_cause_that_is_likelier_not_there_asks_for_nothing():
     weak = diagnosed(cause("zero_level", "plate_2", 0.4, told_as="tentative"))
     assert told(GOOD, weak, ()).to_do == "Nothing to repeat; a weak sign of wrong zero level of plate 2"
     loud = replace(GOOD, figures=replace(FIGURES, angular_residual=moment(9.0, 0.02)))
-    assert told(loud, weak, ()).to_do == BY_REASON[Why.MOMENT]
+    said = told(loud, weak, ()).to_do
+    assert said == f"{BY_REASON[Why.MOMENT]}; a weak sign of wrong zero level of plate 2"
 
 
 def test_a_direct_check_speaks_where_no_cause_is_named_and_the_trial_is_not_sound():
@@ -92,10 +94,79 @@ def test_a_direct_check_speaks_where_no_cause_is_named_and_the_trial_is_not_soun
     assert told(GOOD, replace(diagnosed(), direct_checks=(check,)), ()).to_do == NOTHING
 
 
+MISSED = (step(1), step(2, missed=True, whole=False), step(3))
+LOOKS = (GOOD, replace(GOOD, look=Look((), ((1, -90.0),), True, True), steps=MISSED))
+CONFIDENCES = ((0.99, "name"), (0.6, "name"), (0.3, "name"), (0.3, "tentative"))
+
+
+@pytest.mark.parametrize("fit", [*LOOKS, replace(GOOD, figures=replace(FIGURES, marker_rms_m=0.03))])
+@pytest.mark.parametrize(("confidence", "told_as"), CONFIDENCES)
+@pytest.mark.parametrize("check", [None, *About])
+def test_whatever_cause_the_verdict_names_the_sentence_names_too(fit, confidence, told_as, check):
+    """Of any two causes, in any order, beside what the recording shows by itself and any direct check."""
+    loud = () if check is None else (DirectCheck("x", "", {str(check): 9.0}, (str(check),), "walk"),)
+    for id in ABOUT:
+        for other in ("clock_offset", "off_plate_step", "marker_swap"):
+            if id == other:
+                continue
+            causes = cause(other, confidence=0.9), cause(id, "plate_2", confidence, told_as=told_as)
+            for order in (causes, causes[::-1], causes[1:]):
+                found = told(fit, replace(diagnosed(*order), direct_checks=loud), ())
+                for named in (c for c in order if short_title(c) in found.words):
+                    said = any(key.startswith(ABOUT[named.id].branch) for key in found.about)
+                    assert said or short_title(named) in found.to_do, found
+
+
+def test_a_cause_and_a_check_that_differ_are_both_told_as_alternatives():
+    check = DirectCheck("weight", "", {"clock": 9.0}, ("clock",), "walk")
+    unsure = replace(diagnosed(cause("plate_gain", "plate_2", 0.6)), direct_checks=(check,))
+    scale, clock = "wrong gain of plate 2: check the plate's units", "the clocks of forces and markers: check"
+    said = told(GOOD, unsure, ())
+    assert said.about == ("plate/scale plate_2", "time/clock")
+    assert said.to_do.startswith(f"May be {scale}")
+    assert f"; or {clock}" in said.to_do
+    sure = replace(unsure, effects=(cause("plate_gain", "plate_2"),))
+    assert f"; also may be {clock}" in told(GOOD, sure, ()).to_do
+    same = DirectCheck("level", "", {"plate_place": 9.0}, ("plate_place",), "walk", "plate_1+plate_2")
+    assert "; " not in told(GOOD, replace(unsure, direct_checks=(same,)), ()).to_do
+
+
+def test_a_cause_that_is_less_likely_than_others_is_told_with_the_likeliest_of_them():
+    weak = diagnosed(cause("zero_level", "plate_2", 0.35))
+    rivals = (
+        Rival("plate_bias", "plate_2", confidence=0.3),
+        Rival("object_on_plate", "plate_2", confidence=0.2),
+    )
+    said = told(GOOD, replace(weak, alternatives=rivals), ()).to_do
+    assert said == (
+        "May be wrong zero level of plate 2: tare with nobody on it and repeat; "
+        "or an object on plate 2: take it off and repeat"
+    )
+
+
+def test_nothing_to_repeat_is_not_said_beside_something_to_repeat():
+    both = told(GOOD, diagnosed(cause("plate_position", "plate_2"), cause("clock_offset")), ()).to_do
+    assert both == (
+        "Wrong position of plate 2: measure the corners of the plates again; also forces shifted in time "
+        "against the markers: check the trigger between cameras and plates, then repeat"
+    )
+    harmless = diagnosed(cause("plate_position", "plate_2"), cause("subject_mass"))
+    assert told(GOOD, harmless, ()).to_do.count("nothing to repeat") == 1
+
+
+def test_markers_that_no_pose_follows_go_before_a_cause_in_the_forces():
+    spoilt = replace(GOOD, figures=replace(FIGURES, marker_rms_m=0.03))
+    assert told(spoilt, diagnosed(cause("clock_offset")), ()).to_do.startswith(BY_REASON[Why.MARKERS])
+    swapped = told(spoilt, diagnosed(cause("marker_swap", "A+B")), ()).to_do
+    assert swapped.startswith("Swapped markers")
+
+
 def test_a_trial_with_an_untared_plate_is_none_of_the_plan():
-    assert is_good(GOOD, diagnosed())
-    assert not is_good(replace(GOOD, look=Look((), ((1, -90.0),), True, True)), diagnosed())
-    assert not is_good(replace(GOOD, figures=replace(FIGURES, frames_with_force_used=0)), None)
+    assert told(GOOD, diagnosed(), ()).against == ""
+    untared = replace(GOOD, look=Look((), ((1, -90.0),), True, True))
+    assert told(untared, diagnosed(), ()).against == "plate 1 is off its zero"
+    nowhere = replace(GOOD, figures=replace(FIGURES, frames_with_force_used=0))
+    assert told(nowhere, None, ()).against == "no frame has the force of every foot"
 
 
 def test_a_step_amid_others_that_missed_a_plate():
@@ -144,7 +215,7 @@ def test_a_plate_that_was_not_tared_well_comes_first(level_N, former, said):
         told(replace(GOOD, look=look, steps=steps), None, former),
         first_told(FirstLook(look, (), ()), former),
     ):
-        assert found.to_do.replace("\u00a0", " ") == said
+        assert found.to_do.replace("\u00a0", " ").partition("; ")[0] == said
         assert found.colour is Colour.YELLOW
 
 
@@ -162,7 +233,11 @@ def test_lost_markers_are_told_beside_nothing_to_repeat():
     ("figures", "colour", "said"),
     [
         (replace(FIGURES, marker_rms_m=0.03), Colour.RED, BY_REASON[Why.MARKERS]),
-        (replace(FIGURES, angular_residual=moment(9.0, 0.02)), Colour.YELLOW, BY_REASON[Why.MOMENT]),
+        (
+            replace(FIGURES, angular_residual=moment(9.0, 0.02)),
+            Colour.YELLOW,
+            f"{BY_REASON[Why.MOMENT]}, and no cause is named",
+        ),
         (replace(FIGURES, frames_with_force_used=0), Colour.YELLOW, BY_REASON[Why.NO_FRAMES]),
         (replace(FIGURES, marker_max_m=0.06), Colour.YELLOW, BY_REASON[Why.MARKER]),
     ],
@@ -176,16 +251,13 @@ def test_the_first_look():
     assert first_told(FirstLook(SOUND, (), ()), ()).colour is Colour.NONE
     late = Statement("lag", "", {About.CLOCK: STATED_NATS}, {}, "walk")
     found = first_told(FirstLook(SOUND, (late,), ()), ())
-    assert (
-        found.to_do == "May be the clocks of forces and markers: check the trigger between cameras and plates"
-    )
-    assert (
-        "a step may have missed the plates at 1.2 s"
-        in first_told(FirstLook(SOUND, (late,), (1.21,)), ()).to_do
-    )
+    clocks = "the clocks of forces and markers: check the trigger between cameras and plates, then repeat"
+    assert found.to_do == f"May be {clocks}"
+    said = first_told(FirstLook(SOUND, (late,), (1.21,)), ()).to_do
+    assert said == f"May have to be repeated: a step may have missed the plates at 1.2 s; or {clocks}"
     empty = Look((), (), True, False)
     assert "were the amplifiers on?" in first_told(FirstLook(empty, (), ()), ()).to_do
-    assert told(replace(GOOD, look=empty), None, ()).to_do.startswith("Repeat: no plate bore a load")
+    assert told(replace(GOOD, look=empty), None, ()).to_do.startswith("No plate bore a load: repeat")
 
 
 def test_a_trial_that_cannot_be_judged_says_why():
