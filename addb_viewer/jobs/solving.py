@@ -62,6 +62,7 @@ def job_for(
     map_file: Path | None = None,
     ignore_review: bool = False,
     without_extension: bool = False,
+    awaits: bool = False,
 ) -> Job:
     """Open a subject's folder and check what is wanted before any time is spent on it.
 
@@ -76,7 +77,7 @@ def job_for(
     """
     check_folder(folder)
     settings = settings or settings_for(folder, settings_file)
-    subject = open_subject(folder)
+    subject = open_subject(folder, awaits=awaits)
     if map_file is not None:
         subject = replace(subject, marker_map=map_file)
     chosen_for(subject)

@@ -70,6 +70,7 @@ class Look:
     off_zero: tuple[tuple[int, float], ...]  # plates from 1, and what they read vertically while empty [N]
     has_plates: bool
     is_loaded: bool  # a plate carries something at some time
+    apart_s: float = 0.0  # what the forces begin or end earlier or later than the markers [s]
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def first_look(folder: Path, name: str, former: Sequence[str]) -> FirstLook:
     Raises:
         SolverError: it cannot be read.
     """
-    subject, reading = open_subject(folder), settings_for(folder).reading
+    subject, reading = open_subject(folder, awaits=True), settings_for(folder).reading
     files = {one.name: one for one in subject.trials}
     names = [*(one for one in former[-FORMER:] if one in files and one != name), name]
     captures = []
@@ -141,7 +142,7 @@ def fit_look(folder: Path, name: str) -> FitLook:
     Raises:
         SolverError: it cannot be fitted.
     """
-    job = job_for(folder, trials=[name], without_extension=True)
+    job = job_for(folder, trials=[name], without_extension=True, awaits=True)
     fit = solve(job.subject, job.settings, trials=job.trials, reviews=job.reviews, held_out=False)
     trial, figures = fit.trials[0], summary(fit).trials[0]
     activities = suggestions_of(trial, fit.skeleton)
@@ -157,7 +158,7 @@ def diagnosis_of(folder: Path, name: str, place: Path) -> DiagnosisReport:
     Raises:
         SolverError: there is nothing to diagnose.
     """
-    job = job_for(folder, trials=[name], without_extension=True)
+    job = job_for(folder, trials=[name], without_extension=True, awaits=True)
     found = report(diagnose(job.subject, job.settings, trials=job.trials, reviews=job.reviews))
     with contextlib.suppress(SolverError):  # the verdict does not rest on it
         write_json(made_folder(place) / f"{name}.json", found.as_json())
@@ -185,7 +186,13 @@ def _look(capture: Capture) -> Look:
         tuple((k, level) for k, level in off if abs(level) >= OFF_ZERO_N),
         bool(plates),
         any(bool((np.nan_to_num(plate.force_ground[:, 1]) > CONTACT_N).any()) for plate in plates),
+        _apart_s(capture),
     )
+
+
+def _apart_s(capture: Capture) -> float:
+    ends = capture.markers.times[[0, -1]]
+    return max((float(np.abs(plate.times[[0, -1]] - ends).max()) for plate in capture.plates), default=0.0)
 
 
 def _lost(markers: Markers) -> Iterator[tuple[str, float]]:

@@ -57,7 +57,7 @@ class VerdictLine:
     """One line of the log."""
 
     trial: str
-    files: str  # SHA-256 of the trial's files
+    files: str  # SHA-256 of each of the trial's files, markers first
     stage: Stage
     colour: Colour
     words: str  # the verdict

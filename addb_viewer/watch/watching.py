@@ -27,7 +27,8 @@ from addb_viewer.watch.verdict_log import (
     read_log,
 )
 from addb_viewer.watch.what_to_do import STATIC, Told, broken_told, first_told, plan_words, told
-from addb_viewer.watch.written_trials import WatchedSubject, WrittenTrial, subjects_below
+from addb_viewer.watch.written_trials import Digests, WatchedSubject, WrittenTrial, subjects_below
+from solver.capture.formats.text_table import some_of
 from solver.common.errors import ResultsError, SolverError
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.results.store import default_folder
@@ -150,6 +151,9 @@ class Session:
         for watched in self.subjects.values():
             self._waiting += watched.written(now)
             troubles += [watched.trouble] if watched.trouble else []
+            if missing := watched.missing(now):
+                names = some_of([os.path.relpath(file, watched.folder) for file in missing])
+                self._complain(f"{watched.folder}: not there yet, though subject.toml names it: {names}")
         if now >= self._again:
             try:
                 self._write_again()
@@ -163,7 +167,10 @@ class Session:
         for place in subjects_below(self.folder):
             if place not in self.subjects:
                 self.lines[place] = read_log(self._log(place))
-                self.subjects[place] = WatchedSubject(place)
+                judged: dict[str, list[Digests]] = {}
+                for line in self.lines[place]:
+                    judged.setdefault(line.trial, []).append(tuple(line.files.split()))
+                self.subjects[place] = WatchedSubject(place, judged)
 
     def _claim(self, now: float) -> None:
         """Begin with the newest; what another watcher judges waits until that has said its verdict."""
@@ -232,19 +239,20 @@ class Session:
             line for line in present(self.lines[one.trial.subject]).values() if line.trial != one.trial.name
         )
         former = [line.off_zero for line in others if line.stage is not Stage.STATIC]
+        kept = [file.name for file in one.trial.kept]
         if one.first is not None and one.first.done():
             found, one.first = one.first.result(), None
-            self._add(one.trial, Stage.FIRST, first_told(found, former))
+            self._add(one.trial, Stage.FIRST, first_told(found, former, kept))
         if one.first is not None or one.fit is None or one.diagnosis is None or not one.fit.done():
             return False
         fit, report = one.fit.result(), None
         if one.diagnosis.done():
             with suppress(SolverError):  # no forces, or too few: the fit says so
                 report = one.diagnosis.result()
-            self._add(one.trial, Stage.VERDICT, told(fit, report, former), fit, report)
+            self._add(one.trial, Stage.VERDICT, told(fit, report, former, kept), fit, report)
         elif now - one.trial.rested >= FIT_ALONE_S and not one.fit_is_told:
             one.fit_is_told = True
-            self._add(one.trial, Stage.FIT, told(fit, None, former, is_last=False), fit)
+            self._add(one.trial, Stage.FIT, told(fit, None, former, kept, is_last=False), fit)
         return one.diagnosis.done()
 
     def _add(

@@ -88,6 +88,7 @@ BY_REASON = {
 HARMLESS = "; nothing to repeat"  # an act that can wait
 OFF_PLATE = "ground/missed step"  # the branch
 ZERO = "plate/zero"
+APART_S = 0.1  # of beginnings or ends: programs write markers and forces of one trial equally long
 MOST_NAMED = 3  # markers, or steps, in a sentence
 
 
@@ -128,14 +129,15 @@ class Told(NamedTuple):
     against: str = ""  # why the plan does not count the trial
 
 
-def first_told(found: FirstLook, former_off_zero: Sequence[Sequence[str]]) -> Told:
+def first_told(found: FirstLook, former_off_zero: Sequence[Sequence[str]], kept: Sequence[str] = ()) -> Told:
     """Of the first look.
 
     Args:
         found: by it.
         former_off_zero: of the trials before, the last ones last, the plates whose zero level was off.
+        kept: files that were not replaced when others of the trial were.
     """
-    findings = [*_zero(found.look, former_off_zero), *_no_load(found.look)]
+    findings = [*_mixed(found.look, kept), *_zero(found.look, former_off_zero), *_no_load(found.look)]
     if found.unborne_s and not findings:
         at = listed([f"{time:.1f} s" for time in found.unborne_s[:MOST_NAMED]])
         begin = "May have to be repeated: a step may have missed the plates"
@@ -156,6 +158,7 @@ def told(
     fit: FitLook,
     report: DiagnosisReport | None,
     former_off_zero: Sequence[Sequence[str]],
+    kept: Sequence[str] = (),
     *,
     is_last: bool = True,
 ) -> Told:
@@ -165,20 +168,31 @@ def told(
         fit: of the trial.
         report: of its diagnosis; None: there is none, or not yet.
         former_off_zero: as in `first_told`.
+        kept: as there.
         is_last: the diagnosis is not to come any more, and may take back what the fit alone would ask for.
     """
+    mixed = list(_mixed(fit.look, kept))
+    if mixed and mixed[0].sure:
+        words = "Not usable · markers and forces are of two recordings"
+        return Told(Colour.RED, words, mixed[0].text, _keys(mixed), mixed[0].words)
     found = trial_verdict(fit.figures, None, report)
     named = [] if report is None else [c for c in names_of(report) if not corrected_on_reading(c)]
     tentative = [] if report is None else tentative_of(report)
     line, decides = found.line, found.verdict.decides
-    facts = [*_zero(fit.look, former_off_zero), *_no_load(fit.look), *_missed(fit, named)]
+    sound = found.verdict.use is Use.TORQUES  # then motion and forces are of one recording
+    facts = [
+        *(() if sound else mixed),
+        *_zero(fit.look, former_off_zero),
+        *_no_load(fit.look),
+        *_missed(fit, named),
+    ]
     causes = [*_spoilt(found, named), *_causes(found, report, fit, named)] if report else []
     once: dict[str, Finding] = {}
     for one in (*facts, *causes):
         once.setdefault(one.key, one)
     findings = list(once.values())
     colour = COLOURS[line.sign]
-    if findings and colour is Colour.GREEN:
+    if (findings or mixed) and colour is Colour.GREEN:
         colour = Colour.YELLOW
     findings += _beyond_plates(fit, named)
     if report is not None and found.verdict.reasons:
@@ -189,7 +203,8 @@ def told(
     if deciding and findings and branch not in {one.branch for one in findings}:
         findings.append(_of_cause(deciding))
     shown = _shown(findings, branch)
-    rest = _of_figures(found.verdict.reasons, tentative) if is_last else []
+    rest = [f"{NOTHING}, if {listed(kept)} is right: it was not replaced"] if mixed else []
+    rest += _of_figures(found.verdict.reasons, tentative) if is_last else []
     rest += [f"{NOTHING}; a weak sign of {short_title(cause)}" for cause in tentative]
     rest += [f"{NOTHING}; {_lost(fit.look)}"] if fit.look.lost else []
     to_do = _sentence(shown) or [*rest, NOTHING if is_last else "Wait for the diagnosis"][0]
@@ -346,6 +361,19 @@ def _missed_by(step: Step) -> str:
 
 def _plate_of(step: Step) -> str:
     return f"plate {step.plate}" if step.plate else "the plates"
+
+
+def _mixed(look: Look, kept: Sequence[str]) -> Iterator[Finding]:
+    """Files of a former recording beside those of a new one."""
+    if not kept:
+        return
+    files = listed(kept)
+    if look.apart_s >= APART_S:
+        words = f"{files} is of the former recording"
+        alone = f"Export {files} again: it is of the former recording, {look.apart_s:.1f} s longer or shorter"
+        yield Finding("files/former", "", words, "export it again", alone=alone)
+    else:
+        yield Finding("files/former", "", f"{files} of the former recording", "export it again", sure=False)
 
 
 def _zero(look: Look, former: Sequence[Sequence[str]]) -> Iterator[Finding]:

@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,10 +17,14 @@ from solver.common.errors import CaptureError
 
 REST_S = 1.0  # unchanged for so long, a file counts as written
 FORCES_S = 4.0  # markers alone wait so long for a file of forces: programs write one after the other
-CUT_S = 20.0  # a file that holds less than it says is taken as it is once it has rested for so long
-TOLD_S = 5.0  # what cannot be opened for so long is said
+# once its files have rested for so long, one that holds less than it says is taken as it is, and one that was
+# not replaced with the others stays
+CUT_S = 20.0
+TOLD_S = 5.0  # what cannot be opened, or is missing, for so long is said
 AGAIN_S = 1.0  # what cannot be opened is tried again
 Seen = tuple[int, int]  # size [bytes] and time of the last change [ns]
+Digests = tuple[str, ...]  # SHA-256 of each file of a trial
+NO_LINES: Mapping[str, Sequence[Digests]] = {}
 
 
 @dataclass(frozen=True)
@@ -30,19 +34,21 @@ class WrittenTrial:
     subject: Path
     name: str
     files: tuple[Path, ...]
-    digest: str  # SHA-256 over them
+    digest: str  # SHA-256 of each
     rested: float  # [s] since when, on the watcher's clock
     static: bool = False
+    kept: tuple[Path, ...] = ()  # of a former recording under this name, while the others were replaced
 
 
 class WatchedSubject:
     """One subject's folder: what its files were when they were last looked at, and since when."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, judged: Mapping[str, Sequence[Digests]] = NO_LINES) -> None:
         """Nothing has been seen.
 
         Args:
             folder: of the subject.
+            judged: by trial, the files that the log knows, the oldest first.
         """
         self.folder = folder
         self.subject: Subject | None = None
@@ -50,6 +56,11 @@ class WatchedSubject:
         self._seen: dict[Path, Seen] = {}
         self._since: dict[Path, float] = {}
         self._taken: dict[str, tuple[tuple[Seen, ...], str]] = {}  # by trial, its files as handed out, digest
+        self._former = {name: list(digests) for name, digests in judged.items()}
+        self._digests: dict[Path, tuple[Seen, str]] = {}
+        self._missing: dict[
+            Path, float
+        ] = {}  # files that are awaited, and since when; inf: that has been told
         self._opened: dict[Path, Seen] = {}  # files that rested when it was opened last
         self._again = 0.0  # when it is tried once more
         self._troubled: float | None = None
@@ -71,8 +82,17 @@ class WatchedSubject:
         """Whether its files are still those that were handed out."""
         return self._taken.get(trial.name) == (self._as_seen(trial.files), trial.digest)
 
+    def missing(self, now: float) -> list[Path]:
+        """Files that are awaited for some time, each once."""
+        awaited = () if self.subject is None else self.subject.awaited
+        self._missing = {file: self._missing.get(file, now) for file in awaited}
+        due = [file for file, since in self._missing.items() if now - since >= TOLD_S]
+        self._missing |= dict.fromkeys(due, float("inf"))
+        return due
+
     def _look(self, now: float) -> None:
-        named = (file for _, files, _ in self._trials() for file in files)  # they may lie elsewhere
+        named = [file for _, files, _ in self._trials() for file in files]  # they may lie elsewhere
+        named += () if self.subject is None else self.subject.awaited
         for file in {*_measured(self.folder), *named}:
             try:
                 stat = file.stat()
@@ -86,7 +106,7 @@ class WatchedSubject:
         """Find the trials; while a file is being written that often fails, and is tried again."""
         self._opened, self._again = resting, now + AGAIN_S
         try:
-            self.subject, self._troubled, self.trouble = open_subject(self.folder), None, ""
+            self.subject, self._troubled, self.trouble = open_subject(self.folder, awaits=True), None, ""
         except Exception as error:  # whatever half a file can break
             self.subject, self._troubled = None, self._troubled or now
             self.trouble = " ".join(str(error).split()) if now - self._troubled >= TOLD_S else ""
@@ -114,25 +134,57 @@ class WatchedSubject:
         patience = CUT_S if self._has_forces() else FORCES_S
         if may_get_forces and (len(resting) < len(self._since) or now - since < patience):
             return False
-        return now - since >= CUT_S or not any(map(is_cut, files))
+        if now - since >= CUT_S:
+            return True
+        try:
+            return not any(map(is_cut, files)) and not any(self._kept(name, self._digests_of(files)))
+        except OSError:
+            return False
 
     def _has_forces(self) -> bool:
-        """Whether another trial has: then this one will have some too."""
-        return self.subject is not None and any(trial.forces is not None for trial in self.subject.trials)
+        """Whether another trial has, or some are awaited: then this one will have some too."""
+        subject = self.subject
+        return subject is not None and bool(subject.awaited or any(t.forces for t in subject.trials))
 
     def _hand_out(self, name: str, files: tuple[Path, ...], static: bool) -> WrittenTrial | None:
-        whole = hashlib.sha256()
         try:
-            for file in files:
-                whole.update(hashlib.sha256(file.read_bytes()).digest())
+            digests, whole = self._digests_of(files), not any(map(is_cut, files))
         except OSError:
             return None
-        self._taken[name] = self._as_seen(files), whole.hexdigest()
+        kept = tuple(f for f, old in zip(files, self._kept(name, digests), strict=False) if old)
+        self._taken[name] = self._as_seen(files), " ".join(digests)
+        if whole:  # what is cut off may go on
+            self._former.setdefault(name, []).append(digests)
         since = max(self._since[file] for file in files)
-        return WrittenTrial(self.folder, name, files, whole.hexdigest(), since, static)
+        return WrittenTrial(self.folder, name, files, " ".join(digests), since, static, kept)
+
+    def _digests_of(self, files: tuple[Path, ...]) -> Digests:
+        for file in files:
+            if self._digests.get(file, (None, ""))[0] != self._seen[file]:
+                self._digests[file] = self._seen[file], hashlib.sha256(file.read_bytes()).hexdigest()
+        return tuple(self._digests[file][1] for file in files)
+
+    def _kept(self, name: str, digests: Digests) -> tuple[bool, ...]:
+        return of_former(digests, self._former.get(name, ()))
 
     def _as_seen(self, files: tuple[Path, ...]) -> tuple[Seen, ...]:
         return tuple(self._seen.get(file, (0, 0)) for file in files)
+
+
+def of_former(digests: Digests, former: Sequence[Digests]) -> tuple[bool, ...]:
+    """Of each file, whether it is of a former recording while others are not; empty where all are of one.
+
+    Args:
+        digests: of the files as they are.
+        former: those that were judged before, the oldest first; such pairs are among them.
+    """
+    together: list[Digests] = []
+    mixed: list[tuple[bool, ...]] = []
+    for one in (*former, digests):
+        shared = [tuple(a == b for a, b in zip(one, other, strict=False)) for other in together]
+        mixed = [] if one in together else [same for same in shared if any(same) and not all(same)]
+        together += [] if mixed else [one]
+    return mixed[0] if mixed else ()
 
 
 def _measured(folder: Path) -> Iterator[Path]:

@@ -223,6 +223,7 @@ class Subject:
     prefix: str | None = None  # before the person's labels, in files of several people
     other_statics: tuple[Path, ...] = ()  # static trials that are not used
     plan: tuple[PlanItem, ...] = ()  # what is to be recorded; empty where nobody said
+    awaited: tuple[Path, ...] = ()  # files that subject.toml names and that are not there yet
     is_described: bool = True  # somebody says that the trials are one person's
 
     @property

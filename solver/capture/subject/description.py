@@ -71,6 +71,7 @@ class Entries:
     path: Path
     values: Mapping[str, Any]
     prefix: str = ""
+    awaited: list[Path] | None = None  # gets the files that are named and not there; None: that is an error
 
     def complaint(self, key: str, wrong: str) -> CaptureError:
         """An error about one key."""
@@ -141,7 +142,8 @@ class Entries:
 
     def files(self, key: str) -> tuple[Path, ...]:
         """Files inside the folder of this one."""
-        return tuple(self._inside(key, name) for name in self.texts(key) or ())
+        found = (self._inside(key, name) for name in self.texts(key) or ())
+        return tuple(path for path in found if path is not None)
 
     def unknown(self, known: tuple[str, ...]) -> tuple[Note, ...]:
         """A note about keys that mean nothing here, with the nearest that does."""
@@ -156,7 +158,7 @@ class Entries:
             else ()
         )
 
-    def _inside(self, key: str, name: str) -> Path:
+    def _inside(self, key: str, name: str) -> Path | None:
         folder, parts = self.path.parent, PurePosixPath(name.strip().replace("\\", "/")).parts
         is_beside = parts[:1] == ("..",)  # files of several people lie beside the folders of each
         if is_beside:
@@ -168,6 +170,9 @@ class Entries:
         for path in (lying(folder, name.strip()), lying(folder, "/".join(parts))):
             if os.path.isfile(path):
                 return path
+        if self.awaited is not None:
+            self.awaited.append(path)
+            return None
         near_by = sorted(folder.glob("*") if is_beside else folder.rglob("*"))
         files = [str(p.relative_to(folder)) for p in near_by if p.is_file()]
         near = get_close_matches("/".join(parts), files, n=1)

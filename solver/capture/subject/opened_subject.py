@@ -68,7 +68,7 @@ class SharedFolderError(CaptureError):
         )
 
 
-def open_subject(folder: Path) -> Subject:
+def open_subject(folder: Path, *, awaits: bool = False) -> Subject:
     """Find out who was recorded, with which model, in which trials. Files are read where names do not say.
 
     A subject.toml says it all; _subject.json fills in what it leaves out; where neither names trials, they
@@ -77,6 +77,7 @@ def open_subject(folder: Path) -> Subject:
 
     Args:
         folder: of the subject; or a .b3d file, or the folder of decisions beside one.
+        awaits: whether files that a subject.toml names may still be to come: `Subject.awaited`.
 
     Raises:
         CaptureError: no such folder, no trial in it, or a description that is broken or names missing files.
@@ -90,14 +91,14 @@ def open_subject(folder: Path) -> Subject:
             f"Give its folder: {folder.parent}." if folder.is_file() else "Check the spelling of the path."
         )
         raise CaptureError(f"{folder}: no folder of that name. {remedy}")
-    described = Description()
+    described, awaited = Description(), list[Path]()
     by_hand, uploaded, marker_map = (
         folder / name for name in (DESCRIBED_BY_HAND, "_subject.json", MARKER_MAP)
     )
     try:
         has_map = _lies_there(marker_map)
         if _lies_there(by_hand):
-            described = described.or_else(read_subject_toml(by_hand))
+            described = described.or_else(read_subject_toml(by_hand, awaited=awaited if awaits else None))
         if _lies_there(uploaded):
             described = described.or_else(read_subject_json(uploaded))
         layout, found = Layout((folder,), {}), FoundTrials((), None, (), {})
@@ -138,6 +139,7 @@ def open_subject(folder: Path) -> Subject:
             prefix=described.prefix,
             other_statics=found.other_statics,
             plan=described.plan or (),
+            awaited=tuple(awaited),
             is_described=any(map(_lies_there, (by_hand, uploaded))),
             notes=_readable(
                 *described.notes, *range_notes, *_model_notes(folder, model, models, by_hand.is_file())

@@ -5,6 +5,7 @@ import math
 import os
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -64,17 +65,21 @@ _ABOUT_RELEASE = (
 )
 
 
-def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) -> Description:
+def read_subject_toml(
+    path: Path, model_words: tuple[str, ...] = MODEL_WORDS, awaited: list[Path] | None = None
+) -> Description:
     """Read a subject.toml.
 
     Args:
         path: of the file.
         model_words: what may be said of the model.
+        awaited: gets the files that it names and that are not there; they count as not named. None: such a
+            file is an error.
 
     Raises:
         CaptureError: broken TOML, a value of the wrong kind, or a file that is missing or outside the folder.
     """
-    entries = read_toml(path)
+    entries = replace(read_toml(path), awaited=awaited)
     mass, mass_notes = entries.number("mass_kg", "mass")
     height, height_notes = entries.number("height_m", "height")
     age, age_notes = entries.number("age_years", "age")
@@ -124,15 +129,17 @@ def _trials(entries: Entries) -> tuple[tuple[TrialFiles, ...] | None, tuple[Note
             raise CaptureError(
                 f"{entries.path}: trial '{name}': results are filed under that name; leave out / and \\."
             )
-        trial = Entries(entries.path, table, f"trials.{name}.")
-        markers = trial.file("markers")
+        trial = replace(entries, values=table, prefix=f"trials.{name}.")
+        markers, forces = trial.file("markers"), trial.file("forces")
+        if markers is None and "markers" in table and entries.awaited is not None:
+            continue
         if markers is None:
             raise CaptureError(f'{entries.path}: trials.{name} has no markers. Add markers = "FILE.trc".')
         trials.append(
             TrialFiles(
                 name=name,
                 markers=markers,
-                forces=trial.file("forces"),
+                forces=forces,
                 reviews=trial.files("review"),
                 up=trial.word("up", ("x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z")),
                 moments=trial.word("moments", CONVENTIONS),
@@ -195,7 +202,7 @@ def release_words(entries: Entries) -> tuple[ReleaseWords | None, tuple[Note, ..
         return None, ()
     if not isinstance(table, dict):
         raise entries.complaint("release", 'it is a table of its own: [release], then source = "…".')
-    own = Entries(entries.path, table, "release.")
+    own = replace(entries, values=table, prefix="release.")
     doi = _text(own, "doi")
     if doi is not None:
         doi = re.sub(r"^(https?://(dx\.)?doi\.org/|doi:\s*)", "", doi)
@@ -241,7 +248,8 @@ def _citation(entries: Entries) -> str | None:
     if value is None or not value.lower().endswith(BIBTEX) or "\n" in value:
         return value
     path = entries.file("citation")
-    assert path is not None
+    if path is None:
+        return None
     try:
         return path.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:

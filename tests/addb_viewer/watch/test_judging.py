@@ -61,6 +61,9 @@ def test_a_plate_is_off_its_zero(share, is_told):
     assert (look.off_zero == ((2, -share * OFF_ZERO_N),)) is is_told
     assert (look.has_plates, look.is_loaded) == (True, True)
     assert not judging._look(replace(capture, plates=(plate(0.0),))).is_loaded
+    assert judging._look(capture).apart_s == 0.0
+    late = replace(plate(700.0), start_time=0.25)
+    assert judging._look(replace(capture, plates=(plate(0.0), late))).apart_s == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize(

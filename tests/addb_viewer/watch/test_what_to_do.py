@@ -8,6 +8,7 @@ from addb_viewer.text.diagnosis_vocabulary import short_title
 from addb_viewer.watch.judging import FirstLook, FitLook, Look, Step
 from addb_viewer.watch.verdict_log import Colour, Stage, VerdictLine
 from addb_viewer.watch.what_to_do import (
+    APART_S,
     BY_BRANCH,
     BY_CHECK,
     BY_REASON,
@@ -217,6 +218,22 @@ def test_a_plate_that_was_not_tared_well_comes_first(level_N, former, said):
     ):
         assert found.to_do.replace("\u00a0", " ").partition("; ")[0] == said
         assert found.colour is Colour.YELLOW
+
+
+def test_a_file_that_was_not_replaced_with_the_other_is_never_passed_over():
+    kept = ["walk_grf.mot"]
+    sound = told(GOOD, diagnosed(), (), kept)
+    assert sound.to_do == "Nothing to repeat, if walk_grf.mot is right: it was not replaced"
+    assert (sound.colour, sound.against) == (Colour.YELLOW, "")
+    loud = replace(GOOD, figures=replace(FIGURES, angular_residual=moment(9.0, 0.02)))
+    doubted = told(loud, diagnosed(cause("clock_offset", confidence=0.6)), (), kept)
+    assert doubted.to_do.startswith("May be walk_grf.mot of the former recording: export it again; or forces")
+    for share, sure in ((0.7, False), (1.4, True)):
+        look = replace(SOUND, apart_s=share * APART_S)
+        found = told(replace(GOOD, look=look), diagnosed(), (), kept)
+        assert (found.colour is Colour.RED, bool(found.against)) == (sure, sure)
+        assert first_told(FirstLook(look, (), ()), (), kept).about == ("files/former",)
+        assert told(replace(GOOD, look=look), diagnosed(), ()).to_do == NOTHING
 
 
 def test_lost_markers_are_told_beside_nothing_to_repeat():

@@ -1,8 +1,10 @@
 """When a trial counts as written: its files rest, belong together, and hold what they say."""
 
+import hashlib
+
 import pytest
 
-from addb_viewer.watch.written_trials import WatchedSubject, is_cut, subjects_below
+from addb_viewer.watch.written_trials import CUT_S, TOLD_S, WatchedSubject, is_cut, of_former, subjects_below
 
 
 class Looking:
@@ -82,6 +84,68 @@ def test_a_replaced_file_is_handed_out_again(looking, put):
     [second] = [t for k in range(20) for t in looking.subject.written(10 + 0.25 * k)]
     assert second.digest != first.digest
     assert not looking.subject.is_current(first)
+
+
+def test_a_replaced_file_waits_for_the_other_of_its_pair(looking, put, recording):
+    put(looking.subject.folder, "walk")
+    assert looking.after(2) == ["walk"]
+    markers, forces = recording(1)
+    (looking.subject.folder / "walk.trc").write_bytes(markers)
+    assert looking.after(0.7 * CUT_S) == []
+    (looking.subject.folder / "walk_grf.mot").write_bytes(forces)
+    assert looking.after(2) == ["walk"]
+    (looking.subject.folder / "walk_grf.mot").write_bytes(recording(2)[1])
+    assert looking.after(0.7 * CUT_S) == []
+    assert looking.after(0.4 * CUT_S) == ["walk"]  # it was exported anew, perhaps; whoever judges it knows
+
+
+def test_which_files_are_of_a_former_recording_also_after_a_restart(looking, put, recording):
+    put(looking.subject.folder, "walk", 1)
+    old = recording(0)
+    digests = {"walk": [tuple(hashlib.sha256(data).hexdigest() for data in (old[0], recording(1)[1]))]}
+    anew = WatchedSubject(looking.subject.folder, digests)
+    assert [t for k in range(8) for t in anew.written(0.25 * k)] == []
+    [trial] = [t for k in range(8, 100) for t in anew.written(0.25 * k)]
+    assert [file.name for file in trial.kept] == ["walk_grf.mot"]
+
+
+@pytest.mark.parametrize(
+    ("files", "former", "of_the_former"),
+    [
+        ("B a", ["A a"], [False, True]),
+        ("A b", ["A a"], [True, False]),
+        ("B b", ["A a"], []),
+        ("B b", ["A a", "B a"], []),  # the second was mixed itself
+        ("B a", ["A a", "B a"], [False, True]),
+        ("A a", ["A a", "B b"], []),  # the first one, put back
+        ("A a", ["A"], []),  # its forces came late
+        ("B b", ["A"], []),
+    ],
+)
+def test_what_is_of_a_former_recording(files, former, of_the_former):
+    assert list(of_former(tuple(files.split()), [tuple(f.split()) for f in former])) == of_the_former
+
+
+def test_files_that_are_named_and_not_there_are_waited_for_and_told_once(looking, put, recording):
+    folder = looking.subject.folder
+    trials = "".join(
+        f'[trials.{name}]\nmarkers = "../{name}.trc"\nforces = "{name}_grf.mot"\n' for name in ("walk", "run")
+    )
+    (folder / "subject.toml").write_text(
+        f'model = "scaled.osim"\nstatic = "static.trc"\n{trials}[release]\ncitation = "ours.bib"\n'
+    )
+    markers, forces = recording()
+    (folder / "walk_grf.mot").write_bytes(forces)
+    (folder.parent / "walk.trc").write_bytes(markers)
+    assert looking.after(0.8 * TOLD_S) == ["walk"]
+    assert (looking.subject.trouble, looking.subject.missing(looking.now)) == ("", [])
+    told = looking.subject.missing(looking.now + TOLD_S)
+    assert {p.name for p in told} == {"scaled.osim", "static.trc", "run.trc", "run_grf.mot", "ours.bib"}
+    assert looking.subject.missing(looking.now + 9 * TOLD_S) == []
+    (folder.parent / "run.trc").write_bytes(recording(1)[0])
+    assert looking.after(0.7 * CUT_S) == []
+    (folder / "run_grf.mot").write_bytes(recording(1)[1])
+    assert looking.after(2) == ["run"]
 
 
 def test_static_trials_are_taken_as_such(looking, put, recording):
