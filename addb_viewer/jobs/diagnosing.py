@@ -15,7 +15,9 @@ from solver.contact.detected_ranges import sure_ranges
 from solver.contact.force_review import ForceReview
 from solver.contact.mask import mask_of
 from solver.contact.wrenches import RECORDING, FrameMask
+from solver.diagnosis.deciding.deciding_trial import NOTHING, SURE
 from solver.diagnosis.diagnose_subject import diagnose as diagnosis_of
+from solver.diagnosis.diagnosis import CLEAN, AfterTrial
 from solver.diagnosis.diagnosis_report import DiagnosisReport, report
 from solver.fitting.provenance import provenance_of
 from solver.fitting.results.kept_trials import kept_trials
@@ -57,6 +59,7 @@ def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> 
     found = diagnosis_of(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
     notes = tuple(dict.fromkeys([*job.subject.notes, *found.notes]))
     figures = replace(report(found, why), notes=notes)
+    figures = replace(figures, after_trial=after_trial(_last(job), figures))
     read = [t for t in chosen if t.name in found.trials]
     if len(read) < len(chosen):  # the others cannot be read
         made_from["provenance"] = provenance_of(job.subject, read, job.reviews)
@@ -65,6 +68,35 @@ def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> 
     ):  # without a fit that can be read, the flags themselves have to be the same
         made_from[COUNTS] = _counts_now(job)
     return figures, keep(figures, made_from, job.results)
+
+
+def _last(job: Job) -> DiagnosisReport | None:
+    """The diagnosis before this one, where it can be read."""
+    with contextlib.suppress(ResultsError):
+        last = kept(job.results)
+        return None if last is None else last[0]
+    return None
+
+
+def after_trial(before: DiagnosisReport | None, now: DiagnosisReport) -> AfterTrial | None:
+    """Whether trials that were recorded since decided what was not sure; None where none were.
+
+    Args:
+        before: the last diagnosis.
+        now: of the same trials and others.
+    """
+    if before is None:
+        return None
+    if before.trials == now.trials:
+        return before.after_trial
+    asked, more = before.to_be_sure, tuple(t for t in now.trials if t not in before.trials)
+    if asked is None or not more or not set(before.trials) <= set(now.trials):
+        return None
+    sure = {(c.id, c.target): c.confidence for c in now.effects}
+    confidence = sure.get((asked.id, asked.target), 0.0)
+    rival = sure.get((asked.other_id, asked.other_target), 0.0)
+    is_nothing = asked.other_id == NOTHING and now.verdict == CLEAN
+    return AfterTrial(asked, more, max(confidence, rival) >= SURE or is_nothing, confidence)
 
 
 def kept_of(job: Job) -> DiagnosisReport | None:

@@ -5,8 +5,10 @@ from collections.abc import Callable, Sequence
 from addb_viewer.text.diagnosis_vocabulary import (
     about,
     amounts,
+    capital,
     certainty,
     listed,
+    percent,
     rivals_of,
     seconds_of,
     sentence,
@@ -17,8 +19,14 @@ from addb_viewer.text.diagnosis_vocabulary import (
 )
 from addb_viewer.text.sections import Section
 from solver.diagnosis.causes.about import CorrectedBy
+from solver.diagnosis.deciding.deciding_trial import NOTHING
+from solver.diagnosis.diagnosis import ToBeSure
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival
+from solver.diagnosis.unmodelled.open_world import OUTSIDE_THE_LIST
 
+TO_BE_SURE = "to be sure, record"
+EVEN = 1.5  # odds below it are even
+MOST_ODDS = 1000  # no diagnosis is surer
 LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
 TO_FLAG = " To flag: "  # before each command that somebody may copy
 ToFlag = Callable[[str, int, int, str], str]  # trial, first frame, end, foot → how to flag them
@@ -50,9 +58,64 @@ def cause(figures: DiagnosisReport, k: int, to_flag: ToFlag = by_command) -> Sec
         rows.append(("could also be", _could_also_be(effect, rivals)))
         told_apart = dict.fromkeys(r.separate_by for r in rivals if r.separate_by)
         rows.append(("to tell, record", "; or ".join(told_apart)))
+    rows.append((TO_BE_SURE, to_be_sure(figures, effect)))
     kind = "Tentative cause" if effect in tentative_of(figures) else "Cause"
     heading = f"{kind} {k + 1} of {len(figures.effects)}: {title(effect)}"
     return Section(heading, rows=tuple(row for row in rows if row[1]))
+
+
+def to_be_sure(figures: DiagnosisReport, effect: Cause) -> str:
+    """Which short trial would decide a cause, and by how much; empty where none is sought for it."""
+    asked = figures.to_be_sure
+    if asked is None or (asked.id, asked.target) != (effect.id, effect.target):
+        return ""
+    rival = rival_in_words(asked)
+    if asked.trial is None:
+        return f"no short trial of the list would tell it from {rival}"
+    return (
+        f"{capital(trial_in_words(asked))}. That tells it from {rival}; expected, if it is right: "
+        f"{_odds(asked.odds)} become {_odds(asked.odds_after)}."
+    )
+
+
+def trial_in_words(asked: ToBeSure) -> str:
+    """What to do, with the plates as people say them."""
+    words = asked.words
+    for plate in asked.plates:
+        words = words.replace(plate, target_in_words(plate))
+    return words
+
+
+def rival_in_words(asked: ToBeSure) -> str:
+    """What a name is to be told from."""
+    if asked.other_id == NOTHING:
+        return "nothing being wrong"
+    if asked.other_id == OUTSIDE_THE_LIST:
+        return "something that is on no list"
+    own, other = Rival(asked.id, asked.target), Rival(asked.other_id, asked.other_target)
+    return f"the same at {target_in_words(other.target)}" if own.id == other.id else title(other)
+
+
+def what_was_decided(figures: DiagnosisReport) -> Section:
+    """Whether trials that were recorded since the last diagnosis decided what was not sure in it."""
+    after = figures.after_trial
+    if after is None:
+        return Section("", ())
+    name = title(Rival(after.asked.id, after.asked.target))
+    now = f"now {percent(after.confidence)}" if after.confidence else "not named any more"
+    verb = "decided" if after.decided else "did not decide"
+    said = f"{capital(listed(after.trials))} {verb} between {name} ({now}) and {rival_in_words(after.asked)}."
+    return Section("What the further trial says", (said,))
+
+
+def _odds(odds: float) -> str:
+    if odds < 1.0 / EVEN:
+        return f"1 to {_round(1.0 / odds)}"
+    return "even odds" if odds < EVEN else f"{_round(odds)} to 1"
+
+
+def _round(odds: float) -> str:
+    return f"{odds:.0f}" if odds < MOST_ODDS else f"more than {MOST_ODDS}"
 
 
 def when(figures: DiagnosisReport, effect: Cause) -> str:

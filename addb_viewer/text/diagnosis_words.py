@@ -3,7 +3,7 @@
 import textwrap
 from dataclasses import replace
 
-from addb_viewer.text.cause_words import TO_FLAG, cause
+from addb_viewer.text.cause_words import TO_BE_SURE, TO_FLAG, cause, what_was_decided
 from addb_viewer.text.detectable_words import what_would_be_found
 from addb_viewer.text.diagnosis_vocabulary import about, title
 from addb_viewer.text.direct_check_words import what_the_files_say
@@ -15,7 +15,7 @@ from addb_viewer.text.verdict_words import verdict
 from solver.common.notes import Kind
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 
-ON_A_SCREEN = ("how large", "when", "what to do")  # of a cause
+ON_A_SCREEN = ("how large", "when", "what to do", TO_BE_SURE)  # of a cause
 MOST_CAUSES = 4  # on a screen of 40 lines
 SHORT = 240  # [characters] of a text there: three lines
 NOTES = "Notes"
@@ -32,6 +32,7 @@ def page(figures: DiagnosisReport) -> list[Section]:
     causes = [cause(figures, k) for k in range(len(figures.effects))]
     sections = [
         verdict(figures),
+        what_was_decided(figures),
         what_is_wrong(figures),
         what_the_files_say(figures),
         what_would_be_found(figures),
@@ -60,7 +61,9 @@ def screen(figures: DiagnosisReport) -> list[Section]:
         causes.append(Section(f"{len(each) - MOST_CAUSES} more causes", (_short(others),)))
     remains = what_remains(figures)
     unseen = [] if each else [what_would_be_found(figures)]
-    sections = [verdict(figures), *unseen, *causes, replace(remains, lines=tuple(map(_short, remains.lines)))]
+    after = what_was_decided(figures)
+    shorter = replace(remains, lines=tuple(map(_short, remains.lines)))
+    sections = [verdict(figures), after, *unseen, *causes, shorter]
     return [s for s in sections if s.lines or s.rows]
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from addb_viewer.text.amounts import counted
+from addb_viewer.text.cause_words import trial_in_words
 from addb_viewer.text.diagnosis_vocabulary import (
     CONFIDENT,
     about,
@@ -27,6 +28,7 @@ from addb_viewer.trial_view.trial_verdict import LEAST_SURE, TrialVerdict, reaso
 from addb_viewer.watch.judging import FirstLook, FitLook, Look, Step
 from addb_viewer.watch.verdict_log import Colour, VerdictLine
 from solver.capture.capture import PlanItem
+from solver.diagnosis.diagnosis import ToBeSure
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival
 from solver.diagnosis.direct_checks.statement import STATED_NATS
 from solver.diagnosis.direct_checks.statement import About as Class
@@ -279,7 +281,7 @@ def _causes(
     for cause in sorted(named, key=lambda c: [*order, key := f"{c.id} {c.target}"].index(key)):
         if off_plate and _is_off_plate(cause):
             continue
-        yield _of_cause(cause)
+        yield _of_cause(cause, report.to_be_sure)
         if cause.confidence < LEAST_SURE:
             others = [r for r in rivals_of(report, cause) if about(r).branch != about(cause).branch]
             likeliest = sorted(others, key=lambda rival: -(rival.confidence or 0.0))
@@ -337,9 +339,12 @@ def _of_check(kind: Class, target: str | None) -> Finding:
     return Finding(branch, target or "", f"{ABOUT[kind]}{what}", act, sure=False)
 
 
-def _of_cause(cause: Cause | Rival) -> Finding:
+def _of_cause(cause: Cause | Rival, asked: ToBeSure | None = None) -> Finding:
+    """A cause, and what to do about it; where a short trial would decide it, that trial."""
     branch, sure = about(cause).branch, (cause.confidence or 0.0) >= CONFIDENT
     act = BY_BRANCH.get(branch, "look at the diagnosis")
+    if asked is not None and asked.trial is not None and (asked.id, asked.target) == (cause.id, cause.target):
+        act = f"to be sure, {trial_in_words(asked)}"
     return Finding(branch, cause.target, short_title(cause), act, sure)
 
 

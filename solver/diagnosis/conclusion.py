@@ -9,6 +9,7 @@ from jaxtyping import Float
 from solver.diagnosis.cause_decisions import Trail, compare_chances, is_only_tentative, is_unexplained
 from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
+from solver.diagnosis.deciding.deciding_trial import trial_to_be_sure
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,
@@ -109,6 +110,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         chances=None if named else compare_chances(decisions, beyond, settings),
         rates_Hz={s.name: s.rate for s in balance.scenes},
         starts_s={s.name: s.motion.start_time for s in balance.scenes},
+        to_be_sure=trial_to_be_sure(balance, world),
     )
 
 

@@ -88,6 +88,34 @@ class Detectable:
 
 
 @dataclass(frozen=True)
+class ToBeSure:
+    """The short trial that would tell a name from what may be in its place; none of the list: no trial."""
+
+    id: str
+    target: str
+    other_id: str  # of its strongest rival: of the catalogue, "nothing", or "outside_the_list"
+    other_target: str
+    odds: float  # of the name against it
+    odds_after: float = 0.0  # expected if the name is right, as the trial's nats are counted
+    trial: str | None = None  # of the list of short trials
+    plates: tuple[str, ...] = ()  # on which it is done
+    words: str = ""  # what to do, with the plates' targets
+    nats: float = 0.0  # that it is expected to say for the name against the rival, if the name is right
+    nats_if_other: float = 0.0  # for the rival against the name, if the rival is right
+    share_after: float = 0.0  # of the right one afterwards, averaged over which it is
+
+
+@dataclass(frozen=True)
+class AfterTrial:
+    """What further trials decided of what was not sure without them."""
+
+    asked: ToBeSure  # before
+    trials: tuple[str, ...]  # that were recorded since
+    decided: bool
+    confidence: float  # of the name now; 0 where it is none any more
+
+
+@dataclass(frozen=True)
 class Remaining:
     """What is left after the named causes."""
 
@@ -117,4 +145,5 @@ class Diagnosis:
     chances: Chances | None = None  # where nothing is named
     decisions: tuple[CauseDecisions, ...] = field(default=())  # of every cause that was proposed
     detectable: tuple[Detectable, ...] = field(default=())  # in a recording in which nothing is wrong
+    to_be_sure: ToBeSure | None = None  # where a name is not sure
     direct_checks: tuple[Statement, ...] = field(default=())  # what the files say without a model of the body

@@ -16,6 +16,7 @@ from solver.common.typed_json import from_plain, plain
 from solver.diagnosis.cause_decisions import CauseDecisions, Chances
 from solver.diagnosis.causes.catalogue import ABOUT
 from solver.diagnosis.diagnosis import (
+    AfterTrial,
     Detectable,
     Diagnosis,
     Gain,
@@ -23,6 +24,7 @@ from solver.diagnosis.diagnosis import (
     NamedEffect,
     OffTheList,
     Remaining,
+    ToBeSure,
 )
 from solver.diagnosis.direct_checks.statement import STATED_NATS, Statement
 from solver.diagnosis.extended_fit import ExtendedGain
@@ -232,6 +234,8 @@ class DiagnosisReport:
     decisions: tuple[Decided, ...] = ()
     residual: Residual | None = None
     direct_checks: tuple[DirectCheck, ...] = ()
+    to_be_sure: ToBeSure | None = None
+    after_trial: AfterTrial | None = None  # where an earlier diagnosis of fewer trials was not sure
 
     def as_json(self) -> dict[str, Any]:
         """Plain values, as `diagnose --json` has them."""
@@ -324,6 +328,7 @@ def report(diagnosis: Diagnosis, why: str | None = None) -> DiagnosisReport:
         decisions=_decisions(diagnosis, why),
         residual=None if diagnosis.residual is None else _residual(diagnosis.residual),
         direct_checks=tuple(map(_direct_check, diagnosis.direct_checks)),
+        to_be_sure=diagnosis.to_be_sure,
     )
 
 

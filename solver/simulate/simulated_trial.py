@@ -17,7 +17,7 @@ from solver.simulate.feasible_motion import PLACE, QUICK, Wish, fit_trajectory
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.landing import drop_of, landing_contacts, landing_wish, times_about_contact
 from solver.simulate.person import TrueBody
-from solver.simulate.posture import posture_wish, squat_depth, standing_contacts
+from solver.simulate.posture import BENT, bend_depth, posture_wish, standing_contacts
 from solver.simulate.spline_motion import SplineMotion
 from solver.simulate.walk_and_run import (
     STYLES,
@@ -97,11 +97,13 @@ def share_demand(
 
 """What does not come from the ground, along a motion: force [N], moment about the ground origin [N·m]."""
 
-Activity = Literal["walk", "run", "sprint", "squat", "stand", "landing"]
+Activity = Literal["walk", "run", "sprint", "squat", "stand", "landing", "bounce", "arms", "bend", "shift"]
 GRID = {"sprint": 0.005, "landing": 0.005}  # [s] of the fit; of others:
 USUAL_GRID = 0.01  # [s]; knots lie on the grid, so that frames of 100 Hz and its multiples meet them
-KNOTS = {"walk": 0.03, "run": 0.01, "sprint": 0.005, "squat": 0.03, "stand": 0.05, "landing": 0.005}  # [s]
+KNOTS = {"walk": 0.03, "run": 0.01, "sprint": 0.005, "stand": 0.05, "shift": 0.05, "landing": 0.005}  # [s]
+BENDING_KNOTS = 0.03  # [s] of who bends
 SPEED = {"walk": 1.3, "run": 3.2, "sprint": 8.5}  # [m/s] where the scenario names none
+SHIFT = 0.35  # of the load, from one foot to the other and back
 EXTERNAL_ROUNDS = 3  # of fitting to an external wrench that depends on the motion
 MARGIN = 0.3  # [s] simulated before and after the recording, where the ends of the spline are loose
 
@@ -118,6 +120,7 @@ class Scenario:
     centre: tuple[float, float] = (0.0, 0.0)  # (x, z) that the person passes, or stands at [m]
     variation: float = 0.015  # step-to-step, relative
     style: GaitStyle | None = None  # of walking, running or sprinting; None: as most people do
+    width: float | None = None  # [m] between the midlines of who stands; None: as people do
     cadence: float = 1.0  # steps a second over those that most people of that stature take at that speed
 
 
@@ -162,7 +165,7 @@ def simulate_trial(
     grid = GRID.get(scenario.activity, USUAL_GRID)
     times = span[0] + grid * np.arange(int(np.ceil((span[1] - span[0]) / grid - 1e-9)) + 1)
     wish = _place(_wish(scenario, body, times, rng), body, scenario)
-    model, knots = RigidBodyModel(body.skeleton), KNOTS[scenario.activity]
+    model, knots = RigidBodyModel(body.skeleton), KNOTS.get(scenario.activity, BENDING_KNOTS)
     settings = QUICK if scenario.activity in GRID else None
     motion = fit_trajectory(wish, model, knots, settings)
     for _ in range(EXTERNAL_ROUNDS if external else 0):
@@ -233,10 +236,13 @@ def _posture(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.rand
     span = (float(times[0]), float(times[-1]))
     hip = body.skeleton.joints[body.skeleton.body_index("femur_r")].p_parent_frame
     squats = scenario.activity == "squat"
-    width = (3.2 if squats else 2.4) * hip[2]
-    contacts = standing_contacts(body.sole, body.skeleton.mass, width, span, rng)
-    depth = squat_depth(span, rng)(times) if squats else None
-    return posture_wish(body.skeleton, contacts, times, depth)
+    width = scenario.width or (3.2 if squats else 2.4) * hip[2]
+    shift = SHIFT if scenario.activity == "shift" else 0.0
+    contacts = standing_contacts(body.sole, body.skeleton.mass, width, span, rng, shift=shift)
+    bend = BENT.get(scenario.activity)
+    if bend is None:
+        return posture_wish(body.skeleton, contacts, times, None)
+    return posture_wish(body.skeleton, contacts, times, bend_depth(bend, span, rng)(times), bend)
 
 
 def _place(wish: Wish, body: TrueBody, scenario: Scenario) -> Wish:

@@ -217,14 +217,20 @@ class Balance:
         return self.noise_grid.best(lambda noise_scale: self.solve_at(terms, noise_scale), near)
 
 
-def laboratory_errors(trials: Sequence[TrialRows]) -> Float[np.ndarray, "rows columns"]:
+def laboratory_errors(
+    trials: Sequence[TrialRows], laboratory: Sequence[Scene] = ()
+) -> Float[np.ndarray, "rows columns"]:
     """Of plates tared and placed as well as it is done with care, each column at one standard deviation.
 
     A newton of shear that stays all through a quiet squat would else be evidence as strong as a fault's. The
     columns are those of the causes themselves, one for each plate, shared by all trials; how far they go
     stands beside the causes (`usual_std`), well below what anybody would act on.
+
+    Args:
+        trials: whose rows.
+        laboratory: trials whose plates these are; none: the same.
     """
-    scenes = [t.scene for t in trials]
+    scenes = laboratory or [t.scene for t in trials]
     rows = sum(len(t.residual) for t in trials)
     found = [np.zeros((rows, 0))]
     for cause in CAUSES:
@@ -233,7 +239,7 @@ def laboratory_errors(trials: Sequence[TrialRows]) -> Float[np.ndarray, "rows co
             if isinstance(candidate, Corrected) or candidate.place_odds:
                 continue  # undone already, or rarer than what every laboratory has
             parts = [t.rows_of(candidate, ()) for t in trials]
-            width = next(p.columns.shape[1] for p in parts if p is not None)
+            width = next((p.columns.shape[1] for p in parts if p is not None), len(candidate.parameters))
             of_trials = [
                 np.zeros((len(t.residual), width)) if p is None else p.columns
                 for t, p in zip(trials, parts, strict=True)

@@ -1,6 +1,7 @@
 """The page of a diagnosis: said plainly, no more certain than the figures, and whole."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -9,10 +10,12 @@ from addb_viewer.text import diagnosis_words as words_of
 from addb_viewer.text.diagnosis_vocabulary import amount, certainty, target_in_words, upward
 from addb_viewer.text.sections import as_text
 from solver.common.notes import Kind, Note
+from solver.common.typed_json import plain
 from solver.diagnosis.causes.about import OF_EACH_TRIAL, Reading
 from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.diagnosis.causes.plate_readings import PlateBiasTakenOff
+from solver.diagnosis.diagnosis import AfterTrial, ToBeSure
 from tests.addb_viewer.synthetic_residual import residual
 from tests.addb_viewer.told_diagnosis import told, told_cause
 
@@ -768,3 +771,63 @@ def test_what_is_only_large_is_not_called_wrong_with_a_chance_of_one_percent():
     assert "recording or model may be at fault" in text
     assert "The chance" not in text
     assert "Something is" not in text
+
+
+ASKED = ToBeSure(
+    *("plate_gain", "plate_2", "body_weight_support", "pelvis", 9.0),
+    odds_after=310.4,
+    trial="stand",
+    plates=("plate_2",),
+    words="stand still on plate_2 for 3 s",
+    nats=10.6,
+)
+GAIN = effect("plate_gain", "plate_2", confidence=0.8, gain_error=(-0.041, 0.0015))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "Stand still on plate 2 for 3 s. That tells it from an unmeasured support: pelvis; expected, "),
+        ({}, "expected, if it is right: 9 to 1 become 310 to 1."),
+        ({"odds": 1.2, "odds_after": 1e5}, "if it is right: even odds become more than 1000 to 1."),
+        ({"odds": 0.25, "odds_after": 4.0}, "if it is right: 1 to 4 become 4 to 1."),
+        ({"other_id": "plate_gain", "other_target": "plate_1"}, "That tells it from the same at plate 1;"),
+        ({"other_id": "nothing", "other_target": ""}, "That tells it from nothing being wrong;"),
+        ({"other_id": "outside_the_list"}, "That tells it from something that is on no list;"),
+        ({"trial": None}, "no short trial of the list would tell it from an unmeasured support: pelvis"),
+    ],
+)
+def test_the_trial_that_would_decide_stands_with_its_cause_alone(changes, words):
+    answer = figures(effects=[GAIN, LATE], to_be_sure=plain(replace(ASKED, **changes)))
+    first, second = said(answer).split("CAUSE 2")
+    assert words in first.split("to be sure, record ")[1]
+    assert "to be sure" not in second
+    on_a_screen = " ".join(" ".join(as_text(words_of.screen(told(answer)))).split())
+    assert words in on_a_screen
+    assert "to be sure" not in said(figures(effects=[GAIN, LATE]))
+
+
+@pytest.mark.parametrize(
+    ("decided", "confidence", "words"),
+    [
+        (
+            True,
+            0.97,
+            "Stand decided between wrong gain of plate 2 (now 97 %) and an unmeasured support: pelvis.",
+        ),
+        (
+            True,
+            0.0,
+            "Stand decided between wrong gain of plate 2 (not named any more) and an unmeasured support",
+        ),
+        (
+            False,
+            0.7,
+            "Stand did not decide between wrong gain of plate 2 (now 70 %) and an unmeasured support",
+        ),
+    ],
+)
+def test_what_the_further_trial_decided_is_said(decided, confidence, words):
+    answer = figures(effects=[GAIN], after_trial=plain(AfterTrial(ASKED, ("stand",), decided, confidence)))
+    assert words in said(answer)
+    assert words in " ".join(" ".join(as_text(words_of.screen(told(answer)))).split())

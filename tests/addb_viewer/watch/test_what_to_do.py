@@ -20,6 +20,7 @@ from addb_viewer.watch.what_to_do import (
 )
 from solver.capture.capture import PlanItem
 from solver.diagnosis.causes.catalogue import ABOUT
+from solver.diagnosis.diagnosis import ToBeSure
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, DirectCheck, Remains, Rival
 from solver.diagnosis.direct_checks.statement import STATED_NATS, About, Statement
 from solver.fitting.verdict import Why
@@ -85,6 +86,20 @@ def test_a_cause_that_is_likelier_not_there_asks_for_nothing():
     loud = replace(GOOD, figures=replace(FIGURES, angular_residual=moment(9.0, 0.02)))
     said = told(loud, weak, ()).to_do
     assert said == f"{BY_REASON[Why.MOMENT]}; a weak sign of wrong zero level of plate 2"
+
+
+def test_a_short_trial_that_would_decide_a_cause_is_what_to_do_about_it():
+    asked = ToBeSure(
+        *("plate_gain", "plate_2", "zero_level", "plate_2", 3.0),
+        trial="stand",
+        plates=("plate_2",),
+        words="stand still on plate_2 for 3 s",
+    )
+    unsure = replace(diagnosed(cause("plate_gain", "plate_2", 0.7)), to_be_sure=asked)
+    said = told(GOOD, unsure, ()).to_do
+    assert said == "May be wrong gain of plate 2: to be sure, stand still on plate 2 for 3 s"
+    none_helps = replace(unsure, to_be_sure=replace(asked, trial=None))
+    assert BY_BRANCH["plate/scale"] in told(GOOD, none_helps, ()).to_do
 
 
 def test_a_direct_check_speaks_where_no_cause_is_named_and_the_trial_is_not_sound():

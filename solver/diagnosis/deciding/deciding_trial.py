@@ -1,0 +1,325 @@
+"""Which short trial would tell the likeliest causes apart, and by how much.
+
+Each hypothesis (a name, a rival in its place, nothing, something on no list) was fitted to the present
+trials: it has a posterior of its parameters, and of all that a sound recording may be off by. With a short
+trial's columns that predicts the trial's balance as a Gaussian. What the trial will say for hypothesis a
+against b, if a is right, is expected to be
+
+    D(a, b) = ½ [tr(V_b⁻¹ V_a) − n + (m_a − m_b)ᵀ V_b⁻¹ (m_a − m_b) + log det V_b − log det V_a]    nats
+
+The best trial leaves the right one the largest share, averaged over which of them is right.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.lapack import dpotri
+from scipy.special import softmax
+
+from solver.diagnosis.causes.effect import Eta
+from solver.diagnosis.causes.observed_trial import Scene
+from solver.diagnosis.deciding.short_trials import ShortTrial, can_move, short_trials
+from solver.diagnosis.diagnosis import ToBeSure
+from solver.diagnosis.noise.balance_rows import END_S, WINDOW_S, TrialRows
+from solver.diagnosis.noise.model_errors import model_error, nuisances, soft_tissue
+from solver.diagnosis.search.balance import Balance, laboratory_errors
+from solver.diagnosis.search.contenders import Found
+from solver.diagnosis.search.refinement import SMALL_STEP
+from solver.diagnosis.search.terms import Solved, Term
+from solver.diagnosis.unmodelled.open_world import OUTSIDE_THE_LIST, Held, Standing
+from solver.dynamics.weighted_means import windows_over
+
+SURE = 0.9  # of a name: nothing more needs to be recorded
+LEAST_SHARE = 0.03  # of a hypothesis, to be heard
+LEAST_NATS = 2.0  # that the best trial has to promise against the strongest rival
+NOTHING = "nothing"
+LEAST_VARIANCE = 1e-9  # of its mean, on the diagonal of an averaged covariance: rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """What may be wrong, as it was fitted to the present trials."""
+
+    id: str
+    target: str
+    share: float
+    solved: Solved
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Of a short trial's balance, by one hypothesis: whitened by what is the trial's own."""
+
+    mean: Float[np.ndarray, " rows"]
+    covariance: Float[np.ndarray, "rows rows"]
+    precision: Float[np.ndarray, "rows rows"]  # its inverse
+    log_det: float  # of the covariance
+
+    def nats_against(self, other: "Prediction") -> float:
+        """What the trial is expected to say for this one against another, if this one is right."""
+        apart = self.mean - other.mean
+        spread = float((other.precision * self.covariance).sum()) - len(apart)
+        return 0.5 * (spread + float(apart @ other.precision @ apart) + other.log_det - self.log_det)
+
+
+def trial_to_be_sure(balance: Balance, held: Held) -> ToBeSure | None:
+    """The short trial that is most likely to decide the least sure name that has a rival; None where all are.
+
+    Args:
+        balance: of all trials.
+        held: the names, each among all that may be in its place.
+    """
+    unsure = [(one, s) for one, s in zip(held.found, held.standings, strict=True) if s.confidence < SURE]
+    if not unsure or not can_move(_present(balance)):
+        return None
+    one, standing = max(unsure, key=lambda pair: pair[1].confidence)
+    some = hypotheses(balance, held.solved, one, standing)
+    if len(some) < 2:
+        return None
+    return best_of(expected(balance, some, standing.temper), some, standing.temper)
+
+
+def hypotheses(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Hypothesis]:
+    """The name, then all that may be in its place, the likeliest first.
+
+    Args:
+        balance: of all trials.
+        solved: all names together.
+        one: the name.
+        standing: its share, and those of all else.
+    """
+    rest = [t for t in solved.terms if t is not one.contender.term]
+    near = solved.noise_scale
+    others = [
+        Hypothesis(*r.term.candidate.key, share, balance.solve_at([*rest, r.term], near))
+        for r, share in standing.rivals
+        if share >= LEAST_SHARE
+    ]
+    if standing.strongest is not None and standing.outside >= LEAST_SHARE:
+        unknown = standing.strongest
+        terms = [*rest, unknown.likeliest.terms[-1]]
+        others.append(
+            Hypothesis(OUTSIDE_THE_LIST, unknown.cause.words, standing.outside, balance.solve_at(terms, near))
+        )
+    nothing = 1.0 - standing.confidence - standing.outside - sum(share for _, share in standing.rivals)
+    if nothing >= LEAST_SHARE:
+        others.append(Hypothesis(NOTHING, "", nothing, balance.solve_at(rest, near)))
+    own = Hypothesis(
+        *one.contender.term.candidate.key, standing.confidence, balance.solve_at(solved.terms, near)
+    )
+    return [own, *sorted(others, key=lambda h: -h.share)]
+
+
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """What a short trial promises: nats for each hypothesis against each other, and the right one's share."""
+
+    trial: ShortTrial
+    nats: Float[np.ndarray, "right other"]
+    share: float  # of the right one afterwards, averaged over which it is
+
+
+def expected(balance: Balance, some: Sequence[Hypothesis], temper: float) -> list[Expected]:
+    """What each short trial promises, the best first.
+
+    Args:
+        balance: of all trials.
+        some: hypotheses.
+        temper: nats that count as one.
+    """
+    present = _present(balance)
+    about = [t for h in some for t in h.target.split("+")]
+    fitted = posteriors(balance, some)
+    found = []
+    for trial in short_trials(present, about):
+        rows = rows_of_trial(balance, trial, present)
+        if rows is None:
+            continue
+        predictions = [predict(balance, rows, h, fitted[k]) for k, h in enumerate(some)]
+        nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
+        found.append(Expected(trial, nats, _share_after(some, nats, temper)))
+    return sorted(found, key=lambda e: -e.share)
+
+
+def best_of(promised: Sequence[Expected], some: Sequence[Hypothesis], temper: float) -> ToBeSure:
+    """The one to propose.
+
+    Args:
+        promised: the best first.
+        some: hypotheses, the name first and its strongest rival next.
+        temper: nats that count as one.
+    """
+    name, rival = some[:2]
+    odds = name.share / rival.share
+    base = (name.id, name.target, rival.id, rival.target, odds)
+    best = next((e for e in promised if min(e.nats[0, 1], e.nats[1, 0]) >= LEAST_NATS), None)
+    if best is None:
+        return ToBeSure(*base)
+    return ToBeSure(
+        *base,
+        odds_after=odds * float(np.exp(best.nats[0, 1] / temper)),
+        trial=best.trial.kind.id,
+        plates=best.trial.plates,
+        words=best.trial.words,
+        nats=float(best.nats[0, 1]),
+        nats_if_other=float(best.nats[1, 0]),
+        share_after=best.share,
+    )
+
+
+def _share_after(some: Sequence[Hypothesis], nats: Float[np.ndarray, "right other"], temper: float) -> float:
+    shares = np.array([h.share for h in some])
+    after = [softmax(np.log(shares) - against / temper)[k] for k, against in enumerate(nats)]
+    return float(shares @ after / shares.sum())
+
+
+def _present(balance: Balance) -> Scene:
+    """The longest trial stands for all."""
+    return max(balance.scenes, key=lambda s: int(s.counts.sum()))
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Of what sound recordings are off by, then of the terms' parameters: mean and covariance."""
+
+    mean: Float[np.ndarray, " all"]
+    covariance: Float[np.ndarray, "all all"]
+
+
+def posteriors(balance: Balance, some: Sequence[Hypothesis]) -> list[Posterior]:
+    """Of each hypothesis, all fitted at one noise scale."""
+    noise_scale, of = some[0].solved.noise_scale, balance.basis.of
+    shared = np.concatenate([of.shared, noise_scale.slack * of.tissue], axis=1)
+    seen = noise_scale.whiten(balance.basis.transform(shared))
+    within = seen.T @ seen
+    return [_posterior(seen, within, h.solved) for h in some]
+
+
+def _posterior(
+    seen: Float[np.ndarray, "rows shared"], within: Float[np.ndarray, "shared shared"], solved: Solved
+) -> Posterior:
+    """With Q = I + B P Bᵀ in whitened rows: mean Λ Gᵀ Q⁻¹ y, covariance Λ − Λ Gᵀ Q⁻¹ G Λ."""
+    own = [t.whiten(solved.noise_scale)[1] for t in solved.terms]
+    B = np.concatenate([np.zeros((len(seen), 0)), *own], axis=1) * solved.std
+    G = np.concatenate([seen, B], axis=1)
+    across = seen.T @ B
+    inside = np.block([[within, across], [across.T, B.T @ B]])
+    gain = solve_triangular(solved.root, B.T @ G, lower=True) if B.shape[1] else np.zeros((0, G.shape[1]))
+    scale = np.concatenate([np.ones(seen.shape[1]), solved.std])
+    covariance = (np.eye(len(scale)) - inside + gain.T @ gain) * np.outer(scale, scale)
+    return Posterior(scale * (G.T @ solved.left), covariance)
+
+
+def rows_of_trial(balance: Balance, trial: ShortTrial, present: Scene) -> TrialRows | None:
+    """A short trial's rows, their noise that of the present trial."""
+    scene = trial.scene(present)
+    if scene is None:
+        return None
+    counts = scene.counts.copy()
+    ends = round(END_S * scene.rate)
+    counts[:ends] = counts[len(counts) - ends :] = False
+    own = next(t for t in balance.trials if t.scene is present)
+    hop = _hop(own)
+    windows = windows_over(counts, scene.rate, WINDOW_S, hop / present.rate)
+    if not windows.count:
+        return None
+    nothing = np.zeros((0, 0))
+    covariance = _noise(own, np.round(windows.start / scene.rate * present.rate / hop).astype(int), hop)
+    rows = TrialRows(scene, windows, covariance, nothing, nothing, nothing, np.zeros(0))
+    settings = balance.settings
+    return replace(
+        rows,
+        model_error=model_error(scene, windows),
+        nuisance=nuisances(scene, rows.reduce, settings),
+        tissue=soft_tissue(scene, rows.reduce, settings),
+    )
+
+
+def _hop(own: TrialRows) -> int:
+    """Frames between windows: a whole number of the present trial's steps, about a window's length."""
+    step = int(np.diff(own.windows.start).min()) if own.windows.count > 1 else 1
+    return step * max(1, round(WINDOW_S * own.scene.rate / step))
+
+
+def _noise(own: TrialRows, at: Int[np.ndarray, " windows"], hop: int) -> Float[np.ndarray, "rows rows"]:
+    """Covariance by the time between windows, as the present trial's is on average.
+
+    Args:
+        own: of the present trial.
+        at: when each window begins, in hops.
+        hop: frames of the present trial.
+    """
+    C = own.covariance.reshape(own.windows.count, 6, own.windows.count, 6).transpose(0, 2, 1, 3)
+    lag = own.windows.start[None, :] - own.windows.start[:, None]
+    found = np.stack([C[lag == k * hop].sum(axis=0) for k in range(int(np.ptp(at)) + 1)])
+    lags = at[None, :] - at[:, None]
+    there = found[np.abs(lags)]
+    blocks = np.where((lags >= 0)[..., None, None], there, there.transpose(0, 1, 3, 2)) / own.windows.count
+    whole = blocks.transpose(0, 2, 1, 3).reshape(6 * len(at), -1)
+    return np.asarray(whole + LEAST_VARIANCE * np.trace(whole) / len(whole) * np.eye(len(whole)))
+
+
+def predict(balance: Balance, rows: TrialRows, of: Hypothesis, posterior: Posterior) -> Prediction:
+    """A short trial's balance as a hypothesis expects it.
+
+    Args:
+        balance: of the present trials.
+        rows: of the short trial.
+        of: the hypothesis.
+        posterior: its.
+    """
+    noise_scale = of.solved.noise_scale
+    laboratory = laboratory_errors([rows], balance.scenes)
+    parts = [rows.nuisance, laboratory, noise_scale.slack * rows.tissue]
+    fixed = np.zeros(len(rows.residual))
+    for k, term in enumerate(of.solved.terms):
+        own_fixed, columns = _columns(rows, term, of.solved, k)
+        fixed += own_fixed
+        parts.append(columns)
+    G = np.concatenate(parts, axis=1)
+    L = cholesky(rows.covariance + noise_scale.scale**2 * rows.model_error, lower=True)
+    G, fixed = (solve_triangular(L, x, lower=True) for x in (G, fixed))
+    covariance = np.eye(len(fixed)) + G @ posterior.covariance @ G.T
+    root = cholesky(covariance, lower=True)
+    lower = np.tril(dpotri(root, lower=1)[0])
+    precision = lower + np.tril(lower, -1).T
+    log_det = 2.0 * float(np.log(np.diag(root)).sum())
+    return Prediction(fixed + G @ posterior.mean, covariance, precision, log_det)
+
+
+def _columns(
+    rows: TrialRows, term: Term, solved: Solved, k: int
+) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, "rows parameters"]]:
+    """A term's fixed part and columns in a short trial, derivatives by η last; zero where it is not there.
+
+    What happens at a moment of the present trial, or changes in any way, says nothing of another.
+    """
+    n, width = len(rows.residual), term.columns.shape[1]
+    linear = width - len(term.tangent_mean)
+    nothing = np.zeros(n), np.zeros((n, width))
+    candidate = term.candidate
+    if candidate.about.free or candidate.about.at_certain_frames:
+        return nothing
+
+    def at(eta: Eta) -> tuple[np.ndarray, np.ndarray] | None:
+        found = rows.rows_of(candidate, eta)
+        if found is None or found.columns.shape[1] != linear:
+            return None
+        return (np.zeros(n) if found.fixed is None else found.fixed), found.columns
+
+    here = at(term.eta)
+    if here is None:
+        return nothing
+    x = solved.of(k)[0][:linear]
+    tangents = []
+    for i, step in enumerate(SMALL_STEP * np.array(candidate.steps()) if term.tangent_mean else ()):
+        ends = [tuple(v + sign * step * (j == i) for j, v in enumerate(term.eta)) for sign in (1, -1)]
+        high, low = (e if candidate.admissible(e) else term.eta for e in ends)
+        (up, up_columns), (down, down_columns) = at(high) or here, at(low) or here
+        tangents.append((up - down + (up_columns - down_columns) @ x) / ((high[i] - low[i]) or np.inf))
+    T = np.stack(tangents, axis=1) if tangents else np.zeros((n, 0))
+    away = np.array(term.tangent_mean) - np.array(term.eta) if tangents else np.zeros(0)
+    return here[0] + T @ away, np.concatenate([here[1], T], axis=1)

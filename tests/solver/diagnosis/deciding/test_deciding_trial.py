@@ -1,0 +1,139 @@
+"""What a short trial is expected to say, against dense Gaussians and draws."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from solver.diagnosis.causes.forces_on_trunk import BodyWeightSupport
+from solver.diagnosis.causes.plate_geometry import PlatePosition
+from solver.diagnosis.causes.plate_readings import PlateGain
+from solver.diagnosis.conclusion import conclude
+from solver.diagnosis.deciding.deciding_trial import (
+    SURE,
+    Hypothesis,
+    best_of,
+    expected,
+    posteriors,
+    predict,
+    rows_of_trial,
+)
+from solver.diagnosis.deciding.short_trials import AGAIN, ShortTrial
+from solver.diagnosis.search.balance import Balance, laboratory_errors
+from solver.diagnosis.search.selection import select
+from solver.fitting.diagnosis_settings import DiagnosisSettings
+
+SETTINGS = replace(
+    DiagnosisSettings(), handicaps=(("plate_gain", 0.0), ("counterpart_gain", 0.0)), least_confidence=0.0
+)
+TEMPER = 3.0
+
+
+@dataclass(frozen=True)
+class Twin(PlateGain):
+    """The same under another name."""
+
+    about = replace(PlateGain.about, id="counterpart_gain")
+
+
+@pytest.fixture(scope="module")
+def balance(short_scene, drawn, rows_of):
+    return Balance([rows_of(drawn(4, 0.05 * short_scene.plates[1].wrench_ground))], SETTINGS)
+
+
+def hypotheses(balance, *candidates):
+    noise_scale = balance.noise_grid.nearest(1.0, 1.0)
+    share = 1.0 / len(candidates)
+    return [
+        Hypothesis(*c.key, share, balance.solve_at([balance.term(c, ())], noise_scale)) for c in candidates
+    ]
+
+
+@pytest.fixture(scope="module")
+def pair(balance):
+    return hypotheses(balance, PlateGain("plate_2"), PlateGain("plate_1"))
+
+
+@pytest.fixture(scope="module")
+def predictions(balance, pair):
+    """Of the same once more, with its rows."""
+    rows = rows_of_trial(balance, ShortTrial(AGAIN, ()), balance.scenes[0])
+    return rows, [predict(balance, rows, h, p) for h, p in zip(pair, posteriors(balance, pair), strict=True)]
+
+
+def test_a_prediction_is_the_joint_gaussian_given_the_present_trial(balance, pair, predictions):
+    rows, (prediction, _) = predictions
+    noise_scale, term = pair[0].solved.noise_scale, pair[0].solved.terms[0]
+    own = balance.trials[0]
+    before = np.concatenate(
+        [
+            own.nuisance,
+            laboratory_errors([own]),
+            noise_scale.slack * own.tissue,
+            term.columns * term.prior_std,
+        ],
+        axis=1,
+    )
+    again = rows.rows_of(term.candidate, ()).columns * term.prior_std
+    after = np.concatenate(
+        [rows.nuisance, laboratory_errors([rows]), noise_scale.slack * rows.tissue, again], axis=1
+    )
+    noise = [t.covariance + noise_scale.scale**2 * t.model_error for t in (own, rows)]
+    K11 = before @ before.T + noise[0]
+    gain = np.linalg.solve(K11, before @ after.T).T
+    mean = gain @ balance.residual
+    covariance = after @ after.T + noise[1] - gain @ before @ after.T
+    L = np.linalg.cholesky(noise[1])
+    assert L @ prediction.mean == pytest.approx(mean, rel=1e-6, abs=1e-6 * np.abs(mean).max())
+    assert L @ prediction.covariance @ L.T == pytest.approx(covariance, rel=1e-5, abs=1e-6 * covariance.max())
+
+
+def test_nats_are_the_mean_log_ratio_of_draws(predictions):
+    _, (right, other) = predictions
+    draws = np.random.default_rng(0).multivariate_normal(right.mean, right.covariance, size=4000)
+    ratio = [multivariate_normal(p.mean, p.covariance).logpdf(draws) for p in (right, other)]
+    seen = ratio[0] - ratio[1]
+    assert right.nats_against(other) == pytest.approx(seen.mean(), abs=4 * seen.std() / np.sqrt(len(draws)))
+    assert right.nats_against(right) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_best_trial_is_first_and_says_what_to_do(balance, pair):
+    promised = expected(balance, pair, TEMPER)
+    assert [e.share for e in promised] == sorted((e.share for e in promised), reverse=True)
+    assert promised[0].share > 0.5
+    asked = best_of(promised, pair, TEMPER)
+    assert (asked.id, asked.target, asked.other_target) == ("plate_gain", "plate_2", "plate_1")
+    assert asked.trial == next(e for e in promised if min(e.nats[0, 1], e.nats[1, 0]) >= 2.0).trial.kind.id
+    assert asked.odds_after == pytest.approx(np.exp(asked.nats / TEMPER))
+
+
+def test_standing_on_the_plate_tells_its_gain_from_a_support(balance):
+    """A support lifts on any plate; a gain is there on its own plate alone, and grows with the load."""
+    some = hypotheses(balance, PlateGain("plate_2"), BodyWeightSupport("pelvis"))
+    by_kind = {e.trial.kind.id: e.nats[0, 1] for e in expected(balance, some, TEMPER)}
+    assert by_kind["stand"] > by_kind["again"]
+
+
+def test_facing_the_other_way_tells_a_plate_s_place_from_the_body_s(balance):
+    """In standing, the plate and the trunk's mass in other places look alike; half a turn parts them."""
+    some = hypotheses(balance, PlatePosition("plate_2"), PlatePosition("plate_1"))
+    by_kind = {e.trial.kind.id: e.nats[0, 1] for e in expected(balance, some, TEMPER)}
+    assert by_kind["turned"] > by_kind["stand"]
+
+
+def test_where_nothing_helps_that_is_said(balance):
+    twins = hypotheses(balance, PlateGain("plate_2"), Twin("plate_2"))
+    asked = best_of(expected(balance, twins, TEMPER), twins, TEMPER)
+    assert (asked.trial, asked.other_id) == (None, "counterpart_gain")
+
+
+def test_only_an_unsure_name_asks_for_a_trial(short_scene, drawn, rows_of):
+    rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+    balance = Balance([rows], SETTINGS)
+    alone = conclude(balance, select(balance, [PlateGain("plate_2")]))
+    assert alone.effects[0].confidence >= SURE
+    assert alone.to_be_sure is None
+    doubted = conclude(balance, select(balance, [PlateGain("plate_2"), Twin("plate_2")]))
+    assert doubted.effects[0].confidence < SURE
+    assert doubted.to_be_sure.other_id in {"plate_gain", "counterpart_gain"}
