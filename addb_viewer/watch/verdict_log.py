@@ -72,6 +72,7 @@ class VerdictLine:
     names: tuple[str, ...] = ()  # "id target" of what the diagnosis named
     about: tuple[str, ...] = ()  # what `to_do` tells: branch of the catalogue of causes, and target
     against: str = ""  # why the plan does not count it
+    missed: tuple[str, ...] = ()  # which foot missed which plate, in words
 
     @property
     def is_last(self) -> bool:

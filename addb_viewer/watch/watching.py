@@ -26,7 +26,7 @@ from addb_viewer.watch.verdict_log import (
     present,
     read_log,
 )
-from addb_viewer.watch.what_to_do import STATIC, Told, broken_told, first_told, plan_words, told
+from addb_viewer.watch.what_to_do import STATIC, Told, broken_told, first_told, missed_words, plan_words, told
 from addb_viewer.watch.written_trials import Digests, WatchedSubject, WrittenTrial, subjects_below
 from solver.capture.formats.text_table import some_of
 from solver.common.errors import ResultsError, SolverError
@@ -282,6 +282,7 @@ class Session:
                 activity=fit.activity,
                 right_steps=sum(step.whole and step.side == "Right" for step in fit.steps),
                 left_steps=sum(step.whole and step.side == "Left" for step in fit.steps),
+                missed=missed_words(fit),
                 off_zero=tuple(f"plate_{k}" for k, _ in fit.look.off_zero),
                 names=tuple(f"{cause.id} {cause.target}" for cause in report.effects) if report else (),
             )

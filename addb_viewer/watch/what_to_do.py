@@ -5,7 +5,7 @@ order, then direct checks. The sentence tells the first of them, and a second on
 as well; what the verdict names is among the two.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,8 +26,8 @@ from addb_viewer.text.direct_check_words import ABOUT
 from addb_viewer.text.residual_words import corrected_on_reading
 from addb_viewer.trial_view.trial_verdict import LEAST_SURE, TrialVerdict, reason_words, trial_verdict
 from addb_viewer.watch.judging import FirstLook, FitLook, Look, Step
-from addb_viewer.watch.verdict_log import Colour, VerdictLine
-from solver.capture.capture import PlanItem
+from addb_viewer.watch.verdict_log import Colour, Stage, VerdictLine
+from solver.capture.capture import PlanItem, Wanted
 from solver.diagnosis.diagnosis import ToBeSure
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival
 from solver.diagnosis.direct_checks.statement import STATED_NATS
@@ -410,21 +410,40 @@ def _lost(look: Look) -> str:
 def plan_words(plan: Sequence[PlanItem], lines: Sequence[VerdictLine]) -> list[tuple[str, bool]]:
     """How far the plan is, each item as "3 of 5 good right steps", and whether it is done.
 
+    Behind them stands why the newest trial counts for none of them, if that is so.
+
     Args:
         plan: of the subject.
-        lines: the present one of each trial.
+        lines: the present one of each trial, the newest last.
     """
-    good = [line for line in lines if line.is_last and line.good]
-    right, left = sum(one.right_steps for one in good), sum(one.left_steps for one in good)
-    counts = {
-        "trials": len(good),
-        "walks": sum(line.activity == "walk" for line in good),
-        "runs": sum(line.activity == "run" for line in good),
+    judged = [line for line in lines if line.is_last]
+    each = [[_counts(line)[item.wanted] for line in judged] for item in plan]
+    words = [
+        (f"{sum(n)} of {item.count} good {item.wanted.replace('_', ' ')}", sum(n) >= item.count)
+        for n, item in zip(each, plan, strict=True)
+    ]
+    last = judged[-1] if judged else None
+    if plan and last is not None and last.stage is not Stage.STATIC and not any(n[-1] for n in each):
+        words.append((f"trial {last.trial} does not count: {_why_not(last, plan)}", False))
+    return words
+
+
+def _counts(line: VerdictLine) -> Mapping[Wanted, int]:
+    """What one trial counts for."""
+    right, left = line.right_steps * line.good, line.left_steps * line.good
+    return {
+        "trials": int(line.good),
+        "walks": int(line.good and line.activity == "walk"),
+        "runs": int(line.good and line.activity == "run"),
         "steps": right + left,
         "right_steps": right,
         "left_steps": left,
     }
-    have = [(counts[item.wanted], item) for item in plan]
-    return [
-        (f"{n} of {item.count} good {item.wanted.replace('_', ' ')}", n >= item.count) for n, item in have
-    ]
+
+
+def _why_not(line: VerdictLine, plan: Sequence[PlanItem]) -> str:
+    if line.against or line.missed:
+        return line.against or listed(line.missed[:MOST_NAMED])
+    wanted = [item.wanted.removesuffix("s").replace("_", " ") for item in plan]
+    steps = [one for one in wanted if one.endswith("step")]
+    return f"no {steps[0]} lies wholly on a plate" if steps else f"it is no {' and no '.join(wanted)}"

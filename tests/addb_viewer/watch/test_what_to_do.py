@@ -15,6 +15,7 @@ from addb_viewer.watch.what_to_do import (
     NOTHING,
     broken_told,
     first_told,
+    missed_words,
     plan_words,
     told,
 )
@@ -307,7 +308,7 @@ def test_the_plan_counts_good_trials_and_whole_steps():
     plan = [
         PlanItem(wanted, 3) for wanted in ("trials", "walks", "runs", "steps", "right_steps", "left_steps")
     ]
-    assert [words for words, _ in plan_words(plan, lines)] == [
+    assert [words for words, _ in plan_words(plan, lines)][: len(plan)] == [
         "2 of 3 good trials",
         "1 of 3 good walks",
         "1 of 3 good runs",
@@ -315,5 +316,38 @@ def test_the_plan_counts_good_trials_and_whole_steps():
         "3 of 3 good right steps",
         "2 of 3 good left steps",
     ]
-    assert [done for _, done in plan_words(plan, lines)] == [False, False, False, True, True, False]
+    assert [done for _, done in plan_words(plan, lines)][: len(plan)] == [
+        False,
+        False,
+        False,
+        True,
+        True,
+        False,
+    ]
     assert plan_words(plan[:1], []) == [("0 of 3 good trials", False)]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "known", "why"),
+    [
+        ("walks", {"good": False, "against": "left foot missed plate 2"}, "left foot missed plate 2"),
+        ("right_steps", {"right_steps": 0, "missed": ("a", "b")}, "a and b"),
+        ("right_steps", {"right_steps": 0}, "no right step lies wholly on a plate"),
+        ("walks", {"activity": "standing"}, "it is no walk"),
+        ("walks", {"missed": ("left foot missed plate 2",)}, ""),  # it counts
+    ],
+)
+def test_the_plan_says_why_the_newest_trial_does_not_count(wanted, known, why):
+    line = VerdictLine("walk3", "", Stage.VERDICT, Colour.GREEN, "", "", "", 1.0, True, "walk", 2, 1)
+    words = plan_words([PlanItem(wanted, 3)], [line, replace(line, **known)])
+    assert words[1:] == ([(f"trial walk3 does not count: {why}", False)] if why else [])
+    later = plan_words([PlanItem(wanted, 3)], [replace(line, **known), line])
+    assert len(later) == 1
+
+
+def test_a_step_that_missed_is_told_by_its_foot():
+    steps = (step(1), step(2, side="Left", missed=True), step(3, missed=True, plate=None))
+    found = replace(GOOD, steps=steps)
+    assert missed_words(found) == ("left foot missed plate 2", "right foot missed the plates")
+    loud = replace(found, figures=replace(FIGURES, angular_residual=moment(9.0, 0.02)))
+    assert told(loud, diagnosed(), ()).against == "left foot missed plate 2"
