@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from addb_viewer.api.labelled import AXES, Series, Table, analog_series, read_only
+from addb_viewer.api.labelled import AXES, Series, Table, UnknownNameError, analog_series, read_only
 from solver.capture.formats.analog_channels import read_analog
 from solver.common.notes import Note
 from solver.export.gait_tables import UNITS
@@ -14,6 +14,7 @@ from solver.export.trial_table import trial_columns
 from solver.fitting.fit_result import TrialFit
 from solver.fitting.seen_part import in_view, without_guesses
 from solver.gait.trial_gait import joint_power
+from solver.kinematics.angle_conventions import CONVENTIONS, Convention, angles_by_convention
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
@@ -82,6 +83,21 @@ class FittedTrial:
     def coordinates(self) -> Series:
         """Generalized coordinates q [rad, m]; [frames, coordinates]."""
         return self._of_coordinates(self._motion.q, 0, "", "angle")
+
+    def angles(self, convention: Convention) -> Series:
+        """Joint angles [°] as others give them; [frames, angles], sides in their names: "hip_flexion_r".
+
+        Args:
+            convention: "cgm" (Plug-in Gait) or "isb" (Grood and Suntay), which
+                `solver.kinematics.angle_conventions` describes.
+
+        Raises:
+            KeyError: no such convention.
+        """
+        if convention not in CONVENTIONS:
+            raise UnknownNameError(convention, CONVENTIONS, "convention")
+        found = angles_by_convention(self._skeleton, self._motion.q, convention)
+        return self._series(np.stack([*found.values()], axis=1), [*found], ["deg"] * len(found))
 
     @cached_property
     def determined(self) -> Series:

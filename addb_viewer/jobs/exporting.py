@@ -10,7 +10,7 @@ from solver.export.b3d.from_fit import export_b3d
 from solver.export.c3d_file import export_c3d
 from solver.export.export_places import notes_on_renamed
 from solver.export.opensim import export_opensim
-from solver.export.trial_table import export_analog, export_csv, export_parquet
+from solver.export.trial_table import export_analog, export_angles, export_csv, export_parquet
 from solver.fitting.fit_result import Fit
 from solver.fitting.provenance import inputs_of
 
@@ -59,13 +59,10 @@ def _written(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
             files = export_opensim(fit, folder / "opensim")
         case Format.b3d:
             return export_b3d(fit, folder), ()
-        case Format.csv:
-            files = export_csv(fit, folder / "csv")
-            analog, notes = export_analog(fit, folder / "csv", ".csv")
-            return [*files, *analog], (*notes_on_renamed(fit), *notes)
-        case Format.parquet:
-            files = export_parquet(fit, folder / "parquet")
-            analog, notes = export_analog(fit, folder / "parquet", ".parquet")
+        case Format.csv | Format.parquet:
+            write, suffix = (export_csv if to is Format.csv else export_parquet), f".{to}"
+            files = [*write(fit, folder / to), *export_angles(fit, folder / to, suffix)]
+            analog, notes = export_analog(fit, folder / to, suffix)
             return [*files, *analog], (*notes_on_renamed(fit), *notes)
         case Format.gltf:
             from solver.export.gltf import export_gltf  # noqa: PLC0415 (loads the meshes' library)

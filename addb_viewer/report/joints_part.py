@@ -1,17 +1,18 @@
 """Main joint angles, torques and powers over the gait cycle: each foot's mean and deviation, side by side."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.report.markup import Safe, element, joined, swatch
+from addb_viewer.report.markup import Safe, element, joined, swatch, table
 from addb_viewer.text.coordinate_words import JOINTS, torque_bands
 from addb_viewer.trial_view.by_cycle import CycledTrial, axis_limits
 from addb_viewer.trial_view.chart_html import HEIGHT, WIDTH, curve_path, nice_ticks, number
 from addb_viewer.trial_view.joint_quantities import JointQuantity, Kind
 from addb_viewer.trial_view.over_time import SIDE_COLORS
 from addb_viewer.trial_view.trial_curves import trial_curves
+from solver.export.trial_table import angle_columns
 from solver.fitting.fit_result import Fit
 from solver.fitting.fit_summary import TrialFigures
 from solver.gait.stride_curves import StrideCurves
@@ -25,6 +26,27 @@ FINE = (
     "deviation between strides; upright line, mean foot-off. Torques are internal moments, positive in the "
     "direction that the title names; power is positive where the joint delivers work. Torques and powers are "
     "of strides whose frames all count."
+)
+ANGLES = {  # rows: OpenSim's name, CGM's, ISB's
+    "pelvis: tilt": ("opensim_pelvis_tilt", "cgm_pelvis_tilt", "isb_pelvis_tilt"),
+    "pelvis: obliquity": ("opensim_pelvis_list", "cgm_pelvis_obliquity", "isb_pelvis_obliquity"),
+    "pelvis: rotation": ("opensim_pelvis_rotation", "cgm_pelvis_rotation", "isb_pelvis_rotation"),
+    "hip: flexion": ("opensim_hip_flexion", "cgm_hip_flexion", "isb_hip_flexion"),
+    "hip: adduction": ("opensim_hip_adduction", "cgm_hip_adduction", "isb_hip_adduction"),
+    "hip: internal rotation": ("opensim_hip_rotation", "cgm_hip_rotation", "isb_hip_rotation"),
+    "knee: flexion": ("opensim_knee_angle", "cgm_knee_flexion", "isb_knee_flexion"),
+    "ankle: dorsiflexion": ("opensim_ankle_angle", "cgm_ankle_dorsiflexion", "isb_ankle_dorsiflexion"),
+    "ankle: inversion": ("opensim_subtalar_angle", "", "isb_ankle_inversion"),
+    "ankle: internal rotation": ("", "cgm_ankle_rotation", "isb_ankle_rotation"),
+}
+ANGLE_HEAD = (
+    "Angle [°]",
+    *(f"{of}, {side}" for of in ("OpenSim", "CGM", "ISB") for side in ("right", "left")),
+)
+OF_ANGLES = (
+    "Least to greatest of each trial. OpenSim: the model's coordinates. CGM: as Plug-in Gait gives angles. "
+    "ISB: Grood and Suntay; the pelvis as Baker 2001. All are of the fitted segments, whose neutral pose is "
+    "the model's: angles of bony axes have offsets."
 )
 OF_BANDS = "95 %, by the markers' errors; median frame, worse side"
 Drawn = Sequence[tuple[str, StrideCurves]]  # by side
@@ -49,6 +71,43 @@ def joints_part(fit: Fit, gaits: Mapping[str, Gait], trials: Mapping[str, TrialF
     if not pieces:
         return None
     return joined((element("p", FINE, class_="fine"), *pieces))
+
+
+def angles_part(fit: Fit, trials: Collection[str]) -> Safe | None:
+    """Least and greatest angles of every trial, as OpenSim's model and as others have them; None without any.
+
+    Args:
+        fit: of the subject.
+        trials: names of those that the report is about.
+    """
+    tables = [
+        element(
+            "div", element("h3", trial.capture.name), table(ANGLE_HEAD, rows, "numbers"), class_="together"
+        )
+        for trial in fit.trials
+        if trial.capture.name in trials and (rows := _angle_rows(angle_columns(trial, fit.skeleton)))
+    ]
+    return joined((element("p", OF_ANGLES, class_="fine"), *tables)) if tables else None
+
+
+def _angle_rows(columns: Mapping[str, np.ndarray]) -> list[list[str]]:
+    rows = []
+    for words, names in ANGLES.items():
+        cells = [
+            _span(next((columns[n] for n in (f"{name}_{side}_deg", f"{name}_deg") if n in columns), None))
+            for name in names
+            for side in ("r", "l")
+        ]
+        if any(cells):
+            rows.append([words, *(cell or "–" for cell in cells)])
+    return rows
+
+
+def _span(values: Float[np.ndarray, " frames"] | None) -> str:
+    if values is None or not np.isfinite(values).any():
+        return ""
+    low, high = (f"{round(value) + 0}".replace("-", "−") for value in (np.nanmin(values), np.nanmax(values)))
+    return f"{low} to {high}"
 
 
 def _trial(trial: CycledTrial, bands: str) -> list[Safe]:

@@ -14,7 +14,7 @@ from addb_viewer.report.frames_kept import (
     frames_words,
     seconds_words,
 )
-from addb_viewer.report.joints_part import joints_part
+from addb_viewer.report.joints_part import angles_part, joints_part
 from addb_viewer.report.key_findings import key_findings
 from addb_viewer.report.made_from import recorded, repeat_part
 from addb_viewer.report.markup import Safe, bar, data_script, element, joined, part, swatch, table, told
@@ -186,6 +186,7 @@ PARTS = (
     ("frames", "Usable frames"),
     ("scene", "Scene"),
     ("joints", "Joints over the gait cycle"),
+    ("angles", "Joint angles by conventions"),
     ("markers", "Worst markers"),
     ("diagnosis", "Diagnosis"),
     ("notes", "Notes"),
@@ -214,6 +215,7 @@ def subject_page(report: SubjectReport) -> str:
         "frames": _frames(report),
         "scene": _scene(report),
         "joints": joints_part(recording.fit, gaits, figures),
+        "angles": angles_part(recording.fit, figures),
         "markers": _markers(report),
         "diagnosis": diagnosis_part(report),
         "notes": _notes(report),

@@ -19,6 +19,7 @@ from solver.export.gait_tables import POWER, UNITS, export_gait
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.gait.trial_gait import joint_power
+from solver.kinematics.angle_conventions import CONVENTIONS, angles_by_convention
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
@@ -47,6 +48,38 @@ def export_parquet(fit: Fit, folder: Path) -> list[Path]:
         CaptureError: the folder cannot be made, or not written to.
     """
     return _export(fit, folder, ".parquet")
+
+
+def export_angles(fit: Fit, folder: Path, suffix: str) -> list[Path]:
+    """Write angles/TRIAL for every trial: joint angles [°] as OpenSim has them, and by other conventions.
+
+    Raises:
+        CaptureError: the folder cannot be made, or not written to.
+    """
+    written, stems = [], trial_stems(fit)
+    for trial in fit.trials:
+        path = made_folder(folder / "angles") / f"{stems[trial.capture.name]}{suffix}"
+        columns = angle_columns(trial, fit.skeleton)
+        with whole_file(path) as file:
+            WRITE[suffix](
+                pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()}), file
+            )
+        written.append(path)
+    return written
+
+
+def angle_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
+    """Joint angles of a trial [°], each convention's name before its own; NaN where there is none."""
+    trial = without_guesses(trial)
+    motion = trial.dynamics.motion if trial.dynamics else trial.motion
+    columns = {"frame": np.arange(motion.frames), "time_s": motion.times}
+    for i, coordinate in enumerate(skeleton.free_coordinates):
+        if coordinate.motion == "rotation":
+            columns[f"opensim_{coordinate.name}_deg"] = np.degrees(motion.q[:, i])
+    for convention in CONVENTIONS:
+        found = angles_by_convention(skeleton, motion.q, convention)
+        columns |= {f"{convention}_{name}_deg": values for name, values in found.items()}
+    return columns
 
 
 def export_analog(fit: Fit, folder: Path, suffix: str) -> tuple[list[Path], tuple[str, ...]]:

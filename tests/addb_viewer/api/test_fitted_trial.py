@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from addb_viewer import Fit, Subject
+from addb_viewer.api.fitted_trial import FittedTrial
+from solver.capture.capture import Capture, Markers
 from solver.export.trial_table import export_csv
+from solver.fitting.fit_result import TrialFit
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.motion import Motion
+from solver.skeleton.default_body import default_skeleton
 from tests.made_std import made_std
 
 
@@ -146,3 +152,20 @@ def test_analog_channels_are_read_from_the_recording_when_asked_for(real_data, s
     shutil.copytree(file.parent, tmp_path / "BTS")
     again = Subject.open(tmp_path / "BTS").analog("Walking1")
     np.testing.assert_array_equal(again.values, analog.values)
+
+
+def test_angles_by_conventions_are_degrees_with_sides():
+    body = default_skeleton()
+    q = np.random.default_rng(7).uniform(-0.3, 0.3, (4, len(body.dofs)))
+    markers, nothing = Markers((), np.zeros((4, 0, 3)), 100.0), np.zeros((4, 0))
+    errors = MarkerErrors((), nothing)
+    trial = TrialFit(Capture("walk", markers), Motion(body.dofs, q, 100.0), errors, markers.positions_ground)
+    trial = FittedTrial(trial, body)
+    cgm = trial.angles("cgm")
+    assert cgm.unit == "deg"
+    np.testing.assert_allclose(
+        cgm["knee_flexion_r"], np.degrees(trial.coordinates["knee_angle_r"]), atol=1e-9
+    )
+    assert trial.angles("isb").names[-1] == "elbow_pronation_l"
+    with pytest.raises(KeyError, match="no convention 'pig'; there are: cgm, isb"):
+        trial.angles("pig")

@@ -4,12 +4,12 @@ import pytest
 
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
 from solver.common.notes import Kind, Note
+from tests.addb_viewer.recordings.conftest import analog, edits, make_fit, q, recording, skeleton
 from tests.addb_viewer.recordings.conftest import diagnosis as one_cause
-from tests.addb_viewer.recordings.conftest import edits, make_fit, q, recording, skeleton
 from tests.addb_viewer.synthetic_residual import residual, trial
 from tests.addb_viewer.told_diagnosis import told
 
-__all__ = ["edits", "make_fit", "one_cause", "q", "recording", "skeleton"]
+__all__ = ["analog", "edits", "make_fit", "one_cause", "q", "recording", "skeleton"]
 
 
 @pytest.fixture

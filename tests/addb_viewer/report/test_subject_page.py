@@ -11,6 +11,7 @@ from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.subject_page import PARTS, player_html, subject_page, write_report
 from addb_viewer.trial_view.recorded_subject import recording_of
 from solver.common.notes import Kind, noted
+from solver.kinematics.angle_conventions import angles_by_convention
 
 VOID = {"meta", "input", "br"}
 HOSTILE = "</script><img src=x onerror=alert(1)>"
@@ -54,6 +55,20 @@ def test_every_part_is_there_once_and_every_link_stays_in_the_page(report):
     assert {link[1:] for link in found.links if link.startswith("#")} <= found.ids
     assert all(link.startswith(("#", "data:image/webp;base64,")) for link in found.links)
     assert page.count('class="still"') == 3
+
+
+def test_least_and_greatest_angles_of_each_convention(report, skeleton):
+    page = subject_page(report)
+    angles = page[page.index('id="angles"') :]
+    row = re.search(r"pelvis: tilt</th>(.*?)</tr>", angles).group(1)
+    cells = re.findall(r"<td>(.*?)</td>", row)
+    assert cells[:2] == ["–", "–"]  # this model's coordinates have names of their own
+    q = report.recording.fit.trials[0].dynamics.motion.q
+    for convention, shown in (("cgm", cells[2:4]), ("isb", cells[4:])):
+        tilt = angles_by_convention(skeleton, q, convention)["pelvis_tilt_r"]
+        expected = f"{round(tilt.min())} to {round(tilt.max())}".replace("-", "−")
+        assert shown == [expected, expected]
+    assert "knee: flexion" not in angles  # nor has it such bodies
 
 
 def test_names_from_files_are_text(make_fit, diagnosis):

@@ -14,7 +14,7 @@ from solver.common.errors import CaptureError
 from solver.contact.wrenches import FrameMask
 from solver.export.c3d_file import C3dRecording, write_c3d
 from solver.export.export_places import notes_on_renamed
-from solver.export.trial_table import export_analog, export_csv, export_parquet
+from solver.export.trial_table import export_analog, export_angles, export_csv, export_parquet
 
 
 def read_csv(path):
@@ -145,3 +145,18 @@ def test_a_recording_that_is_gone_costs_only_its_analog_channels(fit, tmp_path):
     assert files == []
     assert "walk: analog channels are not written: " in note
     assert "gone.c3d: cannot be read" in note
+
+
+def test_angles_stand_in_degrees_beside_opensims(fit, recorded_walk, tmp_path):
+    skeleton, motion = recorded_walk
+    trial = replace(fit.trials[0], motion=motion, dynamics=None, contacts=None, mask=None)
+    (path,) = export_angles(replace(fit, skeleton=skeleton, trials=(trial,)), tmp_path, ".csv")
+    assert path == tmp_path / "angles" / "walk.csv"
+    table = pyarrow.csv.read_csv(path)
+    knee = np.degrees(motion.q[:, skeleton.dofs.index("knee_angle_r")])
+    np.testing.assert_allclose(table["opensim_knee_angle_r_deg"], knee)
+    np.testing.assert_allclose(table["time_s"], motion.times)
+    for name in ("cgm_knee_flexion_r_deg", "isb_knee_flexion_r_deg"):
+        assert np.ptp(np.asarray(table[name]) - knee) < 1.0  # this knee also turns about its other axes
+    assert "cgm_knee_adduction_r_deg" in table.column_names
+    assert not [name for name in table.column_names if "pelvis_tx" in name]
