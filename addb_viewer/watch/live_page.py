@@ -56,6 +56,7 @@ def state_of(session: Session) -> Mapping[str, Any]:
         "busy": not session.is_idle,
         "plan": [{"words": words, "done": done} for words, done in plan],
         "trials": rows,
+        "unlisted": [SIGNS[one.colour] for _, one in reversed(said[:-MOST_LISTED])],
         "troubles": [readable(trouble) for trouble in session.troubles],
     }
 

@@ -124,7 +124,7 @@ class Session:
             process.kill()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def plan_of(self, subject: str) -> list[tuple[str, bool]]:
+    def plan_of(self, subject: str) -> list[tuple[str, bool | None]]:
         """How far the plan of a subject of that name is, as `plan_words` says it."""
         for folder, watched in self.subjects.items():
             if name_of(folder) == subject and watched.subject is not None:

@@ -392,7 +392,8 @@ def _zero(look: Look, former: Sequence[Sequence[str]]) -> Iterator[Finding]:
         trials = "this trial" if since == 1 else f"the last {counted(since, 'trial')}"
         act = f"tare and repeat {trials}"
         why = "a load at taring" if level_N < 0 else "no taring"
-        reads = f"Plate {plate} reads {level_N:+.0f}\u00a0N while empty, may be {why}: {act}"
+        level = f"{'+' if level_N > 0 else '−'}{abs(level_N):.0f}\u00a0N"
+        reads = f"Plate {plate} reads {level} while empty, may be {why}: {act}"
         yield Finding(ZERO, f"plate_{plate}", f"plate {plate} is off its zero", act, alone=reads)
 
 
@@ -407,10 +408,10 @@ def _lost(look: Look) -> str:
     return f"marker {name} was lost for {seconds:.1f} s{others}"
 
 
-def plan_words(plan: Sequence[PlanItem], lines: Sequence[VerdictLine]) -> list[tuple[str, bool]]:
+def plan_words(plan: Sequence[PlanItem], lines: Sequence[VerdictLine]) -> list[tuple[str, bool | None]]:
     """How far the plan is, each item as "3 of 5 good right steps", and whether it is done.
 
-    Behind them stands why the newest trial counts for none of them, if that is so.
+    Behind them stands why the newest trial counts for none of them, if that is so; None beside it.
 
     Args:
         plan: of the subject.
@@ -418,13 +419,13 @@ def plan_words(plan: Sequence[PlanItem], lines: Sequence[VerdictLine]) -> list[t
     """
     judged = [line for line in lines if line.is_last]
     each = [[_counts(line)[item.wanted] for line in judged] for item in plan]
-    words = [
+    words: list[tuple[str, bool | None]] = [
         (f"{sum(n)} of {item.count} good {item.wanted.replace('_', ' ')}", sum(n) >= item.count)
         for n, item in zip(each, plan, strict=True)
     ]
     last = judged[-1] if judged else None
     if plan and last is not None and last.stage is not Stage.STATIC and not any(n[-1] for n in each):
-        words.append((f"trial {last.trial} does not count: {_why_not(last, plan)}", False))
+        words.append((f"trial {last.trial} does not count: {_why_not(last, plan)}", None))
     return words
 
 

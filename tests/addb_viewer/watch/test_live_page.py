@@ -20,7 +20,15 @@ LINE = {
     "sign": "!",
 }
 LINE |= {"colour": "yellow", "stage": "verdict", "when": "2026-11-29T10:00:00Z"}
-STATE = {"folder": EVIL, "last": LINE, "busy": False, "trials": [LINE], "troubles": [EVIL]}
+FORMER = LINE | {"trial": "walk"}
+STATE = {
+    "folder": EVIL,
+    "last": LINE,
+    "busy": False,
+    "trials": [LINE, FORMER],
+    "troubles": [EVIL],
+    "unlisted": [],
+}
 STATE |= {"plan": [{"words": EVIL, "done": True}]}
 
 
@@ -88,7 +96,7 @@ def test_it_is_read_from_three_metres_and_runs_nothing_that_comes_from_files(pag
     page.show(STATE)
     tab = browser.new_page(viewport={"width": width, "height": height})
     tab.goto(page.address)
-    tab.wait_for_selector("#trials td")
+    tab.wait_for_selector("#plan li")
     for id in ("to_do", "words", "trial"):
         size = tab.evaluate("id => parseFloat(getComputedStyle(document.getElementById(id)).fontSize)", id)
         assert size >= height / 25
@@ -96,6 +104,29 @@ def test_it_is_read_from_three_metres_and_runs_nothing_that_comes_from_files(pag
     assert tab.evaluate("document.querySelectorAll('img').length") == 0
     assert tab.title() == "addb-viewer watch"
     assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    tab.close()
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize(("width", "height"), [(1920, 1080), (1280, 720), (1024, 768)])
+@pytest.mark.parametrize("to_do", ["Nothing to repeat", 5 * "Repeat: step 3 missed plate 2; "])
+def test_the_newest_trials_are_listed_and_all_others_summarized(page, browser, width, height, to_do):
+    trials = [LINE | {"trial": f"walk_{k}", "to_do": to_do} for k in range(40, 0, -1)]
+    page.show(STATE | {"last": trials[0], "trials": trials, "unlisted": ["✗"] * 3 + ["–"]})
+    tab = browser.new_page(viewport={"width": width, "height": height})
+    tab.goto(page.address)
+    tab.wait_for_selector("#trials td")
+    rows = tab.locator("#trials tr").count()
+    assert 2 <= rows < 39
+    assert tab.inner_text("#trials tr:first-child td:nth-child(2)") == "walk_39"  # 40 stands large above
+    assert tab.inner_text("#earlier") == (
+        f"Earlier: ! {39 - rows} with something to do or to know · ✗ 3 not usable · – 1 not judged"
+    )
+    box = tab.locator("#earlier").bounding_box()
+    assert box["y"] + box["height"] <= height
+    page.show(STATE | {"last": trials[0], "trials": trials[:2]})
+    tab.wait_for_selector("#earlier", state="hidden")
+    assert tab.locator("#trials tr").count() == 1
     tab.close()
 
 

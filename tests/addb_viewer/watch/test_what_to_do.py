@@ -215,12 +215,12 @@ def test_a_step_that_the_diagnosis_misses_is_counted_among_the_steps(others, con
         (
             -400.0,
             ((), ("plate_1",)),
-            "Plate 1 reads -400 N while empty, may be a load at taring: tare and repeat the last 2 trials",
+            "Plate 1 reads −400 N while empty, may be a load at taring: tare and repeat the last 2 trials",
         ),
         (
             -400.0,
             (("plate_1",), ()),
-            "Plate 1 reads -400 N while empty, may be a load at taring: tare and repeat this trial",
+            "Plate 1 reads −400 N while empty, may be a load at taring: tare and repeat this trial",
         ),
         (90.0, (), "Plate 1 reads +90 N while empty, may be no taring: tare and repeat this trial"),
     ],
@@ -340,7 +340,7 @@ def test_the_plan_counts_good_trials_and_whole_steps():
 def test_the_plan_says_why_the_newest_trial_does_not_count(wanted, known, why):
     line = VerdictLine("walk3", "", Stage.VERDICT, Colour.GREEN, "", "", "", 1.0, True, "walk", 2, 1)
     words = plan_words([PlanItem(wanted, 3)], [line, replace(line, **known)])
-    assert words[1:] == ([(f"trial walk3 does not count: {why}", False)] if why else [])
+    assert words[1:] == ([(f"trial walk3 does not count: {why}", None)] if why else [])
     later = plan_words([PlanItem(wanted, 3)], [replace(line, **known), line])
     assert len(later) == 1
 
