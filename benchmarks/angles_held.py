@@ -122,12 +122,12 @@ def main() -> None:
 def _cell(sides: list[Held | None]) -> str:
     """Of right and left: r, and offset ± scatter; no r where there is nothing to correlate."""
     told = [
-        f"{r}, {row.offset_deg:+.0f}±{row.scatter_deg:.0f}"
+        f"{r}&nbsp;({row.offset_deg:+.0f}±{row.scatter_deg:.0f})"
         for row in sides
         if row is not None
         for r in (f"{row.correlation:.3f}" if row.std_deg >= LEAST_STD_DEG else "–",)
     ]
-    return "; ".join(told).replace("-", "−")
+    return "<br>".join(told).replace("-", "−")
 
 
 if __name__ == "__main__":

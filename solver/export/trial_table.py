@@ -38,7 +38,10 @@ def export_csv(fit: Fit, folder: Path) -> list[Path]:
     Raises:
         CaptureError: the folder cannot be made, or not written to.
     """
-    return _export(fit, folder, ".csv")
+    return [
+        *_tables(fit, folder, ".csv", trial_columns),
+        *export_gait(fit, folder, ".csv", WRITE[".csv"]),
+    ]
 
 
 def export_parquet(fit: Fit, folder: Path) -> list[Path]:
@@ -47,7 +50,10 @@ def export_parquet(fit: Fit, folder: Path) -> list[Path]:
     Raises:
         CaptureError: the folder cannot be made, or not written to.
     """
-    return _export(fit, folder, ".parquet")
+    return [
+        *_tables(fit, folder, ".parquet", trial_columns),
+        *export_gait(fit, folder, ".parquet", WRITE[".parquet"]),
+    ]
 
 
 def export_angles(fit: Fit, folder: Path, suffix: str) -> list[Path]:
@@ -56,16 +62,7 @@ def export_angles(fit: Fit, folder: Path, suffix: str) -> list[Path]:
     Raises:
         CaptureError: the folder cannot be made, or not written to.
     """
-    written, stems = [], trial_stems(fit)
-    for trial in fit.trials:
-        path = made_folder(folder / "angles") / f"{stems[trial.capture.name]}{suffix}"
-        columns = angle_columns(trial, fit.skeleton)
-        with whole_file(path) as file:
-            WRITE[suffix](
-                pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()}), file
-            )
-        written.append(path)
-    return written
+    return _tables(fit, folder / "angles", suffix, angle_columns)
 
 
 def angle_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
@@ -122,16 +119,19 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
     return columns if trial.std is None else columns | _of_std(trial.std, skeleton)
 
 
-def _export(fit: Fit, folder: Path, suffix: str) -> list[Path]:
-    written, stems, write = [], trial_stems(fit), WRITE[suffix]
+def _tables(
+    fit: Fit, folder: Path, suffix: str, columns_of: Callable[[TrialFit, Skeleton], Columns]
+) -> list[Path]:
+    """TRIAL with these columns, of every trial."""
+    written, stems = [], trial_stems(fit)
     for trial in fit.trials:
         path = made_folder(folder) / f"{stems[trial.capture.name]}{suffix}"
-        columns = trial_columns(trial, fit.skeleton)
+        columns = columns_of(trial, fit.skeleton)
         table = pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()})
         with whole_file(path) as file:
-            write(table, file)
+            WRITE[suffix](table, file)
         written.append(path)
-    return [*written, *export_gait(fit, folder, suffix, write)]
+    return written
 
 
 def _of_motion(motion: Motion, skeleton: Skeleton) -> Columns:
