@@ -25,6 +25,7 @@ from solver.diagnosis.deciding.short_trials import ShortTrial, can_move, short_t
 from solver.diagnosis.diagnosis import ToBeSure
 from solver.diagnosis.noise.balance_rows import END_S, WINDOW_S, TrialRows
 from solver.diagnosis.noise.model_errors import model_error, nuisances, soft_tissue
+from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance, laboratory_errors
 from solver.diagnosis.search.contenders import Found
 from solver.diagnosis.search.refinement import SMALL_STEP
@@ -35,6 +36,7 @@ from solver.dynamics.weighted_means import windows_over
 SURE = 0.9  # of a name: nothing more needs to be recorded
 LEAST_SHARE = 0.03  # of a hypothesis, to be heard
 LEAST_NATS = 2.0  # that the best trial has to promise against the strongest rival
+MOST_RIVALS = 3
 NOTHING = "nothing"
 LEAST_VARIANCE = 1e-9  # of its mean, on the diagonal of an averaged covariance: rounding
 
@@ -110,7 +112,7 @@ def hypotheses(balance: Balance, solved: Solved, one: Found, standing: Standing)
     own = Hypothesis(
         *one.contender.term.candidate.key, standing.confidence, balance.solve_at(solved.terms, near)
     )
-    return [own, *sorted(others, key=lambda h: -h.share)]
+    return [own, *sorted(others, key=lambda h: -h.share)[:MOST_RIVALS]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +140,8 @@ def expected(balance: Balance, some: Sequence[Hypothesis], temper: float) -> lis
         rows = rows_of_trial(balance, trial, present)
         if rows is None:
             continue
-        predictions = [predict(balance, rows, h, fitted[k]) for k, h in enumerate(some)]
+        planned = planned_rows(balance, rows, some[0].solved.noise_scale)
+        predictions = [predict(planned, h, fitted[k]) for k, h in enumerate(some)]
         nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
         found.append(Expected(trial, nats, _share_after(some, nats, temper)))
     return sorted(found, key=lambda e: -e.share)
@@ -262,26 +265,38 @@ def _noise(own: TrialRows, at: Int[np.ndarray, " windows"], hop: int) -> Float[n
     return np.asarray(whole + LEAST_VARIANCE * np.trace(whole) / len(whole) * np.eye(len(whole)))
 
 
-def predict(balance: Balance, rows: TrialRows, of: Hypothesis, posterior: Posterior) -> Prediction:
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A short trial's rows, and what all hypotheses share of them, whitened by what is the trial's own."""
+
+    rows: TrialRows
+    root: Float[np.ndarray, "rows rows"]  # lower, of the trial's own covariance
+    shared: Float[np.ndarray, "rows shared"]
+
+
+def planned_rows(balance: Balance, rows: TrialRows, noise_scale: NoiseScale) -> Planned:
+    """Rows of a short trial at the noise scale of the present ones."""
+    laboratory = laboratory_errors([rows], balance.scenes)
+    shared = np.concatenate([rows.nuisance, laboratory, noise_scale.slack * rows.tissue], axis=1)
+    root = cholesky(rows.covariance + noise_scale.scale**2 * rows.model_error, lower=True)
+    return Planned(rows, root, solve_triangular(root, shared, lower=True))
+
+
+def predict(planned: Planned, of: Hypothesis, posterior: Posterior) -> Prediction:
     """A short trial's balance as a hypothesis expects it.
 
     Args:
-        balance: of the present trials.
-        rows: of the short trial.
+        planned: the short trial.
         of: the hypothesis.
         posterior: its.
     """
-    noise_scale = of.solved.noise_scale
-    laboratory = laboratory_errors([rows], balance.scenes)
-    parts = [rows.nuisance, laboratory, noise_scale.slack * rows.tissue]
-    fixed = np.zeros(len(rows.residual))
+    fixed, parts = np.zeros(len(planned.root)), [planned.shared]
     for k, term in enumerate(of.solved.terms):
-        own_fixed, columns = _columns(rows, term, of.solved, k)
-        fixed += own_fixed
-        parts.append(columns)
+        own_fixed, columns = _columns(planned.rows, term, of.solved, k)
+        own = solve_triangular(planned.root, np.column_stack([columns, own_fixed]), lower=True)
+        fixed += own[:, -1]
+        parts.append(own[:, :-1])
     G = np.concatenate(parts, axis=1)
-    L = cholesky(rows.covariance + noise_scale.scale**2 * rows.model_error, lower=True)
-    G, fixed = (solve_triangular(L, x, lower=True) for x in (G, fixed))
     covariance = np.eye(len(fixed)) + G @ posterior.covariance @ G.T
     root = cholesky(covariance, lower=True)
     lower = np.tril(dpotri(root, lower=1)[0])

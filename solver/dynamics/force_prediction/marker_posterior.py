@@ -339,14 +339,15 @@ def _local_rows(
 def _inner(
     left: Float[np.ndarray, "some markers 3 dofs"], right: Float[np.ndarray, "some markers 3 columns"]
 ) -> Float[np.ndarray, "some dofs columns"]:
-    flat = (len(left), 3 * left.shape[1], -1)
-    return left.reshape(flat).transpose(0, 2, 1) @ right.reshape(flat)
+    some, rows = len(left), 3 * left.shape[1]
+    flat = left.reshape(some, rows, left.shape[3])
+    return flat.transpose(0, 2, 1) @ right.reshape(some, rows, right.shape[3])
 
 
 def _weighed(
     P: Float[np.ndarray, "some markers markers"], J: Float[np.ndarray, "some markers 3 dofs"]
 ) -> Float[np.ndarray, "some markers 3 dofs"]:
-    return (P @ J.reshape(*J.shape[:2], -1)).reshape(J.shape)
+    return (P @ J.reshape(*J.shape[:2], 3 * J.shape[3])).reshape(J.shape)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from solver.diagnosis.deciding.deciding_trial import (
     Hypothesis,
     best_of,
     expected,
+    planned_rows,
     posteriors,
     predict,
     rows_of_trial,
@@ -59,7 +60,8 @@ def pair(balance):
 def predictions(balance, pair):
     """Of the same once more, with its rows."""
     rows = rows_of_trial(balance, ShortTrial(AGAIN, ()), balance.scenes[0])
-    return rows, [predict(balance, rows, h, p) for h, p in zip(pair, posteriors(balance, pair), strict=True)]
+    planned = planned_rows(balance, rows, pair[0].solved.noise_scale)
+    return rows, [predict(planned, h, p) for h, p in zip(pair, posteriors(balance, pair), strict=True)]
 
 
 def test_a_prediction_is_the_joint_gaussian_given_the_present_trial(balance, pair, predictions):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
+from solver.dynamics.force_prediction import marker_posterior as module
 from solver.dynamics.force_prediction.marker_noise import MarkerNoise
 from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior, marker_posterior
 from solver.dynamics.momentum_terms import momentum_terms
@@ -253,6 +254,12 @@ def test_white_noise_of_the_cameras_is_seen_and_allowed_for(case, windows, white
     """Nobody says how large it is. Stated rightly at one frequency, it is within a factor over all."""
     assert far_out_by(case, windows, white_m, NOISE) > 3
     assert 0.2 < far_out_by(case, windows, white_m, replace(NOISE, white_share=1.0)) < 1.2
+
+
+def test_a_last_frame_that_is_held_by_itself_changes_nothing(case, noisy, posterior, monkeypatch):
+    monkeypatch.setattr(module, "CHUNK", FRAMES - 1)
+    again = marker_posterior(case.skeleton, noisy, case.start, NOISE, TRUSTING)
+    assert again.motion.q == pytest.approx(posterior.motion.q, abs=1e-9)
 
 
 @pytest.fixture(scope="module")
