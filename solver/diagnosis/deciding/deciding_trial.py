@@ -7,7 +7,8 @@ against b, if a is right, is expected to be
 
     D(a, b) = ½ [tr(V_b⁻¹ V_a) − n + (m_a − m_b)ᵀ V_b⁻¹ (m_a − m_b) + log det V_b − log det V_a]    nats
 
-The best trial leaves the right one the largest share, averaged over which of them is right.
+The best trial leaves the right one the largest share, averaged over which of them is right; nats are tempered
+as in the diagnosis of all trials, the more the more is explained.
 """
 
 from collections.abc import Sequence
@@ -30,12 +31,14 @@ from solver.diagnosis.search.balance import Balance, laboratory_errors
 from solver.diagnosis.search.contenders import Found
 from solver.diagnosis.search.refinement import SMALL_STEP
 from solver.diagnosis.search.terms import Solved, Term
-from solver.diagnosis.unmodelled.open_world import OUTSIDE_THE_LIST, Held, Standing
+from solver.diagnosis.unmodelled.open_world import OUTSIDE_THE_LIST, TEMPER_SHARE, Held, Standing
 from solver.dynamics.weighted_means import windows_over
 
 SURE = 0.9  # of a name: nothing more needs to be recorded
 LEAST_SHARE = 0.03  # of a hypothesis, to be heard
-LEAST_NATS = 2.0  # that the best trial has to promise against the strongest rival
+LEAST_NATS = 2.0  # that a trial has to promise against a rival, and the rival against the name
+LEAST_GAINED = 0.05  # of the right one's share, likewise, on average
+LEAST_COUNTED = 1e-6  # of a share
 MOST_RIVALS = 3
 NOTHING = "nothing"
 LEAST_VARIANCE = 1e-9  # of its mean, on the diagonal of an averaged covariance: rounding
@@ -79,9 +82,7 @@ def trial_to_be_sure(balance: Balance, held: Held) -> ToBeSure | None:
         return None
     one, standing = max(unsure, key=lambda pair: pair[1].confidence)
     some = hypotheses(balance, held.solved, one, standing)
-    if len(some) < 2:
-        return None
-    return best_of(expected(balance, some, standing.temper), some, standing.temper)
+    return best_of(expected(balance, some, standing.temper), some)
 
 
 def hypotheses(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Hypothesis]:
@@ -106,22 +107,27 @@ def hypotheses(balance: Balance, solved: Solved, one: Found, standing: Standing)
         others.append(
             Hypothesis(OUTSIDE_THE_LIST, unknown.cause.words, standing.outside, balance.solve_at(terms, near))
         )
-    nothing = 1.0 - standing.confidence - standing.outside - sum(share for _, share in standing.rivals)
-    if nothing >= LEAST_SHARE:
-        others.append(Hypothesis(NOTHING, "", nothing, balance.solve_at(rest, near)))
+    known = standing.confidence + standing.outside + sum(share for _, share in standing.rivals)
+    others.append(Hypothesis(NOTHING, "", max(0.0, 1.0 - known), balance.solve_at(rest, near)))
     own = Hypothesis(
         *one.contender.term.candidate.key, standing.confidence, balance.solve_at(solved.terms, near)
     )
-    return [own, *sorted(others, key=lambda h: -h.share)[:MOST_RIVALS]]
+    likeliest = sorted(others, key=lambda h: -h.share)
+    return [own, *(h for k, h in enumerate(likeliest) if k < MOST_RIVALS or h.id == NOTHING)]
 
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """What a short trial promises: nats for each hypothesis against each other, and the right one's share."""
+    """What a short trial promises: nats for each hypothesis against each other, and their shares then."""
 
     trial: ShortTrial
     nats: Float[np.ndarray, "right other"]
-    share: float  # of the right one afterwards, averaged over which it is
+    shares: Float[np.ndarray, "right other"]  # afterwards, if the first is right
+
+    def share(self, some: Sequence[Hypothesis]) -> float:
+        """Of the right one afterwards, averaged over which it is."""
+        before = np.array([h.share for h in some])
+        return float(before @ np.diag(self.shares) / before.sum())
 
 
 def expected(balance: Balance, some: Sequence[Hypothesis], temper: float) -> list[Expected]:
@@ -130,7 +136,7 @@ def expected(balance: Balance, some: Sequence[Hypothesis], temper: float) -> lis
     Args:
         balance: of all trials.
         some: hypotheses.
-        temper: nats that count as one.
+        temper: nats that count as one now.
     """
     present = _present(balance)
     about = [t for h in some for t in h.target.split("+")]
@@ -143,40 +149,57 @@ def expected(balance: Balance, some: Sequence[Hypothesis], temper: float) -> lis
         planned = planned_rows(balance, rows, some[0].solved.noise_scale)
         predictions = [predict(planned, h, fitted[k]) for k, h in enumerate(some)]
         nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
-        found.append(Expected(trial, nats, _share_after(some, nats, temper)))
-    return sorted(found, key=lambda e: -e.share)
+        found.append(Expected(trial, nats, shares_after(some, nats, temper)))
+    return sorted(found, key=lambda e: -e.share(some))
 
 
-def best_of(promised: Sequence[Expected], some: Sequence[Hypothesis], temper: float) -> ToBeSure:
-    """The one to propose.
+def shares_after(
+    some: Sequence[Hypothesis], nats: Float[np.ndarray, "right other"], temper: float
+) -> Float[np.ndarray, "right other"]:
+    """Of each hypothesis, if one of them is right: evidence counts less the more is explained by it.
+
+    Args:
+        some: hypotheses.
+        nats: that a trial says for the first against the second.
+        temper: nats that count as one now.
+    """
+    evidence = temper * np.log(np.maximum([h.share for h in some], LEAST_COUNTED))
+    nothing = [k for k, h in enumerate(some) if h.id == NOTHING]
+    more = [TEMPER_SHARE * max(0.0, float(own[nothing].sum())) for own in nats]
+    return np.array([softmax((evidence - own) / (temper + t)) for own, t in zip(nats, more, strict=True)])
+
+
+def best_of(promised: Sequence[Expected], some: Sequence[Hypothesis]) -> ToBeSure | None:
+    """The one to propose: none where nothing on the list helps, and not even that where there is no rival.
 
     Args:
         promised: the best first.
         some: hypotheses, the name first and its strongest rival next.
-        temper: nats that count as one.
     """
-    name, rival = some[:2]
-    odds = name.share / rival.share
-    base = (name.id, name.target, rival.id, rival.target, odds)
-    best = next((e for e in promised if min(e.nats[0, 1], e.nats[1, 0]) >= LEAST_NATS), None)
+    name, rivals = some[0], [k for k, h in enumerate(some) if k and h.share >= LEAST_SHARE]
+    if not rivals:
+        return None
+    shares = np.array([h.share for h in some])
+    now = float((shares**2).sum() / shares.sum() ** 2)
+    best, told = None, rivals[0]
+    if promised and promised[0].share(some) >= now + LEAST_GAINED:
+        nats = promised[0].nats
+        parted = [k for k in rivals if min(nats[0, k], nats[k, 0]) >= LEAST_NATS]
+        best, told = (promised[0], parted[0]) if parted else (None, told)
+    rival = some[told]
+    asked = ToBeSure(name.id, name.target, rival.id, rival.target, name.share / rival.share)
     if best is None:
-        return ToBeSure(*base)
-    return ToBeSure(
-        *base,
-        odds_after=odds * float(np.exp(best.nats[0, 1] / temper)),
+        return asked
+    return replace(
+        asked,
+        odds_after=float(best.shares[0, 0] / max(best.shares[0, told], LEAST_COUNTED)),
         trial=best.trial.kind.id,
         plates=best.trial.plates,
         words=best.trial.words,
-        nats=float(best.nats[0, 1]),
-        nats_if_other=float(best.nats[1, 0]),
-        share_after=best.share,
+        nats=float(best.nats[0, told]),
+        nats_if_other=float(best.nats[told, 0]),
+        share_after=best.share(some),
     )
-
-
-def _share_after(some: Sequence[Hypothesis], nats: Float[np.ndarray, "right other"], temper: float) -> float:
-    shares = np.array([h.share for h in some])
-    after = [softmax(np.log(shares) - against / temper)[k] for k, against in enumerate(nats)]
-    return float(shares @ after / shares.sum())
 
 
 def _present(balance: Balance) -> Scene:

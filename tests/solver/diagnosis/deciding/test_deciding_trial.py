@@ -11,7 +11,9 @@ from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.deciding.deciding_trial import (
+    NOTHING,
     SURE,
+    Expected,
     Hypothesis,
     best_of,
     expected,
@@ -19,6 +21,7 @@ from solver.diagnosis.deciding.deciding_trial import (
     posteriors,
     predict,
     rows_of_trial,
+    shares_after,
 )
 from solver.diagnosis.deciding.short_trials import AGAIN, ShortTrial
 from solver.diagnosis.search.balance import Balance, laboratory_errors
@@ -102,12 +105,40 @@ def test_nats_are_the_mean_log_ratio_of_draws(predictions):
 
 def test_the_best_trial_is_first_and_says_what_to_do(balance, pair):
     promised = expected(balance, pair, TEMPER)
-    assert [e.share for e in promised] == sorted((e.share for e in promised), reverse=True)
-    assert promised[0].share > 0.5
-    asked = best_of(promised, pair, TEMPER)
+    assert [e.share(pair) for e in promised] == sorted((e.share(pair) for e in promised), reverse=True)
+    best = promised[0]
+    odds = np.exp(best.nats[0, 1] / TEMPER)
+    assert best.shares[0, 0] / best.shares[0, 1] == pytest.approx(odds)
+    assert best.share(pair) == pytest.approx(np.diag(best.shares).mean())
+    asked = best_of(promised, pair)
     assert (asked.id, asked.target, asked.other_target) == ("plate_gain", "plate_2", "plate_1")
-    assert asked.trial == next(e for e in promised if min(e.nats[0, 1], e.nats[1, 0]) >= 2.0).trial.kind.id
-    assert asked.odds_after == pytest.approx(np.exp(asked.nats / TEMPER))
+    assert (asked.trial, asked.odds) == (best.trial.kind.id, pytest.approx(1.0))
+    assert (asked.odds_after, asked.nats, asked.nats_if_other) == pytest.approx(
+        (odds, best.nats[0, 1], best.nats[1, 0])
+    )
+
+
+def test_nats_count_less_the_more_is_explained(balance, pair):
+    """As in the diagnosis of both trials: T grows by 0.03 of what the name explains."""
+    nothing = Hypothesis(NOTHING, "", 0.0, balance.solve_at([], pair[0].solved.noise_scale))
+    nats = np.array([[0.0, 6.0, 100.0], [6.0, 0.0, 100.0], [6.0, 6.0, 0.0]])
+    shares = shares_after([*pair, nothing], nats, TEMPER)
+    assert shares[0, 0] / shares[0, 1] == pytest.approx(np.exp(6.0 / 6.0))
+    assert shares[2, 0] / shares[2, 1] == pytest.approx(1.0)
+
+
+def test_the_rival_that_is_told_is_one_that_the_trial_parts(balance, pair):
+    promised = Expected(
+        ShortTrial(AGAIN, ()),
+        np.array([[0.0, 0.5, 9.0], [0.5, 0.0, 9.0], [9.0, 9.0, 0.0]]),
+        np.array([[0.6, 0.4, 0.0], [0.4, 0.6, 0.0], [0.0, 0.0, 1.0]]),
+    )
+    name, first = (replace(h, share=share) for h, share in zip(pair, (0.4, 0.35), strict=True))
+    some = [name, first, replace(first, target="plate_3", share=0.25)]
+    assert best_of([promised], some).other_target == "plate_3"
+    alike = replace(promised, nats=np.zeros((3, 3)))
+    assert best_of([alike], some).trial is None
+    assert best_of([promised], [name, replace(first, share=0.01)]) is None
 
 
 def test_standing_on_the_plate_tells_its_gain_from_a_support(balance):
@@ -126,7 +157,7 @@ def test_facing_the_other_way_tells_a_plate_s_place_from_the_body_s(balance):
 
 def test_where_nothing_helps_that_is_said(balance):
     twins = hypotheses(balance, PlateGain("plate_2"), Twin("plate_2"))
-    asked = best_of(expected(balance, twins, TEMPER), twins, TEMPER)
+    asked = best_of(expected(balance, twins, TEMPER), twins)
     assert (asked.trial, asked.other_id) == (None, "counterpart_gain")
 
 
