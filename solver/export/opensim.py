@@ -8,32 +8,38 @@ TRIAL_external_loads.xml    which foot each set acts on
 TRIAL_id.sto                our joint torques; where a foot's force is missing they rest on a wrench predicted
                             from the motion, and the first line names these frames
 TRIAL_id_std.sto            their standard deviations, nan where none is known, of a motion fitted to forces
-TRIAL_id_setup.xml          OpenSim's inverse dynamics of the same files, without a second filter
+TRIAL_…_setup.xml           runs of OpenSim's tools on the same files
 """
 
 from collections.abc import Sequence
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.atomic import made_folder, whole_file, write_whole
+from solver.capture.atomic import made_folder, whole_file
 from solver.capture.formats.storage import write_coordinates, write_storage
 from solver.common.plate_figures import CONTACT_N
 from solver.common.true_runs import runs
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.export.export_places import trial_stems
+from solver.export.opensim_setups import (
+    VERSION,
+    SetupFiles,
+    set_property,
+    write_document,
+    write_inverse_dynamics_setup,
+    write_muscle_setups,
+    write_reserves,
+)
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
 from solver.skeleton.subject_model import subject_model_content
-
-VERSION = "40000"  # OpenSim 4.0 and every later one read it
-NO_FILTER = "-1"  # the motion is filtered as the forces are; a second filter would tear them apart
 
 
 def export_opensim(fit: Fit, folder: Path) -> list[Path]:
@@ -58,20 +64,26 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
     else:
         with whole_file(model) as file:
             file.write(subject_model_content(fit.subject.model, fit.skeleton))
-    written, stems = [model], trial_stems(fit)
+    reserves = write_reserves(model, fit.skeleton) if fit.subject.model else []
+    written, stems = [model, *reserves], trial_stems(fit)
     for trial in fit.trials:
-        written += _export_trial(trial, fit.skeleton, folder, stems[trial.capture.name])
+        files, setups = _export_trial(trial, fit.skeleton, folder, stems[trial.capture.name])
+        written += files
+        written += write_muscle_setups(setups) if setups and reserves else []
     return written
 
 
-def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) -> list[Path]:
+def _export_trial(
+    trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str
+) -> tuple[list[Path], SetupFiles | None]:
+    """Files of a trial, and those that setups name, if it has torques."""
     ik = folder / f"{stem}_ik.mot"
     if trial.dynamics is None or trial.contacts is None or trial.mask is None:
         write_motion(trial.motion, skeleton, ik)
-        return [ik]
+        return [ik], None
     forces = folder / f"{stem}_grf{'_predicted' if trial.forces_predicted else ''}.mot"
     torques = folder / f"{stem}_id.sto"
-    loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
+    loads = folder / f"{stem}_external_loads.xml"
     times = trial.dynamics.motion.times
     posed = trial.dynamics.motion.posed
     shown = without_guesses(trial)
@@ -88,20 +100,17 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
     title = f"{torques.stem}{_predicted(trial.dynamics)}"
     own = (shown.dynamics or trial.dynamics).joint_torques
     write_torques(torques, skeleton, times[posed], own[posed], title)
-    written = [ik, forces, torques, loads, setup]
+    span = times[posed][0], times[posed][-1]
+    start, stop = max(runs(trial.dynamics.used & posed), key=lambda run: run[1] - run[0], default=(0, 0))
+    counted = (times[start], times[stop - 1]) if stop > start else span
+    setups = SetupFiles(folder, stem, ik.name, loads.name, span, counted)
+    written = [ik, forces, torques, loads, write_inverse_dynamics_setup(setups)]
     if shown.std is not None:
         written.append(folder / f"{torques.stem}_std.sto")
         name = f"{written[-1].stem}; standard deviations of {torques.name}"
         write_torques(written[-1], skeleton, times[posed], shown.std.torque[posed], name)
     write_external_loads(loads, trial.contacts.foot_bodies, forces)
-    write_inverse_dynamics_setup(
-        setup,
-        coordinates=ik,
-        loads=loads,
-        span=(times[posed][0], times[posed][-1]),
-        result=f"{stem}_id_opensim.sto",
-    )
-    return written
+    return written, setups
 
 
 def write_motion(motion: Motion, skeleton: Skeleton, path: Path) -> None:
@@ -231,49 +240,11 @@ def write_external_loads(path: Path, foot_bodies: Sequence[str], forces: Path) -
     objects = SubElement(loads, "objects")
     for foot in foot_bodies:
         force = SubElement(objects, "ExternalForce", name=foot)
-        _property(force, "applied_to_body", foot)
-        _property(force, "force_expressed_in_body", "ground")
-        _property(force, "point_expressed_in_body", "ground")
-        _property(force, "force_identifier", f"ground_force_{foot}_v")
-        _property(force, "point_identifier", f"ground_force_{foot}_p")
-        _property(force, "torque_identifier", f"ground_torque_{foot}_")
-    _property(loads, "datafile", forces.name)
-    _write(document, path)
-
-
-def write_inverse_dynamics_setup(
-    path: Path, *, coordinates: Path, loads: Path, span: tuple[float, float], result: str
-) -> None:
-    """Have OpenSim's InverseDynamicsTool compute the torques of exported files, all in one folder.
-
-    Args:
-        path: of the setup file.
-        coordinates: the motion's file.
-        loads: the external loads' file.
-        span: first and last time [s].
-        result: name of the file that the tool will write.
-
-    Raises:
-        CaptureError: the file cannot be written.
-    """
-    document = Element("OpenSimDocument", Version=VERSION)
-    tool = SubElement(document, "InverseDynamicsTool", name=path.stem)
-    _property(tool, "results_directory", ".")
-    _property(tool, "model_file", "model.osim")
-    _property(tool, "time_range", f"{span[0]:.12g} {span[1]:.12g}")
-    _property(tool, "forces_to_exclude", "ALL")
-    _property(tool, "external_loads_file", loads.name)
-    _property(tool, "coordinates_file", coordinates.name)
-    _property(tool, "lowpass_cutoff_frequency_for_coordinates", NO_FILTER)
-    _property(tool, "output_gen_force_file", result)
-    _write(document, path)
-
-
-def _property(owner: Element, name: str, text: str) -> None:
-    SubElement(owner, name).text = text
-
-
-def _write(document: Element, path: Path) -> None:
-    indent(document, "\t")
-    declaration = '<?xml version="1.0" encoding="UTF-8"?>\n'
-    write_whole(path, declaration + tostring(document, encoding="unicode") + "\n")
+        set_property(force, "applied_to_body", foot)
+        set_property(force, "force_expressed_in_body", "ground")
+        set_property(force, "point_expressed_in_body", "ground")
+        set_property(force, "force_identifier", f"ground_force_{foot}_v")
+        set_property(force, "point_identifier", f"ground_force_{foot}_p")
+        set_property(force, "torque_identifier", f"ground_torque_{foot}_")
+    set_property(loads, "datafile", forces.name)
+    write_document(document, path)

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.skeleton.forward import ForwardKinematics
-from solver.skeleton.osim_document import GROUND, Node, OsimDocument, Placement
+from solver.skeleton.osim_document import GROUND, Node, OsimDocument, Placement, children
 from solver.skeleton.osim_joints import find_function, function_of
 from solver.skeleton.osim_parts import FRAMES, ZERO, Frames
 from solver.skeleton.rotations import body_fixed_xyz
@@ -54,6 +54,14 @@ def wrap_growth(
         "WrapTorus": {"inner_radius": across, "outer_radius": across},
     }
     return growth[node.tag]
+
+
+def bodies_of_path(document: OsimDocument, frames: Frames, owner: Node) -> set[str]:
+    """Names of the bodies that the path of a muscle runs over, the ground too."""
+    points = [
+        point for path in children(owner, "GeometryPath") for point in document.members(path, "PathPointSet")
+    ]
+    return {frame.body for point in points if (frame := frames.named_by(point)) is not None}
 
 
 class PathLengths:

@@ -34,6 +34,7 @@ from solver.skeleton.scaling import displacement_factor
 from solver.skeleton.skeleton import Marker, Skeleton
 
 LENGTHS = ("optimal_fiber_length", "tendon_slack_length", "resting_length", "slack_length")
+CONTACT_FORCES = ("SmoothSphereHalfSpaceForce", "HuntCrossleyForce", "ElasticFoundationForce")
 ONES = (1.0, 1.0, 1.0)
 
 
@@ -75,6 +76,9 @@ class _OwnModel:
             self._write_joint(part)
         self._write_markers()
         self._write_coordinates()
+        for node in self.document.members(self.document.model, "ForceSet"):
+            if node.tag in CONTACT_FORCES:  # the ground's forces are those of the fit, not twice
+                self.edits.set(node, *(("isDisabled", True) if self.is_old else ("appliesForce", False)))
         for node, frame in self._placed(self.document.model, None):
             if frame is not None and frame.body in self.factors:
                 self._scale(node, self.factors[frame.body])

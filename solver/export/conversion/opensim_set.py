@@ -25,13 +25,8 @@ from solver.capture.plates.moment_convention import plates_from_storage
 from solver.common.errors import CaptureError
 from solver.export.conversion.file_content import BodyForces, Content, Trial
 from solver.export.export_places import file_stem
-from solver.export.opensim import (
-    write_body_forces,
-    write_external_loads,
-    write_inverse_dynamics_setup,
-    write_motion,
-    write_torques,
-)
+from solver.export.opensim import write_body_forces, write_external_loads, write_motion, write_torques
+from solver.export.opensim_setups import SetupFiles, write_inverse_dynamics_setup
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import skeleton_text
@@ -218,10 +213,5 @@ def _write_dynamics(trial: Trial, skeleton: Skeleton, stem: Path) -> None:
     contacts = trial.contacts
     write_body_forces(forces, contacts.bodies, contacts.wrench_ground, contacts.cop_ground, motion.times)
     write_external_loads(loads, contacts.bodies, forces)
-    write_inverse_dynamics_setup(
-        stem.with_name(stem.name + SETUP),
-        coordinates=stem.with_name(stem.name + MOTION),
-        loads=loads,
-        span=(motion.times[0], motion.times[-1]),
-        result=f"{stem.name}_id_opensim.sto",
-    )
+    span, motion_file = (motion.times[0], motion.times[-1]), stem.name + MOTION
+    write_inverse_dynamics_setup(SetupFiles(stem.parent, stem.name, motion_file, loads.name, span, span))

@@ -66,16 +66,12 @@ def _axis(name: str, direction: str, function: str, coordinate: str = "knee") ->
 
 _LINE = '<LinearFunction name="function"><coefficients>1 0</coefficients></LinearFunction>'
 _SLIDE = '<SimmSpline name="function"><x>-2 0 1 2</x><y>0.01 0 0.02 0.01</y></SimmSpline>'
-_STILL = '<Constant name="function"><value>0</value></Constant>'
 _ELSEWHERE = '<Constant name="function"><value>-0.02</value></Constant>'
 _TRANSFORM = (
     "<SpatialTransform>"
-    + _axis("rotation1", "0 0 1", _LINE)
-    + _axis("rotation2", "0 1 0", _STILL, "")
-    + _axis("rotation3", "1 0 0", _STILL, "")
+    + _axis("rotation3", "0 0 1", _LINE)
     + _axis("translation1", "1 0 0", _SLIDE)
     + _axis("translation2", "0 1 0", _ELSEWHERE, "")
-    + _axis("translation3", "0 0 1", _STILL, "")
     + "</SpatialTransform>"
 )
 _MOVING = "".join(
@@ -87,6 +83,23 @@ _WHILE = "<socket_coordinate>/jointset/knee/knee</socket_coordinate><range>{}</r
 THIGH, SHANK = "/bodyset/thigh", "/bodyset/shank"
 ENDS = [_point("o", THIGH, "0.06 -0.1 0.01"), _point("i", SHANK, "0.05 -0.1 -0.02")]
 BEHIND = [_point("o", THIGH, "-0.07 -0.25 0.02"), _point("i", THIGH, "0.08 -0.32 -0.01")]
+_SOMETIMES = [
+    ENDS[0],
+    _point("on", SHANK, "0.06 0 0", "ConditionalPathPoint", _WHILE.format("0 1")),
+    _point("off", SHANK, "0.2 0 0", "ConditionalPathPoint", _WHILE.format("1 2")),
+    ENDS[1],
+]
+_KNEE = _frame("near", THIGH, "0 -0.4 0") + _frame("far", SHANK, "0 0 0")
+_TILTED = "<components>" + _frame("tilted", "..", "0.02 -0.1 0.03", "0.2 0.1 -0.3") + "</components>"
+_RING = "<inner_radius>0.01</inner_radius><outer_radius>0.05</outer_radius>"
+_WRAPS = (
+    '<WrapObjectSet name="wrapobjectset"><objects>'
+    + _wrap("WrapCylinder", "pulley", "0.01 -0.39 0", "<radius>0.045</radius><length>0.3</length>", "x")
+    + _wrap("WrapSphere", "ball", "0 -0.28 0", "<radius>0.04</radius>")
+    + _wrap("WrapEllipsoid", "egg", "0 -0.28 0", "<dimensions>0.04 0.05 0.03</dimensions>")
+    + _wrap("WrapTorus", "ring", "0 -0.28 0", _RING)
+    + "</objects></WrapObjectSet>"
+)
 
 LIMB = f"""<?xml version="1.0" encoding="ISO-8859-1"?>
 <!-- cut by José -->
@@ -94,37 +107,12 @@ LIMB = f"""<?xml version="1.0" encoding="ISO-8859-1"?>
 	<Model name="limb_of_Zo\u00eb">
 		<Ground name="ground"/>
 		<BodySet name="bodyset"><objects>
-{
-    _body(
-        "thigh",
-        '<WrapObjectSet name="wrapobjectset"><objects>'
-        + _wrap("WrapCylinder", "pulley", "0.01 -0.39 0", "<radius>0.045</radius><length>0.3</length>", "x")
-        + _wrap("WrapSphere", "ball", "0 -0.28 0", "<radius>0.04</radius>")
-        + _wrap("WrapEllipsoid", "egg", "0 -0.28 0", "<dimensions>0.04 0.05 0.03</dimensions>")
-        + _wrap(
-            "WrapTorus",
-            "ring",
-            "0 -0.28 0",
-            "<inner_radius>0.01</inner_radius><outer_radius>0.05</outer_radius>",
-        )
-        + "</objects></WrapObjectSet><components>"
-        + _frame("tilted", "..", "0.02 -0.1 0.03", "0.2 0.1 -0.3")
-        + "</components>",
-    )
-}
+{_body("thigh", _WRAPS + _TILTED)}
 {_body("shank", "")}
 		</objects></BodySet>
 		<JointSet name="jointset"><objects>
 {_joint("PinJoint", "hip", _frame("near", "/ground", "0 1 0") + _frame("far", THIGH, "0 0.01 0"), "hip")}
-{
-    _joint(
-        "CustomJoint",
-        "knee",
-        _frame("near", THIGH, "0 -0.4 0") + _frame("far", SHANK, "0 0 0"),
-        "knee",
-        _TRANSFORM,
-    )
-}
+{_joint("CustomJoint", "knee", _KNEE, "knee", _TRANSFORM)}
 		</objects></JointSet>
 		<ForceSet name="forceset"><objects>
 {_muscle("straight", ENDS)}
@@ -134,17 +122,7 @@ LIMB = f"""<?xml version="1.0" encoding="ISO-8859-1"?>
 {_muscle("through_ring", BEHIND, "ring")}
 {_muscle("by_frame", [_point("o", THIGH + "/tilted", "0.01 0.02 0.03"), ENDS[1]])}
 {_muscle("moving", [ENDS[0], _point("m", SHANK, "0 0 0", "MovingPathPoint", _MOVING), ENDS[1]])}
-{
-    _muscle(
-        "sometimes",
-        [
-            ENDS[0],
-            _point("on", SHANK, "0.06 0 0", "ConditionalPathPoint", _WHILE.format("0 1")),
-            _point("off", SHANK, "0.2 0 0", "ConditionalPathPoint", _WHILE.format("1 2")),
-            ENDS[1],
-        ],
-    )
-}
+{_muscle("sometimes", _SOMETIMES)}
 			<PathSpring name="spring"><resting_length>0.3</resting_length><stiffness>9</stiffness>
 			<dissipation>0</dissipation>{_path(ENDS)}</PathSpring>
 			<Ligament name="ligament">{_path(ENDS)}<resting_length>0.25</resting_length></Ligament>
@@ -158,10 +136,8 @@ LIMB = f"""<?xml version="1.0" encoding="ISO-8859-1"?>
 		<MarkerSet name="markerset"><objects>
 			<Marker name="KNEE"><socket_parent_frame>{THIGH}/tilted</socket_parent_frame>
 				<location>0.01 -0.3 0.05</location></Marker>
-			<Marker name="SPARE"><socket_parent_frame>{
-    SHANK
-}</socket_parent_frame><location>0 -0.1 0.1</location>
-			</Marker>
+			<Marker name="SPARE"><socket_parent_frame>{SHANK}</socket_parent_frame>
+				<location>0 -0.1 0.1</location></Marker>
 		</objects></MarkerSet>
 	</Model>
 </OpenSimDocument>

@@ -41,7 +41,7 @@ def furnished(crane):
 def test_a_written_skeleton_reads_back_as_itself(furnished, tmp_path):
     path = tmp_path / "with spaces é.osim"
     write_skeleton(furnished, path)
-    _assert_same(load_skeleton(path), furnished)
+    assert_same(load_skeleton(path), furnished)
 
 
 @pytest.mark.real
@@ -50,9 +50,9 @@ def test_real_models_survive_writing_scaled(model_files, tmp_path, subtests):
         if "Scapulothoracic" in path.name:
             continue
         with subtests.test(path.name):
-            skeleton = _individual(load_skeleton(path))
+            skeleton = individual(load_skeleton(path))
             write_skeleton(skeleton, tmp_path / "m.osim")
-            _assert_same(load_skeleton(tmp_path / "m.osim"), skeleton)
+            assert_same(load_skeleton(tmp_path / "m.osim"), skeleton)
 
 
 @pytest.mark.opensim
@@ -62,7 +62,7 @@ def test_opensim_moves_written_models_alike(model_files, referee, random_q, tmp_
         if "Scapulothoracic" in path.name:
             continue
         with subtests.test(path.name):
-            skeleton = _individual(load_skeleton(path))
+            skeleton = individual(load_skeleton(path))
             write_skeleton(skeleton, tmp_path / "m.osim")
             theirs = referee(tmp_path / "m.osim", skeleton)
             assert [c.getName() for c in theirs.coordinates] == [c.name for c in skeleton.coordinates]
@@ -89,24 +89,27 @@ def test_what_opensim_cannot_hold_is_refused(crane, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def _individual(generic):
+def individual(generic):
+    """The skeleton at a size of its own, with markers moved."""
     rng = np.random.default_rng(13)
     sized = scaled(generic, rng.uniform(0.8, 1.2, (len(generic.bodies), 3)), 70.0)
     return with_offsets(sized, 0.01 * rng.normal(size=(len(sized.markers), 3)))
 
 
-def _assert_same(ours, theirs, where="skeleton"):
+def assert_same(ours, theirs, where="skeleton", rtol=1e-12, atol=1e-14):
+    """Equal but for what files do not hold, and rounding."""
     if is_dataclass(theirs):
         assert type(ours) is type(theirs), where
         for field in fields(theirs):
             if (type(theirs).__name__, field.name) not in NOT_IN_FILES:
-                _assert_same(getattr(ours, field.name), getattr(theirs, field.name), f"{where}.{field.name}")
+                mine, other = getattr(ours, field.name), getattr(theirs, field.name)
+                assert_same(mine, other, f"{where}.{field.name}", rtol, atol)
     elif isinstance(theirs, tuple):
         assert len(ours) == len(theirs), where
         for i, (mine, other) in enumerate(zip(ours, theirs, strict=True)):
-            _assert_same(mine, other, f"{where}[{i}]")
+            assert_same(mine, other, f"{where}[{i}]", rtol, atol)
     elif isinstance(theirs, np.ndarray | float):
-        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-14, err_msg=where)
+        np.testing.assert_allclose(ours, theirs, rtol=rtol, atol=atol, err_msg=where)
     else:
         assert ours == theirs, where
 
