@@ -31,7 +31,7 @@ LONG = 500  # lines above which a module has two subjects
 MOST = {
     "Lines of the product": 123_000,
     "Lines of tests": 73_700,
-    "Lines of benchmarks": 10_910,
+    "Lines of benchmarks": 10_940,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
     "Words of docs": 52_000,
