@@ -205,6 +205,8 @@ def told(
     if deciding and findings and branch not in {one.branch for one in findings}:
         findings.append(_of_cause(deciding))
     shown = _shown(findings, branch)
+    if sound and shown:  # never in silence
+        shown = (shown[0], *(mixed or shown[1:]))
     rest = [f"{NOTHING}, if {listed(kept)} is right: it was not replaced"] if mixed else []
     rest += _of_figures(found.verdict.reasons, tentative) if is_last else []
     rest += [f"{NOTHING}; a weak sign of {short_title(cause)}" for cause in tentative]

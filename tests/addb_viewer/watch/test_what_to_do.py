@@ -241,6 +241,12 @@ def test_a_file_that_was_not_replaced_with_the_other_is_never_passed_over():
     sound = told(GOOD, diagnosed(), (), kept)
     assert sound.to_do == "Nothing to repeat, if walk_grf.mot is right: it was not replaced"
     assert (sound.colour, sound.against) == (Colour.YELLOW, "")
+    for causes in (
+        (cause("marker_slip", "A"),),
+        (cause("marker_slip", "A"), cause("soft_tissue", "tibia_r")),
+    ):
+        also = told(GOOD, diagnosed(*causes), (), kept).to_do
+        assert also.endswith("; also may be walk_grf.mot of the former recording: export it again")
     loud = replace(GOOD, figures=replace(FIGURES, angular_residual=moment(9.0, 0.02)))
     doubted = told(loud, diagnosed(cause("clock_offset", confidence=0.6)), (), kept)
     assert doubted.to_do.startswith("May be walk_grf.mot of the former recording: export it again; or forces")
