@@ -50,11 +50,23 @@ To = Annotated[
 ]
 
 
+MusclesFrom = Annotated[
+    Path | None,
+    typer.Option(
+        "--muscles-from",
+        metavar="MODEL",
+        help="OpenSim model whose muscles the default body gets in --to opensim, such as Rajagopal 2016.",
+        dir_okay=False,
+    ),
+]
+
+
 def export(
     subject: SubjectOrRoot,
     to: To,
     out: Out = None,
     trial: Trials = None,
+    muscles_from: MusclesFrom = None,
     solve: Solve = False,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
@@ -70,6 +82,7 @@ def export(
             words = options(
                 to=[form.value for form in dict.fromkeys(to)],
                 trial=trial,
+                muscles_from=muscles_from and muscles_from.absolute(),
                 solve=solve,
                 settings=settings and settings.absolute(),
                 ignore_review=ignore_review,
@@ -85,7 +98,7 @@ def export(
             done = kept_fit(job, trial or (), anew=solve, progress=progress)
         warn(done.said)
         for form in dict.fromkeys(to):
-            files, notes = exported(done.fit, form, job.results)
+            files, notes = exported(done.fit, form, job.results, muscles_from)
             for path in files:
                 typer.echo(path)
             for note in notes:

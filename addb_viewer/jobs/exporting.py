@@ -27,13 +27,16 @@ class Format(StrEnum):
     c3d = "c3d"
 
 
-def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
+def exported(
+    fit: Fit, to: Format, folder: Path, muscles_from: Path | None = None
+) -> tuple[list[Path], tuple[str, ...]]:
     """Write a fit for other tools; all of its files or none.
 
     Args:
         fit: the solved subject.
         to: the format; all but B3D get a folder of their own.
         folder: the results folder, or another.
+        muscles_from: a model whose muscles the default body gets, for OpenSim.
 
     Returns:
         The files written, and what people should know about them.
@@ -49,14 +52,16 @@ def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
             raise CaptureError(f"{own[0]}: is what was fitted, and stays as it is. Choose another folder.")
 
     with files_together(folder, keep_inputs) as draft:
-        files, notes = _written(fit, to, draft)
+        files, notes = _written(fit, to, draft, muscles_from)
     return [folder / path.relative_to(draft) for path in files], notes
 
 
-def _written(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
+def _written(
+    fit: Fit, to: Format, folder: Path, muscles_from: Path | None
+) -> tuple[list[Path], tuple[str, ...]]:
     match to:
         case Format.opensim:
-            files = export_opensim(fit, folder / "opensim")
+            files = export_opensim(fit, folder / "opensim", muscles_from)
         case Format.b3d:
             return export_b3d(fit, folder), ()
         case Format.csv | Format.parquet:

@@ -18,8 +18,9 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.atomic import made_folder, whole_file
+from solver.capture.atomic import made_folder, whole_file, write_whole
 from solver.capture.formats.storage import write_coordinates, write_storage
+from solver.common.errors import ModelError
 from solver.common.plate_figures import CONTACT_N
 from solver.common.true_runs import runs
 from solver.dynamics.dynamics import Dynamics
@@ -37,12 +38,13 @@ from solver.export.opensim_setups import (
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.kinematics.motion import Motion
+from solver.skeleton.added_muscles import with_muscles_of
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
 from solver.skeleton.subject_model import subject_model_content
 
 
-def export_opensim(fit: Fit, folder: Path) -> list[Path]:
+def export_opensim(fit: Fit, folder: Path, muscles_from: Path | None = None) -> list[Path]:
     """Write a fit for OpenSim.
 
     Angles are radians, so that no program has to guess which coordinates are angles. Where no force
@@ -51,6 +53,7 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
     Args:
         fit: the solved subject.
         folder: made where it is missing.
+        muscles_from: a model whose muscles the default body gets; of no use where the subject has its own.
 
     Returns:
         The files written.
@@ -59,12 +62,18 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
         CaptureError, ModelError: the folder cannot be made, or a file not written.
     """
     model = made_folder(folder) / "model.osim"
-    if fit.subject.model is None:
+    if muscles_from is not None and fit.subject.model is not None:
+        raise ModelError(
+            f"{fit.subject.model}: the subject's own model keeps its muscles; leave out --muscles-from."
+        )
+    if muscles_from is not None:
+        write_whole(model, with_muscles_of(muscles_from, fit.skeleton))
+    elif fit.subject.model is None:
         write_skeleton(fit.skeleton, model)
     else:
         with whole_file(model) as file:
             file.write(subject_model_content(fit.subject.model, fit.skeleton))
-    reserves = write_reserves(model, fit.skeleton) if fit.subject.model else []
+    reserves = write_reserves(model, fit.skeleton) if fit.subject.model or muscles_from else []
     written, stems = [model, *reserves], trial_stems(fit)
     for trial in fit.trials:
         files, setups = _export_trial(trial, fit.skeleton, folder, stems[trial.capture.name])

@@ -16,7 +16,7 @@ def exported(monkeypatch):
     """What reached the exporter: (fit, folder)."""
     calls = []
 
-    def export_opensim(fit, folder):
+    def export_opensim(fit, folder, muscles_from):
         calls.append((fit, folder))
         return [folder / "model.osim"]
 

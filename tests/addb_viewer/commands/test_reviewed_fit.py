@@ -99,7 +99,7 @@ def test_where_only_flags_changed_the_search_begins_at_the_kept_fit(command_line
 
 @pytest.mark.parametrize("command", [("fit",), ("export", "--to", "opensim")])
 def test_a_review_can_be_ignored(command_line, reviewed, monkeypatch, command):
-    monkeypatch.setattr("addb_viewer.jobs.exporting.export_opensim", lambda fit, folder: [])
+    monkeypatch.setattr("addb_viewer.jobs.exporting.export_opensim", lambda fit, folder, muscles: [])
     reviewed.append("walk", FLAG, "anna")
     folder = command_line.subject.folder
     assert command_line(command[0], folder, *command[1:], "--ignore-review").exit_code == 0
