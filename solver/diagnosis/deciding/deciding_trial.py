@@ -78,11 +78,13 @@ def trial_to_be_sure(balance: Balance, held: Held) -> ToBeSure | None:
         held: the names, each among all that may be in its place.
     """
     unsure = [(one, s) for one, s in zip(held.found, held.standings, strict=True) if s.confidence < SURE]
-    if not unsure or not can_move(_present(balance)):
+    if not unsure or not can_move(present_of(balance)):
         return None
     one, standing = max(unsure, key=lambda pair: pair[1].confidence)
     some = hypotheses(balance, held.solved, one, standing)
-    return best_of(expected(balance, some, standing.temper), some)
+    fitted = posteriors(balance, some)
+    asked = best_of(expected(balance, fitted, standing.temper), some)
+    return asked if asked is None else in_full(balance, fitted, standing.temper, asked)
 
 
 def hypotheses(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Hypothesis]:
@@ -117,6 +119,15 @@ def hypotheses(balance: Balance, solved: Solved, one: Found, standing: Standing)
 
 
 @dataclass(frozen=True, eq=False)
+class Posterior:
+    """Of what sound recordings are off by, then of the terms' parameters: mean and covariance."""
+
+    of: Hypothesis
+    mean: Float[np.ndarray, " all"]
+    covariance: Float[np.ndarray, "all all"]
+
+
+@dataclass(frozen=True, eq=False)
 class Expected:
     """What a short trial promises: nats for each hypothesis against each other, and their shares then."""
 
@@ -130,27 +141,47 @@ class Expected:
         return float(before @ np.diag(self.shares) / before.sum())
 
 
-def expected(balance: Balance, some: Sequence[Hypothesis], temper: float) -> list[Expected]:
-    """What each short trial promises, the best first.
+def expected(balance: Balance, fitted: Sequence[Posterior], temper: float) -> list[Expected]:
+    """What each short trial promises at least, by some of its windows; the best first.
 
     Args:
         balance: of all trials.
-        some: hypotheses.
+        fitted: hypotheses.
         temper: nats that count as one now.
     """
-    present = _present(balance)
+    some = [p.of for p in fitted]
     about = [t for h in some for t in h.target.split("+")]
-    fitted = posteriors(balance, some)
-    found = []
-    for trial in short_trials(present, about):
-        rows = rows_of_trial(balance, trial, present)
-        if rows is None:
-            continue
-        planned = planned_rows(balance, rows, some[0].solved.noise_scale)
-        predictions = [predict(planned, h, fitted[k]) for k, h in enumerate(some)]
-        nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
-        found.append(Expected(trial, nats, shares_after(some, nats, temper)))
-    return sorted(found, key=lambda e: -e.share(some))
+    found = [_expected(balance, fitted, temper, trial) for trial in short_trials(present_of(balance), about)]
+    return sorted((e for e in found if e is not None), key=lambda e: -e.share(some))
+
+
+def in_full(balance: Balance, fitted: Sequence[Posterior], temper: float, asked: ToBeSure) -> ToBeSure:
+    """A proposal with the nats and odds of all windows of its trial; arguments as in `expected`."""
+    if asked.trial is None:
+        return asked
+    key = asked.other_id, asked.other_target
+    rival = next(p for p in fitted if (p.of.id, p.of.target) == key)
+    few = [fitted[0], rival, *(p for p in fitted if p.of.id == NOTHING and p is not rival)]
+    trials = short_trials(present_of(balance), asked.plates)
+    trial = next(t for t in trials if (t.kind.id, t.plates) == (asked.trial, asked.plates))
+    whole = _expected(balance, few, temper, trial, in_full=True)
+    if whole is None:
+        return asked
+    odds = float(whole.shares[0, 0] / max(whole.shares[0, 1], LEAST_COUNTED))
+    nats, if_other = float(whole.nats[0, 1]), float(whole.nats[1, 0])
+    return replace(asked, nats=nats, nats_if_other=if_other, odds_after=odds)
+
+
+def _expected(
+    balance: Balance, fitted: Sequence[Posterior], temper: float, trial: ShortTrial, *, in_full: bool = False
+) -> Expected | None:
+    rows = rows_of_trial(balance, trial, present_of(balance), in_full=in_full)
+    if rows is None:
+        return None
+    planned = planned_rows(balance, rows, fitted[0].of.solved.noise_scale)
+    predictions = [predict(planned, posterior) for posterior in fitted]
+    nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
+    return Expected(trial, nats, shares_after([p.of for p in fitted], nats, temper))
 
 
 def shares_after(
@@ -170,7 +201,7 @@ def shares_after(
 
 
 def best_of(promised: Sequence[Expected], some: Sequence[Hypothesis]) -> ToBeSure | None:
-    """The one to propose: none where nothing on the list helps, and not even that where there is no rival.
+    """The one to propose, its figures to come: none where nothing on the list helps; None without a rival.
 
     Args:
         promised: the best first.
@@ -192,27 +223,16 @@ def best_of(promised: Sequence[Expected], some: Sequence[Hypothesis]) -> ToBeSur
         return asked
     return replace(
         asked,
-        odds_after=float(best.shares[0, 0] / max(best.shares[0, told], LEAST_COUNTED)),
         trial=best.trial.kind.id,
         plates=best.trial.plates,
         words=best.trial.words,
-        nats=float(best.nats[0, told]),
-        nats_if_other=float(best.nats[told, 0]),
         share_after=best.share(some),
     )
 
 
-def _present(balance: Balance) -> Scene:
+def present_of(balance: Balance) -> Scene:
     """The longest trial stands for all."""
     return max(balance.scenes, key=lambda s: int(s.counts.sum()))
-
-
-@dataclass(frozen=True, eq=False)
-class Posterior:
-    """Of what sound recordings are off by, then of the terms' parameters: mean and covariance."""
-
-    mean: Float[np.ndarray, " all"]
-    covariance: Float[np.ndarray, "all all"]
 
 
 def posteriors(balance: Balance, some: Sequence[Hypothesis]) -> list[Posterior]:
@@ -221,13 +241,14 @@ def posteriors(balance: Balance, some: Sequence[Hypothesis]) -> list[Posterior]:
     shared = np.concatenate([of.shared, noise_scale.slack * of.tissue], axis=1)
     seen = noise_scale.whiten(balance.basis.transform(shared))
     within = seen.T @ seen
-    return [_posterior(seen, within, h.solved) for h in some]
+    return [_posterior(seen, within, h) for h in some]
 
 
 def _posterior(
-    seen: Float[np.ndarray, "rows shared"], within: Float[np.ndarray, "shared shared"], solved: Solved
+    seen: Float[np.ndarray, "rows shared"], within: Float[np.ndarray, "shared shared"], hypothesis: Hypothesis
 ) -> Posterior:
     """With Q = I + B P Bᵀ in whitened rows: mean Λ Gᵀ Q⁻¹ y, covariance Λ − Λ Gᵀ Q⁻¹ G Λ."""
+    solved = hypothesis.solved
     own = [t.whiten(solved.noise_scale)[1] for t in solved.terms]
     B = np.concatenate([np.zeros((len(seen), 0)), *own], axis=1) * solved.std
     G = np.concatenate([seen, B], axis=1)
@@ -236,19 +257,28 @@ def _posterior(
     gain = solve_triangular(solved.root, B.T @ G, lower=True) if B.shape[1] else np.zeros((0, G.shape[1]))
     scale = np.concatenate([np.ones(seen.shape[1]), solved.std])
     covariance = (np.eye(len(scale)) - inside + gain.T @ gain) * np.outer(scale, scale)
-    return Posterior(scale * (G.T @ solved.left), covariance)
+    return Posterior(hypothesis, scale * (G.T @ solved.left), covariance)
 
 
-def rows_of_trial(balance: Balance, trial: ShortTrial, present: Scene) -> TrialRows | None:
-    """A short trial's rows, their noise that of the present trial."""
-    scene = trial.scene(present)
+def rows_of_trial(
+    balance: Balance, trial: ShortTrial, present: Scene, *, in_full: bool = False
+) -> TrialRows | None:
+    """A short trial's rows, their noise that of the present trial.
+
+    Args:
+        balance: of the present trials.
+        trial: that could be recorded.
+        present: one of its scenes.
+        in_full: as many windows as a recording would have; half of them rank trials as well.
+    """
+    scene = trial.scene(present, in_full=in_full)
     if scene is None:
         return None
     counts = scene.counts.copy()
     ends = round(END_S * scene.rate)
     counts[:ends] = counts[len(counts) - ends :] = False
     own = next(t for t in balance.trials if t.scene is present)
-    hop = _hop(own)
+    hop = _step(own) if in_full else _hop(own)
     windows = windows_over(counts, scene.rate, WINDOW_S, hop / present.rate)
     if not windows.count:
         return None
@@ -264,9 +294,14 @@ def rows_of_trial(balance: Balance, trial: ShortTrial, present: Scene) -> TrialR
     )
 
 
+def _step(own: TrialRows) -> int:
+    """Frames between the present trial's windows."""
+    return int(np.diff(own.windows.start).min()) if own.windows.count > 1 else 1
+
+
 def _hop(own: TrialRows) -> int:
-    """Frames between windows: a whole number of the present trial's steps, about a window's length."""
-    step = int(np.diff(own.windows.start).min()) if own.windows.count > 1 else 1
+    """A whole number of these, about a window's length."""
+    step = _step(own)
     return step * max(1, round(WINDOW_S * own.scene.rate / step))
 
 
@@ -305,15 +340,14 @@ def planned_rows(balance: Balance, rows: TrialRows, noise_scale: NoiseScale) -> 
     return Planned(rows, root, solve_triangular(root, shared, lower=True))
 
 
-def predict(planned: Planned, of: Hypothesis, posterior: Posterior) -> Prediction:
+def predict(planned: Planned, posterior: Posterior) -> Prediction:
     """A short trial's balance as a hypothesis expects it.
 
     Args:
         planned: the short trial.
-        of: the hypothesis.
-        posterior: its.
+        posterior: of the hypothesis.
     """
-    fixed, parts = np.zeros(len(planned.root)), [planned.shared]
+    of, fixed, parts = posterior.of, np.zeros(len(planned.root)), [planned.shared]
     for k, term in enumerate(of.solved.terms):
         own_fixed, columns = _columns(planned.rows, term, of.solved, k)
         own = solve_triangular(planned.root, np.column_stack([columns, own_fixed]), lower=True)

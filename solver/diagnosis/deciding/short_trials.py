@@ -87,15 +87,20 @@ class ShortTrial:
         named = dict(zip(("plate", "other"), self.plates, strict=False))
         return self.kind.words.format(**named)
 
-    def scene(self, present: Scene) -> Scene | None:
-        """As the balance would see it; None where this body has no such joints."""
+    def scene(self, present: Scene, *, in_full: bool = False) -> Scene | None:
+        """As the balance would see it; None where this body has no such joints.
+
+        Args:
+            present: a trial.
+            in_full: with as many frames a second, also of who stands.
+        """
         try:
-            return self._walk(present) if not self.plates else self._stand(present)
+            return self._stand(present, in_full) if self.plates else self._walk(present)
         except ModelError:
             return None
 
-    def _stand(self, present: Scene) -> Scene | None:
-        rate = present.rate / max(1, round(present.rate / ENOUGH_HZ))
+    def _stand(self, present: Scene, in_full: bool) -> Scene | None:
+        rate = present.rate / (1 if in_full else max(1, round(present.rate / ENOUGH_HZ)))
         q = _bending(present.skeleton, self.kind, rate)
         if q is None:
             return None
