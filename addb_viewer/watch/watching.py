@@ -238,7 +238,7 @@ class Session:
         others = (
             line for line in present(self.lines[one.trial.subject]).values() if line.trial != one.trial.name
         )
-        former = [line.off_zero for line in others if line.stage is not Stage.STATIC]
+        former = [(*line.off_zero, *line.about) for line in others if line.stage is not Stage.STATIC]
         kept = [file.name for file in one.trial.kept]
         if one.first is not None and one.first.done():
             found, one.first = one.first.result(), None

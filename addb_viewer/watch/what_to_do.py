@@ -6,7 +6,7 @@ as well; what the verdict names is among the two.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from addb_viewer.text.amounts import counted
@@ -90,6 +90,7 @@ BY_REASON = {
 HARMLESS = "; nothing to repeat"  # an act that can wait
 OFF_PLATE = "ground/missed step"  # the branch
 ZERO = "plate/zero"
+OF_LABORATORY = ("time/", "plate/")  # branches of what stays from trial to trial
 APART_S = 0.1  # of beginnings or ends: programs write markers and forces of one trial equally long
 MOST_NAMED = 3  # markers, or steps, in a sentence
 
@@ -131,15 +132,15 @@ class Told(NamedTuple):
     against: str = ""  # why the plan does not count the trial
 
 
-def first_told(found: FirstLook, former_off_zero: Sequence[Sequence[str]], kept: Sequence[str] = ()) -> Told:
+def first_told(found: FirstLook, former: Sequence[Sequence[str]], kept: Sequence[str] = ()) -> Told:
     """Of the first look.
 
     Args:
         found: by it.
-        former_off_zero: of the trials before, the last ones last, the plates whose zero level was off.
+        former: of the trials before, the last ones last, plates whose zero level was off, and `Told.about`.
         kept: files that were not replaced when others of the trial were.
     """
-    findings = [*_mixed(found.look, kept), *_zero(found.look, former_off_zero), *_no_load(found.look)]
+    findings = [*_mixed(found.look, kept), *_zero(found.look, former), *_no_load(found.look)]
     if found.unborne_s and not findings:
         at = listed([f"{time:.1f} s" for time in found.unborne_s[:MOST_NAMED]])
         begin = "May have to be repeated: a step may have missed the plates"
@@ -159,7 +160,7 @@ def first_told(found: FirstLook, former_off_zero: Sequence[Sequence[str]], kept:
 def told(
     fit: FitLook,
     report: DiagnosisReport | None,
-    former_off_zero: Sequence[Sequence[str]],
+    former: Sequence[Sequence[str]],
     kept: Sequence[str] = (),
     *,
     is_last: bool = True,
@@ -169,7 +170,7 @@ def told(
     Args:
         fit: of the trial.
         report: of its diagnosis; None: there is none, or not yet.
-        former_off_zero: as in `first_told`.
+        former: as in `first_told`.
         kept: as there.
         is_last: the diagnosis is not to come any more, and may take back what the fit alone would ask for.
     """
@@ -184,7 +185,7 @@ def told(
     sound = found.verdict.use is Use.TORQUES  # then motion and forces are of one recording
     facts = [
         *(() if sound else mixed),
-        *_zero(fit.look, former_off_zero),
+        *_zero(fit.look, former),
         *_no_load(fit.look),
         *_missed(fit, named),
     ]
@@ -207,6 +208,7 @@ def told(
     shown = _shown(findings, branch)
     if sound and shown:  # never in silence
         shown = (shown[0], *(mixed or shown[1:]))
+    shown = [_as_before(one, former) for one in shown]
     rest = [f"{NOTHING}, if {listed(kept)} is right: it was not replaced"] if mixed else []
     rest += _of_figures(found.verdict.reasons, tentative) if is_last else []
     rest += [f"{NOTHING}; a weak sign of {short_title(cause)}" for cause in tentative]
@@ -386,17 +388,24 @@ def _mixed(look: Look, kept: Sequence[str]) -> Iterator[Finding]:
 def _zero(look: Look, former: Sequence[Sequence[str]]) -> Iterator[Finding]:
     """Plates that do not read zero while empty: less than nothing where a load was on them at taring."""
     for plate, level_N in look.off_zero:
-        since = 1
-        for plates in reversed(former):
-            if f"plate_{plate}" not in plates:
-                break
-            since += 1
+        since = 1 + _times_before(f"plate_{plate}", former)
         trials = "this trial" if since == 1 else f"the last {counted(since, 'trial')}"
         act = f"tare and repeat {trials}"
-        why = "a load at taring" if level_N < 0 else "no taring"
+        why = "a load at taring" if level_N < 0 else "an object or no taring"
         level = f"{'+' if level_N > 0 else '−'}{abs(level_N):.0f}\u00a0N"
         reads = f"Plate {plate} reads {level} while empty, may be {why}: {act}"
         yield Finding(ZERO, f"plate_{plate}", f"plate {plate} is off its zero", act, alone=reads)
+
+
+def _times_before(key: str, former: Sequence[Sequence[str]]) -> int:
+    return next((n for n, found in enumerate(reversed(former)) if key not in found), len(former))
+
+
+def _as_before(finding: Finding, former: Sequence[Sequence[str]]) -> Finding:
+    """The same, with how many trials before had it: then it is the laboratory's, not this trial's."""
+    times = _times_before(finding.key, former) if finding.branch.startswith(OF_LABORATORY) else 0
+    trials = "trial" if times == 1 else counted(times, "trial")
+    return replace(finding, words=f"{finding.words}, as in the {trials} before") if times else finding
 
 
 def _no_load(look: Look) -> Iterator[Finding]:

@@ -222,7 +222,11 @@ def test_a_step_that_the_diagnosis_misses_is_counted_among_the_steps(others, con
             (("plate_1",), ()),
             "Plate 1 reads −400 N while empty, may be a load at taring: tare and repeat this trial",
         ),
-        (90.0, (), "Plate 1 reads +90 N while empty, may be no taring: tare and repeat this trial"),
+        (
+            90.0,
+            (),
+            "Plate 1 reads +90 N while empty, may be an object or no taring: tare and repeat this trial",
+        ),
     ],
 )
 def test_a_plate_that_was_not_tared_well_comes_first(level_N, former, said):
@@ -256,6 +260,21 @@ def test_a_file_that_was_not_replaced_with_the_other_is_never_passed_over():
         assert (found.colour is Colour.RED, bool(found.against)) == (sure, sure)
         assert first_told(FirstLook(look, (), ()), (), kept).about == ("files/former",)
         assert told(replace(GOOD, look=look), diagnosed(), ()).to_do == NOTHING
+
+
+@pytest.mark.parametrize(
+    ("before", "said"),
+    [
+        ([["plate/scale plate_2"], ["time/clock all"]], ", as in the trial before"),
+        ([[], ["time/clock all"], ["plate/scale plate_2", "time/clock all"]], ", as in the 2 trials before"),
+        ([["time/clock all"], ["plate/scale plate_2"]], ""),
+    ],
+)
+def test_what_the_trials_before_had_too_is_the_laboratorys(before, said):
+    late = told(GOOD, diagnosed(cause("clock_offset")), before)
+    assert late.to_do.startswith(f"Forces shifted in time against the markers{said}: check the trigger")
+    slipped = diagnosed(cause("marker_slip", "A"))  # no laboratory has it
+    assert "before" not in told(GOOD, slipped, [["markers/one A"]]).to_do
 
 
 def test_lost_markers_are_told_beside_nothing_to_repeat():
