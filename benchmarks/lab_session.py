@@ -146,7 +146,7 @@ def main() -> None:
     cases = chosen(data_folder(), given.trials, given.seed)
     rng = np.random.default_rng(given.seed)
     each = [rng.permutation(len(cases)) for _ in range(3)]
-    people = {case.source.name: case for case in drawn(data_folder(), given.seed + 1) if case.kind == CLEAN}
+    clean = [case for case in drawn(data_folder(), given.seed + 1) if case.kind == CLEAN]
     with tempfile.TemporaryDirectory() as folder:
         if given.full:
             subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={DISK}", "tmpfs", folder], check=True)
@@ -156,7 +156,8 @@ def main() -> None:
             done = []
             for n, case in enumerate(cases):
                 kill_s = float(rng.uniform(0.0, 5.0)) if each[0][n] < given.kills else np.inf
-                former = people[case.source.name] if each[1][n] < given.replaced else None
+                others = [c for c in clean if c.source == case.source and c.fault.what != case.fault.what]
+                former = others[-1] if each[1][n] < given.replaced else None
                 trouble = Trouble(kill_s, each[2][n] < given.full, former)
                 done.append(play(case, n, Path(folder), watchers, trouble))
                 befell = f"killed after {kill_s:.1f} s, full {trouble.full}, twice {former is not None}"
