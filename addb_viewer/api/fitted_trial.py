@@ -1,6 +1,7 @@
 """One trial of a fit: the motion, torques, forces and residuals as named arrays."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -200,6 +201,17 @@ class FittedTrial:
         """Likewise its moment about the ground origin [N·m]; [frames, feet, 3]."""
         contacts = self._trial.contacts
         return self._nothing() if contacts is None else self._on_feet(contacts.wrench_ground[:, :, 3:], "Nm")
+
+    @cached_property
+    def predicted_forces(self) -> Series:
+        """Force under feet whose own is missing [N], else zero; [frames, feet, 3]."""
+        contacts, dynamics, std = self._trial.contacts, self._trial.dynamics, self._trial.std
+        if contacts is None or dynamics is None:
+            return self._nothing()
+        found = dynamics.wrench_predicted_ground
+        values = np.zeros(contacts.wrench_ground.shape) if found is None else found
+        off = std.predicted_force_ground if std is not None else None
+        return replace(self._on_feet(values[:, :, :3], "N"), std=off)
 
     @cached_property
     def centres_of_pressure(self) -> Series:

@@ -1,13 +1,14 @@
 """A recording, or its fit, as a `Replay`."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from addb_viewer.jobs.suggested_activities import suggestions_of
 from addb_viewer.trial_view.joint_loads import JointLoads, joint_loads, large_joint_load
+from addb_viewer.trial_view.joint_quantities import Kind
 from addb_viewer.trial_view.missing_force import MissingForce, missing_force_of, predicted_wrenches
 from addb_viewer.trial_view.replay import (
     BodyReplay,
@@ -28,7 +29,6 @@ from solver.capture.plates.force_settings import CONDITIONING, ConditioningSetti
 from solver.capture.plates.zero_level import zeroed
 from solver.common.gravity import GRAVITY
 from solver.contact.contact_phases import contact_phases
-from solver.dynamics.dynamics import TrialStd
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.dynamics.thresholds import Thresholds
 from solver.fitting.fit_result import TrialFit
@@ -215,7 +215,7 @@ def joint_replay(trial: TrialFit, skeleton: Skeleton, times: Float[np.ndarray, "
         limits=tuple(coordinate.range for coordinate in skeleton.free_coordinates),
         of_root=frozenset(axis.coordinate for joint in roots for axis in joint.axes if axis.coordinate),
         mass_kg=skeleton.mass,
-        std=trial.std and TrialStd(*(floats(getattr(trial.std, f.name)) for f in fields(TrialStd))),
+        std=trial.std and replace(trial.std, **{kind: floats(getattr(trial.std, kind)) for kind in Kind}),
     )
 
 

@@ -24,6 +24,11 @@ class TrialStd:
     torque: Float[np.ndarray, "frames dofs"]  # [N·m or N]
     power: Float[np.ndarray, "frames dofs"]  # [W]
     com_ground: Float[np.ndarray, "frames 3"]  # [m]
+    torque_by_motion: Float[np.ndarray, "frames dofs"] | None = (
+        None  # without what a predicted wrench may be off; None: nothing rests on one
+    )
+    power_by_motion: Float[np.ndarray, "frames dofs"] | None = None  # likewise
+    predicted_force_ground: Float[np.ndarray, "frames feet 3"] | None = None  # [N] zero where it was measured
 
 
 @dataclass(frozen=True)

@@ -174,6 +174,10 @@ def _of_predicted(trial: TrialFit) -> Columns:
     if predicted is not None:
         for f, foot in enumerate(feet):
             columns |= _wrench(f"{foot}_predicted", predicted[:, f])
+    off = None if trial.std is None else trial.std.predicted_force_ground
+    if off is not None:
+        for f, foot in enumerate(feet):
+            columns |= _vector(f"{foot}_predicted_force_std", "N", off[:, f])
     return columns
 
 

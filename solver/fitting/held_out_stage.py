@@ -26,6 +26,7 @@ from solver.dynamics.trajectory.trajectory_fit import inertia_caution
 from solver.dynamics.trajectory.trajectory_solver import basis_for, knot_spacing
 from solver.dynamics.trajectory.trial_data import ExtraParameters
 from solver.fitting.fit_result import Fit, TrialFit
+from solver.fitting.predicted_std import with_predicted_std
 from solver.fitting.seen_part import in_whole, seen_part
 from solver.fitting.settings import Settings
 from solver.fitting.state import MassAndGains
@@ -74,7 +75,7 @@ def predict_held_out(
     for k, i in enumerate(fitted if first else ()):
         whole = in_whole(replace(judge.seen[k], held_out=judged[0][k]), trials[i])
         trials[i] = replace(trials[i], held_out=whole.held_out, seconds=trials[i].seconds | seconds)
-    return replace(
+    judged_fit = replace(
         fit,
         trials=tuple(trials),
         held_out_due=False,
@@ -86,6 +87,7 @@ def predict_held_out(
             prediction_kinds=first.learnt if first else fit.groundwork.prediction_kinds,
         ),
     )
+    return with_predicted_std(judged_fit)
 
 
 def with_figures_of(former: Fit, fit: Fit) -> Fit:
@@ -106,11 +108,13 @@ def with_figures_of(former: Fit, fit: Fit) -> Fit:
         blocks = {name: judged.without(edited[name]) for name, judged in layout.trials.items()}
         left = {name: judged for name, judged in blocks.items() if len(judged.ranges)}
         layouts.append(replace(layout, trials=left))
-    return replace(
-        fit,
-        trials=tuple(trials),
-        held_out_due=former.held_out_due,
-        held_out_layouts=tuple(layouts),
+    return with_predicted_std(
+        replace(
+            fit,
+            trials=tuple(trials),
+            held_out_due=former.held_out_due,
+            held_out_layouts=tuple(layouts),
+        )
     )
 
 

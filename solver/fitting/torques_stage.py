@@ -68,7 +68,7 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
 
     What markers and tables leave open (`trial_std`), and the residual wrench, which may be the plates' error.
     A model that the subject came with is taken to be the person's. Torques that rest on a predicted wrench,
-    those of the leg above that foot, have none.
+    those of the leg above that foot, have none until held-out steps tell it (`with_predicted_std`).
     """
     if state.result is None:
         return state
@@ -99,6 +99,8 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
         )
         np.hypot(std.torque, by_plates, out=std.torque)
         np.hypot(std.power, dynamics.motion.velocity * by_plates, out=std.power)
+        if not mask.counts.all():
+            std = replace(std, torque_by_motion=std.torque.copy(), power_by_motion=std.power.copy())
         for f, foot in enumerate(contacts.foot_bodies):
             leg = dofs_above(state.fitted_skeleton, foot)
             std.torque[np.ix_(~mask.counts[:, f], leg)] = np.nan

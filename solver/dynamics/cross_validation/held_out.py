@@ -34,6 +34,7 @@ class HeldOutBlocks:
     missed: Float[np.ndarray, "blocks 2"]  # sums over these of squared forces [N²] and moments [N²·m²]
     markers_missed: Float[np.ndarray, "blocks 2"]  # by the markers alone at their best cut-off elsewhere
     markers_hz: tuple[float, float]  # for force and moment
+    products: Float[np.ndarray, "blocks 6 6"] | None = None  # sums of e eᵀ of what was missed; None: older
 
     def without(self, frames: Int[np.ndarray, " some"]) -> "HeldOutBlocks":
         """The blocks that hold none of these frames."""
@@ -45,6 +46,7 @@ class HeldOutBlocks:
             frames=self.frames[left],
             missed=self.missed[left],
             markers_missed=self.markers_missed[left],
+            products=None if self.products is None else self.products[left],
         )
 
 
@@ -77,7 +79,13 @@ def judged_blocks(
         np.array([_squares(held_out.residual_root, held_out.frames, run) for run in kept]),
         np.array([_squares(held_out.kinematics_only_root, held_out.frames, run) for run in kept]),
         held_out.markers_hz,
+        np.array([_products(held_out, run) for run in kept]),
     )
+
+
+def _products(held_out: HeldOut, run: tuple[int, int]) -> Float[np.ndarray, "6 6"]:
+    rows = held_out.residual_root[slice(*run)][held_out.frames[slice(*run)]]
+    return rows.T @ rows
 
 
 def _squares(

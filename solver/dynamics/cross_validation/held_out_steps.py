@@ -84,8 +84,8 @@ class HeldOutSteps:
         shared, priors = self.state.shared, self.solver.priors
         free = [np.concatenate([np.ones(shared.free_inertias, dtype=bool), some]) for some, _ in choices]
         asked = np.flatnonzero(np.any(free, axis=0))
-        curvatures = [prior.curvature(shared)[np.ix_(asked, asked)] for prior in priors]
-        slopes = [prior.gradient(shared)[asked] for prior in priors]
+        curvatures = np.array([prior.curvature(shared)[np.ix_(asked, asked)] for prior in priors])
+        slopes = np.array([prior.gradient(shared)[asked] for prior in priors])
         of_choices = [  # the first prior is that of the inertias
             SharedChoice(some[asked], (weight - 1) * curvatures[0], (weight - 1) * slopes[0])
             for some, (_, weight) in zip(free, choices, strict=True)
@@ -95,12 +95,12 @@ class HeldOutSteps:
                 self._seen(lasting, residual, trial, asked)
                 for lasting, residual, trial in zip(self.lasting, self.residuals, layout, strict=True)
             ]
-            gradients = [part.gradient for part in system]
+            by_shared = np.sum([part.gradient.shared for part in system], axis=0) + slopes.sum(axis=0)
             gradient = Gradient(
-                tuple(own.coefficients for own in gradients),
-                sum((own.shared for own in gradients), sum(slopes)),
+                tuple(part.gradient.coefficients for part in system),
+                by_shared,
             )
-            steps = BorderedFactor(system, sum(curvatures)).steps(gradient, of_choices)
+            steps = BorderedFactor(system, curvatures.sum(axis=0)).steps(gradient, of_choices)
             shared_steps = np.zeros((len(steps), shared.count))
             shared_steps[:, asked] = [step.shared for step in steps]
             return [

@@ -272,7 +272,7 @@ class ResidualHeldOut:
         frames: Bool[np.ndarray, " frames"],
         columns_ground: Float[np.ndarray, "frames 6 extra"],
         coefficients: Sequence[Float[np.ndarray, "coefficients columns"]],
-        shared: Sequence[Float[np.ndarray, " shared"]],
+        shared: Float[np.ndarray, "steps shared"],
     ) -> Float[np.ndarray, "steps some 6"]:
         """The residual after steps: force [N], moment about the root joint's centre [N·m].
 
