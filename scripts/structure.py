@@ -29,12 +29,12 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 123_000,
-    "Lines of tests": 73_700,
+    "Lines of the product": 124_000,
+    "Lines of tests": 75_000,
     "Lines of benchmarks": 10_940,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
-    "Words of docs": 52_000,
+    "Words of docs": 53_500,
     "Settings": 120,
     "Untyped dictionaries": 232,
     "Names of two files or more": 0,

@@ -67,7 +67,7 @@ def _of_trial(trial: TrialFit, skeleton: Skeleton, layouts: Sequence[HeldOutLayo
     if covariance is not None:
         alone = _bears_alone(missing, dynamics.wrench_predicted_ground[:, :, 1], dynamics.motion.rate)
         bears: Bool[np.ndarray, "frames feet"] = np.logical_and(alone, trial.motion.posed[:, None])
-        spared = bears.any(axis=1)[:, None] & ~bears  # another foot bears all
+        spared = np.any(bears, axis=1, keepdims=True) & ~bears  # another foot bears all
         sizes, directions = np.linalg.eigh(covariance)
         modes_root = (directions * np.sqrt(np.maximum(sizes, 0.0))).T
         model = RigidBodyModel(skeleton)
