@@ -15,7 +15,7 @@ from tests.addb_viewer.told_diagnosis import told
 def opening(command_line, monkeypatch):
     """Subjects are found by the names of their folders; `broken` is one that cannot be solved."""
 
-    def opened(folder, settings=None):
+    def opened(folder, awaits=False):
         if not folder.name.startswith(command_line.subject.folder.name):
             raise CaptureError(f"{folder}: no trials.")
         trials = tuple(

@@ -24,7 +24,7 @@ def reviewed(command_line, monkeypatch):
     two_feet = replace(command_line.subject, foot_bodies=("thigh", "shank"))
     monkeypatch.setattr(
         "addb_viewer.jobs.solving.open_subject",
-        lambda folder, settings=None: replace(two_feet, folder=folder),
+        lambda folder, awaits: replace(two_feet, folder=folder),
     )
     with open_log(two_feet.folder) as log:
         yield log
