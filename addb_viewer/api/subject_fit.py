@@ -12,10 +12,12 @@ import numpy as np
 from addb_viewer.api.cycle_curves import RESTS_ON_FORCES, CycleCurves, curves, foot_of
 from addb_viewer.api.fitted_trial import FittedTrial
 from addb_viewer.api.labelled import Table, UnknownNameError
+from addb_viewer.jobs.accepted_extension import extension_of
 from solver.common.notes import Note
 from solver.common.typed_json import plain
 from solver.export.gait_tables import CYCLE_COLUMNS, EVENT_COLUMNS, cycle_rows, event_rows, gaits_of
 from solver.fitting.fit_summary import FitSummary
+from solver.fitting.settings import from_dict
 from solver.fitting.summary import all_notes, summary
 
 SERIES = ("coordinates", "velocities", "accelerations", *RESTS_ON_FORCES, "com")
@@ -103,6 +105,34 @@ class Fit:
                 "body": np.array([body.name for body in bodies], dtype=object),
                 "mass_kg": np.array([body.mass for body in bodies]),
                 **{f"com_{axis}_m": centres[:, a] for a, axis in enumerate("xyz")},
+            }
+        )
+
+    @cached_property
+    def stance_influence(self) -> Table:
+        """Whole stances with known forces, and the torque elsewhere that rests on each most; a row a stance.
+
+        trial, foot, start, end [frames of the trial]; coordinate, frame, `change` [N·m, N] of its torque if
+        the stance's forces had not been seen, and the torque's `std`. Worked out when it is asked for.
+
+        Raises:
+            SolverError: the causes that the fit took as accepted are kept no longer.
+        """
+        from solver.fitting.held_out_stage import leave_stances_out  # noqa: PLC0415 (slow to load; few ask)
+
+        solved = self.solved
+        extension = extension_of(solved, self.results)
+        found = list(leave_stances_out(solved, from_dict(solved.settings), extension))
+        texts = {"trial": [f.trial for f in found], "foot": [f.foot for f in found]}
+        return Table(
+            {
+                **{name: np.array(values, dtype=object) for name, values in texts.items()},
+                "start": np.array([f.frames[0] for f in found], dtype=int),
+                "end": np.array([f.frames[1] for f in found], dtype=int),
+                "coordinate": np.array([f.dof for f in found], dtype=object),
+                "frame": np.array([f.at_frame for f in found], dtype=int),
+                "change": np.array([f.change for f in found], dtype=float),
+                "std": np.array([f.std for f in found], dtype=float),
             }
         )
 

@@ -13,7 +13,8 @@ from solver.common.notes import Kind, Note
 from solver.common.small_files import json_content
 from solver.common.typed_json import from_plain, plain
 from solver.dynamics.trajectory.extension import Extension
-from solver.fitting.provenance import other_recordings, provenance_of
+from solver.fitting.fit_result import Fit
+from solver.fitting.provenance import extension_in, other_recordings, provenance_of
 from solver.fitting.results.extension_log import Decision, accepted
 from solver.fitting.results.store import write_json
 
@@ -86,3 +87,22 @@ def kept_gain(decision: Decision, results: Path) -> "AcceptedGain | None":
 
 def _gain_file(decision: Decision, results: Path) -> Path | None:
     return None if decision.wrenches is None else results / Path(decision.wrenches).with_suffix(".json")
+
+
+def extension_of(fit: Fit, results: Path) -> Extension | None:
+    """What the fit took as acting beside the recorded forces.
+
+    Args:
+        fit: kept in the results folder.
+        results: that folder.
+
+    Raises:
+        ResultsError: another extension is accepted by now, or it cannot be read.
+    """
+    wanted = extension_in(fit.provenance)
+    if wanted is None:
+        return None
+    kept = accepted(results)
+    if kept is None or kept[1].fingerprint != wanted:
+        raise ResultsError(f"{results}: the fit was made with causes that are no longer accepted; fit anew")
+    return kept[1]

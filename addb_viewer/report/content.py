@@ -11,6 +11,7 @@ from addb_viewer.trial_view.recorded_subject import Recording
 from addb_viewer.trial_view.trial_verdict import NO_DECISIONS, CauseDecisions, TrialVerdict, trial_verdict
 from annotations.folding import folded
 from solver.diagnosis.diagnosis_report import AcceptedGain, DiagnosisReport
+from solver.fitting.fit_result import StanceInfluence
 from solver.fitting.results.extension_log import Standing
 
 
@@ -32,6 +33,7 @@ class SubjectReport:
 
     recording: Recording
     diagnosis: DiagnosisShown = field(default_factory=DiagnosisShown)
+    influences: tuple[StanceInfluence, ...] = ()  # none are asked of long recordings
     made: datetime = field(default_factory=lambda: datetime.now().astimezone())
 
     @cached_property

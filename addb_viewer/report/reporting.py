@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from addb_viewer.jobs.accepted_extension import extension_of
 from addb_viewer.jobs.diagnosing import COUNTS, counts_of, diagnosed
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import whole_log
@@ -13,10 +14,13 @@ from addb_viewer.report.subject_page import subject_page, write_report
 from addb_viewer.trial_view.diagnosis_state import decision_in_words, read_state
 from addb_viewer.trial_view.recorded_subject import recording_of
 from solver.common.progress import Progress, part, silent
-from solver.fitting.fit_result import Fit
+from solver.fitting.fit_result import Fit, StanceInfluence
+from solver.fitting.held_out_stage import leave_stances_out
 from solver.fitting.provenance import other_recordings, without_reviews
+from solver.fitting.settings import from_dict
 
 PAGE, ONE_PAGE = "report.html", "one_page.html"
+MOST_FRAMES = 3000  # of all trials, up to which stances are left out one by one: a second or two
 SOLVED = 0.5  # share of the work before a diagnosis
 AGAIN = "`addb-viewer report SUBJECT --diagnose` makes it anew."
 
@@ -90,7 +94,12 @@ def page_of(
     """
     shown = shown or diagnosis_shown(fit, results)
     edits = whole_log(fit.subject.folder).edits
-    made = SubjectReport(recording_of(fit, trials=trials, diagnosis=shown.figures, edits=edits), shown)
+    influences: tuple[StanceInfluence, ...] = ()
+    if sum(trial.motion.frames for trial in fit.trials) <= MOST_FRAMES:
+        extension = extension_of(fit, results)
+        influences = tuple(leave_stances_out(fit, from_dict(fit.settings), extension))
+    recording = recording_of(fit, trials=trials, diagnosis=shown.figures, edits=edits)
+    made = SubjectReport(recording, shown, influences)
     return write_report(made, file, page=form if one_page else subject_page), made
 
 

@@ -32,6 +32,8 @@ from addb_viewer.report.scene_data import arrows_of, plates_of, scene_of
 from addb_viewer.report.still_picture import still_picture
 from addb_viewer.report.timeline import diagnosed_timeline, timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
+from addb_viewer.text.amounts import TO_95
+from addb_viewer.text.coordinate_words import torque_in_words
 from addb_viewer.text.diagnosis_words import NOTES, page
 from addb_viewer.text.extension_words import what_accepting_changes
 from addb_viewer.text.holding_up_words import what_it_gains
@@ -39,19 +41,24 @@ from addb_viewer.text.judged_figures import SOURCE
 from addb_viewer.text.residual_words import what_is_wrong
 from addb_viewer.trial_view.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL, reason_color
 from addb_viewer.trial_view.recorded_subject import TrialRecord
+from annotations.foot_names import foot_words
 from solver.capture.atomic import write_whole
 from solver.diagnosis.diagnosis import Gain
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.export.gait_tables import gaits_of
+from solver.fitting.fit_result import StanceInfluence
 
 
-def frames_part(record: TrialRecord, kept: Kept, index: int) -> Safe:
-    """A sentence and a table.
+def frames_part(
+    record: TrialRecord, kept: Kept, index: int, influences: Sequence[StanceInfluence] = ()
+) -> Safe:
+    """A sentence and a table, and the torques that rest on the force of one stance elsewhere.
 
     Args:
         record: the trial.
         kept: its frames.
         index: of it in the report.
+        influences: of the trial's stances.
     """
     replay = record.replay
     rows = [
@@ -84,7 +91,25 @@ def frames_part(record: TrialRecord, kept: Kept, index: int) -> Safe:
         said.append(f"Plates carry the foot in {measured} of the {of} times that one stands on the ground.")
     said.append(f"Who decided: {decided_by(record.figures.mask_source, kept)}.")
     head = ("Frames are …", "Foot", "Frames", "Time", "Where: frames, seconds on the recording's clock")
-    return joined((element("p", " ".join(said)), table(head, rows, "frames")))
+    resting = [_resting(found, replay.times, index) for found in influences]
+    return joined((element("p", " ".join(said)), table(head, rows, "frames"), *filter(None, resting)))
+
+
+def _resting(found: StanceInfluence, times: Float[np.ndarray, " frames"], index: int) -> Safe | None:
+    """That a torque would leave its band without the force of a stance on other frames; None: none would."""
+    half = TO_95 * found.std
+    if abs(found.change) <= half:
+        return None
+    stance = seek_link(index, found.frames[0], frames_words(*found.frames))
+    at = seek_link(index, found.at_frame, f"frame {found.at_frame}, {times[found.at_frame]:.2f} s")
+    return element(
+        "p",
+        f"The {torque_in_words(found.dof)} at ",
+        at,
+        f" rests on the {foot_words(found.foot)} stance of frames ",
+        stance,
+        f": without its force it would differ by {abs(found.change):.0f} N·m; its band is ± {half:.0f} N·m.",
+    )
 
 
 def _meaning(words: str) -> Safe:
@@ -309,7 +334,15 @@ def _frames(report: SubjectReport) -> Safe:
     for index, (record, kept) in enumerate(zip(report.recording.trials, report.kept, strict=True)):
         pieces += [
             element(
-                "div", element("h3", record.replay.name), frames_part(record, kept, index), class_="together"
+                "div",
+                element("h3", record.replay.name),
+                frames_part(
+                    record,
+                    kept,
+                    index,
+                    [found for found in report.influences if found.trial == record.replay.name],
+                ),
+                class_="together",
             ),
             element(
                 "figure",

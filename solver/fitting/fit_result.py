@@ -127,3 +127,17 @@ class Fit:
     def unused(self) -> tuple[UnusedFile, ...]:
         """Every file of the folder that went into nothing here; those that cannot be read first."""
         return (*(trial.file for trial in self.unread), *self.subject.unused)
+
+
+@dataclass(frozen=True)
+class StanceInfluence:
+    """What torques would change elsewhere if the forces of one stance had not been seen."""
+
+    trial: str
+    foot: str
+    frames: tuple[int, int]  # of the trial: the first, and the first one after the stance
+    torque_change: Float[np.ndarray, "frames dofs"]  # [N·m or N]; NaN on the stance and where nothing is told
+    dof: str  # whose torque changes most in terms of its standard deviation, the root's left out
+    at_frame: int  # where it does
+    change: float  # of that torque [N·m or N]
+    std: float  # of that torque [N·m or N]

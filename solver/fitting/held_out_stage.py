@@ -14,29 +14,38 @@ from jaxtyping import Bool, Float
 from solver.common.cpu_timer import CpuTimer
 from solver.common.progress import Progress
 from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout, judged_blocks
-from solver.dynamics.cross_validation.held_out_layouts import BLOCKS, LAYOUTS, hold_out_blocks, hold_out_steps
+from solver.dynamics.cross_validation.held_out_layouts import (
+    BLOCKS,
+    LAYOUTS,
+    hold_out_blocks,
+    hold_out_steps,
+    stances_of,
+)
 from solver.dynamics.cross_validation.held_out_steps import HeldOutSteps, TrialHeldOut
 from solver.dynamics.force_prediction.held_out_prediction import HeldOutPrediction
 from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
 from solver.dynamics.force_prediction.prediction_fit import held_out_prediction
-from solver.dynamics.inverse_dynamics import used_frames
+from solver.dynamics.inverse_dynamics import counted_wrenches, used_frames
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.frame_spans import Span, are_long, windows
 from solver.dynamics.trajectory.trajectory_fit import inertia_caution
 from solver.dynamics.trajectory.trajectory_solver import basis_for, knot_spacing
 from solver.dynamics.trajectory.trial_data import ExtraParameters
-from solver.fitting.fit_result import Fit, TrialFit
+from solver.fitting.fit_result import Fit, StanceInfluence, TrialFit
 from solver.fitting.predicted_std import with_predicted_std
 from solver.fitting.seen_part import in_whole, seen_part
 from solver.fitting.settings import Settings
 from solver.fitting.state import MassAndGains
 from solver.fitting.torques_stage import under_forces
 from solver.fitting.trajectory_stage import all_data, before_forces, extra_of
+from solver.kinematics.frame_solver import root_dofs
+from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
 CUTOFFS_HZ = (3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)  # of all that laboratories use for markers
 FramesByTrial = Sequence[Bool[np.ndarray, " frames"]]
+Choices = Sequence[tuple[Bool[np.ndarray, " extra"], float]]
 Rows = Sequence[Float[np.ndarray, "held_out 6"]]  # by trial
 
 
@@ -115,6 +124,61 @@ def with_figures_of(former: Fit, fit: Fit) -> Fit:
             held_out_due=former.held_out_due,
             held_out_layouts=tuple(layouts),
         )
+    )
+
+
+def leave_stances_out(
+    fit: Fit, settings: Settings, extension: Extension | None = None
+) -> Iterator[StanceInfluence]:
+    """Each whole stance with known forces, left out of the fit by one step from its end.
+
+    Args:
+        fit: of the subject; of trials without standard deviations nothing is told.
+        settings: of the fit.
+        extension: of the fit.
+    """
+    if fit.groundwork is None or fit.groundwork.settled is None:
+        return
+    judge, of_root = _Judge(fit, settings, extension), root_dofs(fit.skeleton)
+    for _, part in judge.parts():
+        for own, span in enumerate(part.spans):
+            trial, whole = judge.seen[span.trial], fit.trials[_fitted(fit.trials)[span.trial]]
+            if whole.std is None:
+                continue
+            assert trial.contacts is not None
+            feet, rate = trial.contacts.foot_bodies, trial.motion.rate
+            of_span = slice(span.start, span.end)
+            in_contact = trial.contacts.in_contact[of_span]
+            for foot, (start, end) in stances_of(trial.forces_known[of_span], in_contact, rate):
+                held_out = [np.zeros(len(data.counts), dtype=bool) for data in part.data]
+                held_out[own][start:end] = True
+                change = np.full(trial.motion.q.shape, np.nan)
+                change[of_span] = part.torque_change(own, part.moved_without(held_out)[own], trial, of_span)
+                stance = span.start + start, span.start + end
+                change[slice(*stance)] = np.nan
+                yield _influence(whole, feet[foot], stance, np.where(of_root, np.nan, change))
+
+
+def _influence(
+    trial: TrialFit, foot: str, stance: tuple[int, int], change: Float[np.ndarray, "posed dofs"]
+) -> StanceInfluence:
+    assert trial.dynamics is not None
+    assert trial.std is not None
+    first = int(np.argmax(trial.motion.posed))
+    laid = np.full(trial.motion.q.shape, np.nan)
+    laid[first : first + len(change)] = change
+    share = np.abs(laid) / trial.std.torque
+    share[~trial.dynamics.used] = np.nan
+    frame, dof = np.unravel_index(np.nanargmax(share), share.shape)
+    return StanceInfluence(
+        trial.capture.name,
+        foot,
+        (first + stance[0], first + stance[1]),
+        laid,
+        trial.motion.dofs[dof],
+        int(frame),
+        float(laid[frame, dof]),
+        float(trial.std.torque[frame, dof]),
     )
 
 
@@ -236,7 +300,7 @@ class _Part:
         settings, extension = judge.settings, judge.extension
         weights = settings.trajectory if phi is not None else replace(settings.trajectory, fit_inertias=False)
         self.spans, self.skeleton, self.weights, self.phi = spans, skeleton, weights, phi
-        self.settings = settings.prediction
+        self.settings, self.fitted = settings.prediction, judge.fitted_skeleton
         self.extra = (extension and extension.parameters) or ExtraParameters.none()
         self.mass_is_fitted = extension is None
         self.data = [
@@ -283,6 +347,40 @@ class _Part:
 
     def missed_by_motion(self, held_out: FramesByTrial) -> Rows:
         """Residuals on held-out frames by the fit's own motion, as if it had not seen them."""
+        steps, layout, choices = self._of_motion(held_out)
+        return [missed[0] for missed in steps.missed(layout, choices)]
+
+    def moved_without(self, held_out: FramesByTrial) -> Sequence[Float[np.ndarray, "coefficients dofs"]]:
+        """By what the splines of the fit's own motion would differ if it had not seen held-out frames."""
+        steps, layout, choices = self._of_motion(held_out)
+        (step,) = steps.steps(layout, choices)
+        return step.coefficients
+
+    def torque_change(
+        self, trial: int, moved: Float[np.ndarray, "coefficients dofs"], fit: TrialFit, frames: slice
+    ) -> Float[np.ndarray, "frames dofs"]:
+        """Of one of its trials [N·m or N], under the wrenches that count, by what its spline differs.
+
+        Args:
+            trial: which one.
+            moved: by what it differs.
+            fit: of the trial.
+            frames: of the trial that this is a part of.
+        """
+        data = self.data[trial]
+        assert data.spline is not None
+        assert fit.contacts is not None
+        assert fit.mask is not None
+        basis, model = basis_for(data.start, self.weights), RigidBodyModel(self.fitted)
+        wrenches = counted_wrenches(fit.contacts.wrench_ground, fit.mask)[frames]
+        feet = [self.fitted.body_index(name) for name in fit.contacts.foot_bodies]
+        torques = []
+        for spline in (data.spline, data.spline + moved):
+            q, v, a = (basis.evaluate(spline, order) for order in range(3))
+            torques.append(model.inverse_dynamics(q, v, a, wrenches, feet))
+        return torques[1] - torques[0]
+
+    def _of_motion(self, held_out: FramesByTrial) -> tuple[HeldOutSteps, list[TrialHeldOut], Choices]:
         seen = [replace(d, counts=d.counts & ~h) for d, h in zip(self.data, held_out, strict=True)]
         free = self.weights.fit_inertias
         steps = HeldOutSteps(
@@ -300,7 +398,7 @@ class _Part:
             TrialHeldOut(frames, columns if own.extra_columns_ground is None else own.extra_columns_ground)
             for frames, columns, own in zip(held_out, none, self.data, strict=True)
         ]
-        return [missed[0] for missed in steps.missed(layout, [(np.ones(count, dtype=bool), 1.0)])]
+        return steps, layout, [(np.ones(count, dtype=bool), 1.0)]
 
 
 def _fitted(fits: Sequence[TrialFit]) -> list[int]:

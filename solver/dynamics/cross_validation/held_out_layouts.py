@@ -109,22 +109,23 @@ def hold_out_steps(
         number: of the layout, from 0 to 2.
     """
     held_out = np.zeros(len(counts), dtype=bool)
-    for start, end in _stances(counts, in_contact, rate)[number::_STEPS_EVERY]:
+    for _, (start, end) in stances_of(counts, in_contact, rate)[number::_STEPS_EVERY]:
         held_out[start:end] = True
     return held_out
 
 
-def _stances(
+def stances_of(
     counts: Bool[np.ndarray, " frames"], in_contact: Bool[np.ndarray, "frames feet"], rate: float
-) -> Sequence[tuple[int, int]]:
+) -> Sequence[tuple[int, Step]]:
+    """Feet and their whole stances in the order of touch-down; arguments as of `hold_out_steps`."""
     shortest, longest = (limit * rate for limit in _STANCE_S)
     found = []
-    for foot in in_contact.T:
-        for start, end in runs(foot):
+    for foot, touches in enumerate(in_contact.T):
+        for start, end in runs(touches):
             inside = start > 0 and end < len(counts)
             if inside and shortest <= end - start <= longest and counts[start - 1 : end + 1].all():
-                found.append((start, end))
-    return sorted(found)
+                found.append((foot, (start, end)))
+    return sorted(found, key=lambda stance: stance[1])
 
 
 def _count(kind: str) -> int:

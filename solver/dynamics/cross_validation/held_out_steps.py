@@ -5,13 +5,19 @@ residual's rows: only which of them take part differs, and the columns that stan
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from threadpoolctl import threadpool_limits
 
-from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient, SharedChoice, TrialSystem
+from solver.dynamics.trajectory.bordered_system import (
+    BorderedFactor,
+    Gradient,
+    SharedChoice,
+    Step,
+    TrialSystem,
+)
 from solver.dynamics.trajectory.spline_band import CoefficientBand
 from solver.dynamics.trajectory.terms.root_residual import ResidualHeldOut
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
@@ -81,6 +87,23 @@ class HeldOutSteps:
             choices: of the extra columns, those that are free (the others' x stays), and the weight of the
                 inertias' prior in terms of that of the settings.
         """
+        steps = self.steps(layout, choices)
+        shared_steps = np.array([step.shared for step in steps])
+        with threadpool_limits(1):
+            return [
+                residual.missed(
+                    trial.held_out,
+                    trial.columns_ground,
+                    [step.coefficients[i] for step in steps],
+                    shared_steps,
+                )
+                for i, (residual, trial) in enumerate(zip(self.residuals, layout, strict=True))
+            ]
+
+    def steps(
+        self, layout: Sequence[TrialHeldOut], choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]
+    ) -> list[Step]:
+        """Where the fit would go without the hidden frames, of each choice; arguments as of `missed`."""
         shared, priors = self.state.shared, self.solver.priors
         free = [np.concatenate([np.ones(shared.free_inertias, dtype=bool), some]) for some, _ in choices]
         asked = np.flatnonzero(np.any(free, axis=0))
@@ -101,17 +124,9 @@ class HeldOutSteps:
                 by_shared,
             )
             steps = BorderedFactor(system, curvatures.sum(axis=0)).steps(gradient, of_choices)
-            shared_steps = np.zeros((len(steps), shared.count))
-            shared_steps[:, asked] = [step.shared for step in steps]
-            return [
-                residual.missed(
-                    trial.held_out,
-                    trial.columns_ground,
-                    [step.coefficients[i] for step in steps],
-                    shared_steps,
-                )
-                for i, (residual, trial) in enumerate(zip(self.residuals, layout, strict=True))
-            ]
+        whole = np.zeros((len(steps), shared.count))
+        whole[:, asked] = [step.shared for step in steps]
+        return [replace(step, shared=own) for step, own in zip(steps, whole, strict=True)]
 
     def _seen(
         self,

@@ -1,6 +1,11 @@
 """Usable frames as a table."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from addb_viewer.report.subject_page import frames_part
+from solver.fitting.fit_result import StanceInfluence
 
 
 def test_every_range_with_frames_and_seconds(report):
@@ -25,3 +30,15 @@ def test_a_trial_without_a_usable_frame(small_fit):
     page = frames_part(record, kept_frames(record.replay), 0)
     assert "0 of 4 frames are usable" in page
     assert "nowhere" in page
+
+
+def test_a_torque_that_rests_on_the_force_of_another_stance(report):
+    (record,), (kept,) = report.recording.trials, report.kept
+    change = np.zeros((40, 1))
+    bold = StanceInfluence("walk", "calcn_r", (4, 20), change, "hip_flexion_l", 30, -21.0, 5.0)
+    within = replace(bold, foot="calcn_l", frames=(18, 36), change=9.0)
+    page = frames_part(record, kept, 1, [bold, within])
+    assert 'The left hip flexion torque at <a href="#scene" data-seek="1:30">' in page
+    assert "rests on the right stance of frames" in page
+    assert "without its force it would differ by 21\u00a0N·m; its band is ± 10\u00a0N·m." in page
+    assert "left stance" not in page

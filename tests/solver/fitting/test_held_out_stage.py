@@ -11,7 +11,7 @@ from solver.common.typed_json import plain
 from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS, hold_out_blocks
 from solver.dynamics.force_prediction.held_out_prediction import HeldOutPrediction
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
-from solver.fitting.held_out_stage import predict_held_out
+from solver.fitting.held_out_stage import leave_stances_out, predict_held_out
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.state import MassAndGains
@@ -59,21 +59,45 @@ def test_every_known_frame_but_the_ends_is_held_out_and_the_markers_stand_beside
 
 
 def never_shown(walk, number):
-    """Residual [N, N·m] on the frames that a layout of blocks holds out, of a fit that begins at the markers.
+    """Residual [N, N·m] on the frames that a layout of blocks holds out, of a fit that never saw them."""
+    before = before_forces(walk.trials[0])
+    frames = hold_out_blocks(before.forces_known, before.motion.rate, MOTION_ALONE.trajectory, number)
+    ours = under_forces_without(walk, frames)
+    return ours.residual_root[frames & ours.used]
+
+
+def under_forces_without(walk, frames):
+    """Dynamics of a fit that begins at the markers and does not know the forces of some frames.
 
     It knows the other frames alone, but for the body's mass, which all forces have weighed.
     """
     ground, before = walk.groundwork, before_forces(walk.trials[0])
     weights, settled = MOTION_ALONE.trajectory, ground.settled
-    frames = hold_out_blocks(before.forces_known, before.motion.rate, weights, number)
     known = replace(before, mask=replace(before.mask, counts=before.mask.counts & ~frames[:, None]))
     skeleton = with_mass(ground.skeleton, settled.mass_kg)
     weighed = MassAndGains(settled.mass_kg, (settled.gains["walk1"],))
     (data,) = all_data([known], ground.match, weighed, None)
     begun = begin_at_forces(data, known, skeleton, MOTION_ALONE)
     result = fit_trajectories(skeleton, [begun], weights, mass_is_fitted=True)
-    ours = under_forces(before, result.motions[0], result.skeleton, MOTION_ALONE)
-    return ours.residual_root[frames & ours.used]
+    return under_forces(before, result.motions[0], result.skeleton, MOTION_ALONE)
+
+
+def test_a_stance_left_out_moves_torques_elsewhere_as_in_a_fit_without_it(walk):
+    """Of two stances each is left out: how the two differ does not depend on where searches began."""
+    first, second = leave_stances_out(walk, Settings())
+    assert (first.foot, second.foot) == ("calcn_r", "calcn_l")
+    (trial,) = walk.trials
+    hidden = np.zeros((2, trial.motion.frames), dtype=bool)
+    for frames, one in zip(hidden, (first, second), strict=True):
+        frames[slice(*one.frames)] = True
+        assert trial.forces_known[frames].all()
+        assert np.isnan(one.torque_change[frames]).all()
+        assert one.change == one.torque_change[one.at_frame, walk.skeleton.dofs.index(one.dof)]
+    elsewhere = trial.dynamics.used & ~hidden.any(axis=0)
+    told = (second.torque_change - first.torque_change)[elsewhere, 6:]
+    without = [under_forces_without(walk, frames).joint_torques[elsewhere, 6:] for frames in hidden]
+    refit = without[1] - without[0]
+    assert np.sqrt(np.mean((told - refit) ** 2)) < 0.25 * np.sqrt(np.mean(refit**2))
 
 
 @pytest.mark.parametrize("number", [0, 3])
