@@ -31,7 +31,7 @@ LONG = 500  # lines above which a module has two subjects
 MOST = {
     "Lines of the product": 124_000,
     "Lines of tests": 75_000,
-    "Lines of benchmarks": 11_190,
+    "Lines of benchmarks": 11_275,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
     "Words of docs": 53_500,
