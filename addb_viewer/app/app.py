@@ -3,9 +3,9 @@
 import contextlib
 import getpass
 import os
-import signal
 import sys
 import threading
+import time
 import webbrowser
 from collections.abc import Sequence
 from functools import partial
@@ -32,6 +32,7 @@ from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.jobs.root_folder import open_root
 from solver.common.errors import SolverError
 from solver.common.memory_release import keep_little
+from solver.common.operating_system import polite_kill_is_ctrl_c
 
 SWITCH_S = 0.001  # after which a busy thread lets another one in: so long a key waits for a picture
 
@@ -193,6 +194,7 @@ def _first_of(trials: TrialQueue) -> str:
     return subjects.root.names[0]
 
 
+@polite_kill_is_ctrl_c()  # all is closed
 def serve(
     folder: Path,
     host: str = "127.0.0.1",
@@ -200,7 +202,6 @@ def serve(
     results: Path | None = None,
 ) -> None:
     """Show subjects in the browser until Ctrl+C; prints the address. Arguments as for `start`."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ended kindly, as by Ctrl+C: all is closed
     app = start(folder, host, port, results)
     where = address(app.server, app.access)
     taken = f"Port {port} is taken. " if port and app.server.get_port() != port else ""
@@ -216,7 +217,8 @@ def serve(
 
 
 def _until_interrupted() -> None:
-    threading.Event().wait()
+    while True:
+        time.sleep(3600.0)  # which Ctrl-C ends on Windows too; `Event.wait` it does not
 
 
 def _login_name() -> str:

@@ -21,13 +21,14 @@ import typer
 
 from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.environment import ENDS_WITH_STDIN, end_with_parent
-from addb_viewer.jobs.processes import LOWEST, end_in_order, give_way, print_progress
+from addb_viewer.jobs.processes import print_progress
 from addb_viewer.jobs.review_store import whole_log
 from addb_viewer.jobs.solving import Job, changes, computed, job_for, kept_fit, last_fit, resolved
 from addb_viewer.jobs.stored_solves import add
 from annotations.review_errors import ReviewError
 from solver.capture.atomic import made_folder
 from solver.common.errors import FitError, SolverError
+from solver.common.operating_system import LOWEST, end_in_order, give_way
 from solver.contact.force_review import ForceReview, as_plain, from_plain
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.results.store import check_place, load_fit

@@ -17,7 +17,6 @@ import typer
 from addb_viewer.app.security.access import is_loopback
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port, written
 from addb_viewer.jobs.command_errors import check_folder, errors_as_lines, warn
-from addb_viewer.jobs.processes import end_in_order
 from addb_viewer.watch.live_page import LivePage, state_of
 from addb_viewer.watch.verdict_log import Colour, Stage, VerdictLine
 from addb_viewer.watch.watching import Session, name_of
@@ -25,6 +24,7 @@ from addb_viewer.watch.what_to_do import SIGNS
 from solver.capture.atomic import write_whole
 from solver.common.errors import SolverError
 from solver.common.file_names import readable
+from solver.common.operating_system import end_in_order
 from solver.common.typed_json import plain
 
 TICK_MS = 250

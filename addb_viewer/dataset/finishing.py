@@ -24,6 +24,7 @@ from addb_viewer.dataset.release_texts import citations, croissant_of, datasheet
 from addb_viewer.dataset.splits import without_persons
 from solver.capture.atomic import write_whole
 from solver.capture.plates.force_settings import CONDITIONING
+from solver.common.operating_system import sync_folder
 
 FIRST_VERSION = "1.0.0"
 TEXTS = ("croissant.json", "README.md", "DATASHEET.md", "CITATION.bib")  # that follow from the rest
@@ -192,7 +193,7 @@ def finished(
     whole = _Made(out.name, options, receipts, files, tables, totals)
     manifest = _texts(partial, whole, previous=previous, published=published)
     write_whole(partial / LOG, _json(log))
-    _sync(partial)
+    sync_folder(partial)
     _swap(partial, out)
     return manifest
 
@@ -287,14 +288,6 @@ def _keep_splits(out: Path, partial: Path, options: BuildOptions) -> None:
     if (out / SPLITS).is_dir():
         shutil.copytree(out / SPLITS, partial / SPLITS)
         without_persons(partial, options.leaves_out)
-
-
-def _sync(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def _swap(partial: Path, out: Path) -> None:

@@ -3,8 +3,6 @@
 `python -m addb_viewer.dataset.subject_task TASK.json` does it.
 """
 
-import resource
-import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -15,6 +13,7 @@ from addb_viewer.dataset.build_task import LeftOut, Receipt, Task, read_task, va
 from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.jobs.environment import end_with_parent
 from addb_viewer.jobs.processes import THREADS, Ended, Start
+from solver.common.operating_system import peak_memory_MB, signal_of
 
 MODULE = "addb_viewer.dataset.subject_task"  # as a process runs it
 ATTEMPTS = 3  # of a task whose process dies, or whose disk fails
@@ -47,7 +46,7 @@ def done_apart(task: Task, start: Start, time_out_s: float | None = None) -> Rec
         raise ReleaseError(f"{task.who.subject_id}: {ended.last_line}")
     if ended.status > 0:
         return lost(task, "fit_failed", f"unexpected {ended.last_line or f'end with {ended.status}'}")
-    name = signal.Signals(-ended.status).name if ended.status else "no receipt"
+    name = signal_of(ended.status) or "no receipt"
     return lost(task, "worker_died", f"{name}, {ATTEMPTS} times; it had {ended.peak_MB:.0f} MB")
 
 
@@ -86,8 +85,7 @@ def run_task(task: Task) -> Receipt:
             raise error.__cause__ from error
         why = " ".join(str(error).split()) or type(error).__name__
         made = Receipt(task.key, failed=LeftOut("subject", task.who.subject_id, "fit_failed", why))
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    receipt = replace(made, seconds=time.monotonic() - began, peak_MB=peak)
+    receipt = replace(made, seconds=time.monotonic() - began, peak_MB=peak_memory_MB())
     write_receipt(receipt, task.out)
     return receipt
 

@@ -1,10 +1,8 @@
 """What surrounds a process of ours: environment variables, the packages it finds, and who has started it."""
 
 import os
-import signal
 import sys
 import threading
-import time
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,18 +14,18 @@ NAMES = ("solver", "annotations")  # packages of ours with common names
 
 
 def end_with_parent() -> None:
-    """In a process that was started to end with its parent: do so from now on, also after a SIGKILL."""
+    """In a process that was started to end with its parent: do so from now on, also when that is killed."""
     if os.environ.pop(ENDS_WITH_STDIN, None):
         threading.Thread(target=_end_with_stdin, name="end of the parent", daemon=True).start()
 
 
 def _end_with_stdin() -> None:
     """End this process once nobody holds the other end of stdin; where it does not obey, at once."""
+    from solver.common.operating_system import end_self  # noqa: PLC0415 (once it is known to be ours)
+
     while os.read(sys.stdin.fileno(), 1):
         pass
-    os.kill(os.getpid(), signal.SIGTERM)
-    time.sleep(PATIENCE_S)
-    os.kill(os.getpid(), signal.SIGKILL)
+    end_self(PATIENCE_S)
 
 
 def own_process(module: str) -> list[str]:

@@ -6,13 +6,11 @@ A process has its own memory, which is given back, and its death takes no other 
 import contextlib
 import json
 import os
-import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
@@ -20,11 +18,9 @@ from typing import Protocol, TypeVar
 import psutil
 
 from addb_viewer.jobs.environment import ENDS_WITH_STDIN, PATIENCE_S, own_process
+from solver.common.operating_system import ask_to_end, give_way, polite_kill_is_ctrl_c, signal_of
 from solver.common.progress import Progress, silent
 
-LOWEST = 19  # of 19: what nobody waits for
-NICE = 10  # of 19: the less, the sooner it gets the processor; the app itself has 0
-CANCELLED = 143  # exit status, as shells count it
 OWN = "addb-viewer: "  # begins lines of a command's own on stderr
 MEMORY_OF_A_WORKER = 1.6e9  # bytes; a fit of 10 000 frames needs 1.5 GB
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -58,8 +54,9 @@ class Ended:
     @property
     def reason(self) -> str:
         """Why it failed: in its own words; or the signal that ended it."""
-        if not self.own_words and self.status < 0:
-            return f"ended by {signal.Signals(-self.status).name}; is there enough memory?"
+        by = signal_of(self.status)
+        if by and not self.own_words:
+            return f"ended by {by}; is there enough memory?"
         return self.own_words or self.last_line or f"ended with status {self.status}"
 
 
@@ -123,7 +120,7 @@ class OwnProcess:
 
     def cancel(self) -> None:
         """End it: politely, so that nothing half written stays; where it does not obey, at once."""
-        self.popen.terminate()
+        ask_to_end(self.popen)
         try:
             self.popen.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
@@ -193,7 +190,7 @@ class Processes:
             KeyboardInterrupt: stopped, by Ctrl-C or a polite kill.
         """
         pool = ThreadPoolExecutor(self._at_once)
-        with _polite_kill_is_ctrl_c():
+        with polite_kill_is_ctrl_c():
             try:
                 waiting = {pool.submit(do, item, self.start): item for item in items}
                 for future in as_completed(waiting):
@@ -228,7 +225,7 @@ class Processes:
         with self._lock:
             self._stopped, running = True, [*self._running]
         for process in running:
-            process.popen.terminate()
+            ask_to_end(process.popen)
         for process in running:
             process.cancel()
 
@@ -243,18 +240,6 @@ def print_progress(stage: str, fraction: float) -> None:
     print(json.dumps({"stage": stage, "fraction": fraction}), flush=True)
 
 
-def end_in_order() -> None:
-    """In a process of ours: let a SIGTERM clear away what is half written."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(CANCELLED))
-
-
-def give_way(process: int, nice: int = NICE) -> None:
-    """Let others have the processor first, where the system knows of such things."""
-    if hasattr(os, "setpriority"):
-        with contextlib.suppress(OSError):  # it has ended already
-            os.setpriority(os.PRIO_PROCESS, process, nice)
-
-
 def _told(line: str) -> tuple[str, float] | None:
     """Stage and fraction of a line of progress; None for any other."""
     if not line.startswith("{"):
@@ -264,16 +249,3 @@ def _told(line: str) -> tuple[str, float] | None:
         return str(told["stage"]), float(told["fraction"])
     except (ValueError, KeyError, TypeError):
         return None
-
-
-@contextlib.contextmanager
-def _polite_kill_is_ctrl_c() -> Iterator[None]:
-    """SIGTERM ends the processes as well; elsewhere than in the main thread nothing can."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

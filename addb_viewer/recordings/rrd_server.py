@@ -5,9 +5,7 @@ with a content security policy that lets it reach this address only, from a serv
 for this address, so that no foreign page can read a recording by way of a name that it controls.
 """
 
-import os
 import re
-import signal
 import subprocess
 import tempfile
 import time
@@ -20,6 +18,7 @@ from urllib.parse import quote
 
 from addb_viewer.recordings.rerun_program import rerun_command, rerun_environment
 from solver.common.errors import SolverError
+from solver.common.operating_system import end_family
 
 THIS_MACHINE = "127.0.0.1"
 RECORDING = "/recording.rrd"
@@ -63,7 +62,6 @@ def viewer_files() -> ViewerFiles:
             stdout=said,
             stderr=subprocess.STDOUT,
             env=rerun_environment(Path(folder)) | {"NO_COLOR": "1"},
-            start_new_session=True,
         )
         try:
             address = _address(program, Path(said.name))
@@ -71,7 +69,7 @@ def viewer_files() -> ViewerFiles:
         except OSError as error:
             raise ViewerError(f"rerun's viewer cannot be read ({error}).") from error
         finally:
-            os.killpg(program.pid, signal.SIGTERM)  # a script and, below it, the program itself
+            end_family(program)  # a script and, below it, the program itself
             program.wait()
 
 

@@ -6,7 +6,6 @@ Nothing of it takes the place of a kept fit. The diagnosis is kept beside the lo
 import contextlib
 import multiprocessing
 import os
-import signal
 import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import ReadingSettings, read_trial
 from solver.common.errors import SolverError
 from solver.common.gravity import GRAVITY
+from solver.common.operating_system import ignore_ctrl_c
 from solver.common.plate_figures import CONTACT_N
 from solver.common.true_runs import runs
 from solver.diagnosis.diagnose_subject import diagnose
@@ -94,7 +94,7 @@ class FitLook:
 
 def begin_worker() -> None:
     """A process that judges: Ctrl-C is its parent's affair, and it ends with that, however that ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    ignore_ctrl_c()
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_after, args=(parent,), daemon=True).start()

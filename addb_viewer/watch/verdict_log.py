@@ -22,7 +22,7 @@ import psutil
 from solver.capture.atomic import made_folder
 from solver.common.disk_errors import writing_failed
 from solver.common.errors import ResultsError
-from solver.common.file_lock import taken
+from solver.common.operating_system import taken
 from solver.common.typed_json import from_plain, plain
 
 FOLDER = "watch"  # in a subject's results

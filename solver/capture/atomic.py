@@ -19,8 +19,8 @@ from solver.capture.formats.b3d.places import belongs_to_b3d
 from solver.capture.subject.measured_files import refuse_to_replace
 from solver.common.disk_errors import ONLY_WRITING, writing_failed
 from solver.common.errors import CaptureError, SolverError
-from solver.common.file_lock import HAS_LOCKS, abandoned, taken
 from solver.common.file_names import encoded
+from solver.common.operating_system import HAS_LOCKS, abandoned, taken
 
 DRAFT = ".addb-draft-"  # how the names of drafts begin
 UNCHANGED = "Nothing was changed there."
@@ -113,12 +113,16 @@ def draft_folder(beside: Path) -> Iterator[Path]:
         owner = os.open(draft / OWNER, os.O_WRONLY | os.O_CREAT, 0o644)
     except OSError as error:
         raise CaptureError(writing_failed(beside, error)) from error
+    if not HAS_LOCKS:
+        os.close(owner)  # Windows moves and removes no folder in which a file is open
     try:
-        taken(owner, _PATIENCE_S)
+        if HAS_LOCKS:
+            taken(owner, _PATIENCE_S)
         yield draft
     finally:
         shutil.rmtree(draft, ignore_errors=True)
-        os.close(owner)
+        if HAS_LOCKS:
+            os.close(owner)
 
 
 @contextmanager
@@ -208,7 +212,7 @@ def _clear(draft: Path) -> None:
     """Remove a draft if nobody holds its lock; a folder without one is about to be locked, or to be moved."""
     is_folder = draft.is_dir()
     owner = draft / OWNER if is_folder else draft
-    handle = os.open(owner, os.O_WRONLY) if owner.exists() else None
+    handle = os.open(owner, os.O_WRONLY) if HAS_LOCKS and owner.exists() else None
     try:
         held = None if handle is None else taken(handle)
         if held or (held is None and abandoned(draft)):

@@ -1,15 +1,12 @@
 """Whether a fit goes into this machine's memory: asked before it begins."""
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-
-import psutil
 
 from solver.capture.capture import Capture
 from solver.common.errors import FitError
 from solver.common.frames_at_once import FRAMES_AT_ONCE
+from solver.common.operating_system import available_bytes
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.trajectory.frame_spans import are_long
 from solver.dynamics.trajectory.spline_band import REACH
@@ -28,9 +25,6 @@ PER_BODY = 48  # numbers per body and frame: pose, twists and momenta of it
 LAID_OUT = 3
 PEAK_MARGIN = 1.15  # for passing copies; measured peaks of 15 s to 4 min lie 0.9 to 1.0 times the rest
 OTHER_BYTES = 32 * 2**20  # bytes, of any fit: frames worked out together, libraries loaded on the way
-CGROUPS = Path("/sys/fs/cgroup")
-OWN_GROUPS = Path("/proc/self/cgroup")
-UNLIMITED = 2**60  # bytes; what groups without a limit say is near 2^63
 
 
 @dataclass(frozen=True)
@@ -125,58 +119,6 @@ def refuse_what_does_not_fit(
         f"{longest.name}: {longest.frames} frames at {longest.rate:g} Hz: the fit needs about {_GB(need)} of "
         f"memory{of_it}, and {_GB(have)} are free. What helps: {'; or '.join(ways)}."
     )
-
-
-def available_bytes() -> int:
-    """What this process may still take: of the machine, of its control group, and of its own limit."""
-    memory = psutil.virtual_memory()
-    # macOS makes swap files as they are needed, and what it calls available leaves out what it would swap.
-    machine = memory.total if sys.platform == "darwin" else memory.available + psutil.swap_memory().free
-    return max(0, min(machine, _group_bytes(), _own_bytes()))
-
-
-def _group_bytes() -> int:
-    """Of the control groups that hold this process (a container, a batch job), the least."""
-    try:
-        lines = OWN_GROUPS.read_text().splitlines()
-    except OSError:
-        return UNLIMITED
-    left = UNLIMITED
-    for line in lines:
-        _, kinds, path = line.split(":", 2)
-        if kinds == "":
-            root, limit, used = CGROUPS, "memory.max", "memory.current"
-        elif "memory" in kinds.split(","):
-            root, limit, used = CGROUPS / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
-        else:
-            continue
-        inner = root / path.strip("/")
-        for group in (inner, *inner.parents):  # in a container, the path may be the host's
-            if group.is_relative_to(root):
-                left = min(left, _left_in(group, limit, used))
-    return left
-
-
-def _left_in(group: Path, limit: str, used: str) -> int:
-    try:
-        most = (group / limit).read_text().strip()
-        if not most.isdigit() or int(most) >= UNLIMITED:  # "max"
-            return UNLIMITED
-        stat = dict(line.split(" ", 1) for line in (group / "memory.stat").read_text().splitlines())
-        cache = int(stat.get("total_inactive_file", stat.get("inactive_file", "0")))  # given back when asked
-        return int(most) - int((group / used).read_text()) + cache
-    except (OSError, ValueError):
-        return UNLIMITED
-
-
-def _own_bytes() -> int:
-    """What `ulimit -v` leaves."""
-    try:
-        import resource  # noqa: PLC0415 (Unix only)
-    except ImportError:
-        return UNLIMITED
-    most, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return UNLIMITED if most == resource.RLIM_INFINITY else most - psutil.Process().memory_info().vms
 
 
 def _GB(size: int) -> str:

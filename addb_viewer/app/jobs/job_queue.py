@@ -3,25 +3,20 @@
 What is asked for meanwhile waits its turn.
 """
 
-import os
 import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from addb_viewer.jobs.processes import NICE, OwnProcess
+from addb_viewer.jobs.processes import OwnProcess
 from solver.common.errors import SolverError
+from solver.common.operating_system import NICE, processors
 from solver.common.progress import Progress
 
 CLOCK_EVERY = 0.5  # [s] between two looks at the clock
 TURN_EVERY = 0.3  # [s] between two tries to get a turn
 PROGRAM = "addb_viewer"
 WAITING = "waiting for other subjects' work"
-
-
-def processors() -> int:
-    """That this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 TURNS = threading.Semaphore(processors())  # of solves and diagnoses of all subjects, as many at once

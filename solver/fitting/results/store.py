@@ -27,9 +27,9 @@ from solver.capture.atomic import draft_folder, move_draft_folder, on_disk, writ
 from solver.capture.formats.b3d.places import results_folder_of
 from solver.common.disk_errors import writing_failed
 from solver.common.errors import ResultsError
-from solver.common.file_lock import abandoned
 from solver.common.file_names import distinct
 from solver.common.npz import stored_arrays
+from solver.common.operating_system import abandoned
 from solver.common.small_files import json_content, json_of
 from solver.common.typed_json import plain
 from solver.fitting.fit_result import Fit, TrialFit

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from solver.common.disk_errors import writing_failed
 from solver.common.errors import ResultsError
-from solver.common.file_lock import taken
+from solver.common.operating_system import remove_lock, taken
 
 LOCK = ".writing"  # in the results folder, while somebody writes
 PATIENCE_S = 120.0  # [s] how long to wait for another writer, which takes seconds on a slow share
@@ -61,8 +61,7 @@ def writing(folder: Path, patience_s: float = PATIENCE_S) -> Iterator[bool]:
         finally:
             place.depth -= 1
             if place.depth == 0 and place.handle is not None:
-                (folder / LOCK).unlink(missing_ok=True)  # while it is locked: who waits for it looks again
-                os.close(place.handle)
+                remove_lock(folder / LOCK, place.handle)
 
 
 def _locked(file: Path, patience_s: float) -> tuple[int, bool]:
@@ -99,6 +98,7 @@ def _sign(handle: int) -> None:
     said = f"process {os.getpid()} on {socket.gethostname()}, since {datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC"
     try:
         os.ftruncate(handle, 0)
-        os.pwrite(handle, said.encode(), 0)
+        os.lseek(handle, 0, os.SEEK_SET)
+        os.write(handle, said.encode())
     except OSError:
         return

@@ -5,7 +5,8 @@ import sys
 import time
 from pathlib import Path
 
-from addb_viewer.jobs.processes import end_in_order, print_progress
+from addb_viewer.jobs.processes import print_progress
+from solver.common.operating_system import end_in_order
 from solver.common.typed_json import plain
 from tests.addb_viewer.fit_figures import of_subject, of_trial
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from solver.capture.subject.opened_subject import open_subject
+from solver.common import operating_system
 from solver.common.errors import FitError
 from solver.dynamics import memory
 from solver.dynamics.memory import TrialSize, needed_bytes, refuse_what_does_not_fit
@@ -138,7 +139,7 @@ def test_a_solve_asks_before_it_begins(real_data, monkeypatch):
 def test_a_limit_of_the_process_counts():
     """As `ulimit -v` sets it."""
     script = (
-        "import resource, psutil; from solver.dynamics.memory import available_bytes; "
+        "import resource, psutil; from solver.common.operating_system import available_bytes; "
         "most = psutil.Process().memory_info().vms + 10**9; "
         "resource.setrlimit(resource.RLIMIT_AS, (most, most)); print(available_bytes())"
     )
@@ -163,6 +164,6 @@ def test_a_control_group_counts(tmp_path, monkeypatch, line, files, place):
     (root / place / limit).write_text(f"{3 * 2**30}\n")
     (root / place / used).write_text(f"{2**30}\n")
     (root / place / "memory.stat").write_text(f"anon 5\ninactive_file {2**20}\n")
-    monkeypatch.setattr(memory, "CGROUPS", tmp_path)
-    monkeypatch.setattr(memory, "OWN_GROUPS", tmp_path / "cgroup")
-    assert memory._group_bytes() == 2 * 2**30 + 2**20
+    monkeypatch.setattr(operating_system, "CGROUPS", tmp_path)
+    monkeypatch.setattr(operating_system, "OWN_GROUPS", tmp_path / "cgroup")
+    assert operating_system._group_bytes() == 2 * 2**30 + 2**20

@@ -13,7 +13,8 @@ from tests.patience import FOR_EVER_S, PATIENCE_S
 
 TALKER = """
     import sys, time
-    from addb_viewer.jobs.processes import end_in_order, print_progress
+    from addb_viewer.jobs.processes import print_progress
+    from solver.common.operating_system import end_in_order
     if sys.argv[1] == "talk":
         print_progress("looking", 0.25)
         print("{ not progress")
