@@ -197,8 +197,13 @@ def _is_text(path: Path) -> bool:
 
 
 def find_models(folder: Path) -> list[Path]:
-    """unscaled_generic.osim, else each *_scaled.osim, else each .osim; of several nothing says which."""
-    models = [p for p in files_in(folder) if p.suffix.lower() == ".osim"]
+    """unscaled_generic.osim, else each *_scaled.osim, else each .osim; of several nothing says which.
+
+    Without any in the folder itself, those of its `Models`, where AddBiomechanics' results have theirs.
+    """
+    below = (p for p in folder.iterdir() if p.is_dir() and p.name.lower() == "models")
+    places = ([p for p in files_in(place) if p.suffix.lower() == ".osim"] for place in (folder, *below))
+    models = next(filter(None, places), [])
     for belongs in (
         [p for p in models if p.name.lower() == "unscaled_generic.osim"],
         [p for p in models if p.stem.lower().endswith("_scaled")],

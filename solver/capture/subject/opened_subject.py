@@ -121,7 +121,7 @@ def open_subject(folder: Path, *, awaits: bool = False) -> Subject:
         trials, range_notes = with_ranges(described.trials, described.ranges)
         left = dict(found.left)
         if len(models) > 1:
-            left |= dict.fromkeys(models, _which_model(models))
+            left |= dict.fromkeys(models, _which_model(folder, models))
         subject = Subject(
             folder=folder,
             trials=tuple(replace(trial, prefix=described.prefix) for trial in trials),
@@ -285,7 +285,7 @@ def _used(subject: Subject) -> Iterator[Path]:
 
 def _model_notes(folder: Path, model: Path | None, models: list[Path], by_hand: bool) -> tuple[Note, ...]:
     if len(models) > 1:
-        return noted(Kind.OTHER, f"{', '.join(p.name for p in models)}: {_which_model(models)}")
+        return noted(Kind.OTHER, f"{', '.join(p.name for p in models)}: {_which_model(folder, models)}")
     unused = [p.name for p in files_in(folder) if p.suffix.lower() == ".osim"]
     if model is None and by_hand and unused:
         return noted(
@@ -295,10 +295,10 @@ def _model_notes(folder: Path, model: Path | None, models: list[Path], by_hand: 
     return ()
 
 
-def _which_model(models: list[Path]) -> str:
+def _which_model(folder: Path, models: list[Path]) -> str:
     return (
         "several models, and nothing says which to use, so the default body is used; name one in "
-        f'subject.toml, as in model = "{models[0].name}"'
+        f'subject.toml, as in model = "{models[0].relative_to(folder).as_posix()}"'
     )
 
 

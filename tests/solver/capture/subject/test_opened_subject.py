@@ -244,6 +244,9 @@ def test_two_static_trials(folder):
         (["unscaled_generic.osim", "a_scaled.osim", "b.osim"], "unscaled_generic.osim"),
         (["b.osim", "a_scaled.osim"], "a_scaled.osim"),
         (["b.osim"], "b.osim"),
+        (["Models/unscaled_generic.osim", "Models/match_markers_and_physics.osim"], "unscaled_generic.osim"),
+        (["b.osim", "Models/unscaled_generic.osim"], "b.osim"),
+        (["Geometry/b.osim"], None),
         ([], None),
     ],
 )
@@ -253,14 +256,16 @@ def test_choice_of_the_model(folder, models, chosen):
     assert (model and model.name) == chosen
 
 
-def test_of_several_models_none_is_taken_and_that_is_said(folder):
-    put(folder, "a.trc", "a.osim", "b.osim")
+@pytest.mark.parametrize("place", ["", "Models/"])
+def test_of_several_models_none_is_taken_and_that_is_said(folder, place):
+    put(folder, "a.trc", f"{place}a.osim", f"{place}b.osim")
     subject = open_subject(folder)
     assert subject.model is None
     assert any(
-        "a.osim, b.osim: several models" in note and 'model = "a.osim"' in note for note in subject.notes
+        "a.osim, b.osim: several models" in note and f'model = "{place}a.osim"' in note
+        for note in subject.notes
     )
-    assert [file.file for file in subject.unused] == ["a.osim", "b.osim"]
+    assert [file.file for file in subject.unused] == [f"{place}a.osim", f"{place}b.osim"]
 
 
 def test_no_folder_no_trials(folder):
