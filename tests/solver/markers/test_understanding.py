@@ -35,6 +35,19 @@ BY_FAMILY = {
             "RTOE": "mt2_head_r",
         },
     ),
+    "video keypoints": (
+        labels(
+            "Hip RHip RKnee RAnkle RBigToe RSmallToe RHeel LHip LKnee LAnkle LBigToe LSmallToe LHeel Neck "
+            "Head Nose RShoulder RElbow RWrist LShoulder LElbow LWrist"
+        ),
+        {
+            "RHip": "hip_centre_r",
+            "LKnee": "knee_centre_l",
+            "RAnkle": "ankle_centre_r",
+            "LElbow": "elbow_centre_l",
+            "RSmallToe": "mt5_head_r",
+        },
+    ),
     "Cleveland Clinic": (
         labels(
             "R.ASIS,L.ASIS,V.Sacral,R.Thigh.Upper,R.Thigh.Front,R.Thigh.Rear,L.Thigh.Upper,"
