@@ -169,3 +169,23 @@ def test_angles_by_conventions_are_degrees_with_sides():
     assert trial.angles("isb").names[-1] == "elbow_pronation_l"
     with pytest.raises(KeyError, match="no convention 'pig'; there are: cgm, isb"):
         trial.angles("pig")
+
+
+def test_predicted_forces_are_those_of_the_dynamics_with_their_own_standard_deviation(small_fit, tmp_path):
+    trial = small_fit.trials[0]
+    assert trial.dynamics is not None
+    predicted, off = np.zeros((4, 1, 6)), np.full((4, 1, 3), np.nan)
+    predicted[1, 0, 1], off[1, 0] = 700.0, (10.0, 20.0, 5.0)
+    trial = replace(
+        trial,
+        dynamics=replace(trial.dynamics, wrench_predicted_ground=predicted),
+        std=replace(made_std(4, 1), predicted_force_ground=off),
+    )
+    walk = Fit(replace(small_fit, trials=(trial,)), tmp_path)["walk"]
+    assert walk.predicted_forces["thigh"][1].tolist() == [0.0, 700.0, 0.0]
+    assert walk.predicted_forces.std_of("thigh")[1].tolist() == [10.0, 20.0, 5.0]
+    assert not Fit(small_fit, tmp_path)["walk"].predicted_forces.values.any()
+
+
+def test_no_stance_is_left_out_of_a_fit_that_tells_no_bands(fit):
+    assert len(fit.stance_influence["trial"]) == 0
