@@ -18,6 +18,7 @@ OF_THE_KEPT_FIT = {"export", "record", "report"}
 
 METHODS = {
     "accept": lambda s: s.accept(),
+    "analog": lambda s: s.analog("walk"),
     "clear": lambda s: s.clear("walk", 10, 20),
     "demo": lambda s: Subject.demo(s.folder, trials=()),
     "diagnose": lambda s: s.diagnose(),
