@@ -34,7 +34,7 @@ MOST = {
     "Lines of benchmarks": 11_275,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
-    "Words of docs": 53_500,
+    "Words of docs": 53_850,
     "Settings": 120,
     "Untyped dictionaries": 232,
     "Names of two files or more": 0,
