@@ -35,7 +35,7 @@ TWO_PEOPLE = 2.3  # [log odds] 10 to 1; of the shared recordings of one person n
 SURE = 3.5  # [log odds] 33 to 1; damaged recordings of one person get as far as 2.6
 NAMED = 1.0  # [log odds] different names in two files, or as far apart in mass: one person may get either
 NUMBERED = 2.5  # [log odds] S01 and S02 in two files' names; may be sessions, which lengths then tell
-IN_ONE_FILE = 20.0  # [log odds] seen together
+IN_ONE_FILE = 20.0  # [log odds] seen together; or the trials of a file that is one person's
 OTHER_MASS = 1.1  # ratio of two stated masses
 LITTLE_DOUBT = 7.0  # [log odds] no figure beyond it means anything
 WORDS = {2: "two", 3: "three", 4: "four"}
@@ -216,7 +216,7 @@ def of_one_person(subject: Subject, recorded: Sequence[Capture], static: Capture
 def _by_names(one: Recorded, other: Recorded, is_crossed: bool, is_compared: bool) -> float:
     """Log odds for two people by all but their bodies; numbers mean more where these cannot be compared."""
     if one.file is not None and one.file == other.file:
-        return IN_ONE_FILE
+        return -IN_ONE_FILE if one.prefix == other.prefix else IN_ONE_FILE  # several trials may be in it
     odds = 0.0
     if one.names and other.names:
         odds += -NAMED if one.names & other.names else NAMED

@@ -81,6 +81,15 @@ def test_a_child_with_the_same_proportions_is_another_person(real_data):
     assert not said({"adult": adult, "scaled by a hair": hair})
 
 
+def test_trials_in_one_file_are_of_one_person_unless_it_names_several(real_data, tmp_path):
+    walk = markers_of(real_data / FOUR / "walking1.trc")
+    grown = replace(walk, positions_ground=1.03 * walk.positions_ground)
+    file = tmp_path / "results.b3d"
+    assert not people_among({"a": Recorded(walk, file), "b": Recorded(grown, file)}).said
+    both = {"a": Recorded(walk, file, "Anna"), "b": Recorded(grown, file, "Bea")}
+    assert "they are in one file together" in people_among(both).said
+
+
 def test_what_cannot_be_compared_raises_no_alarm(real_data):
     walk = markers_of(real_data / FOUR / "walking1.trc")
     renamed = replace(walk, names=tuple(f"{name}_{k}" for k, name in enumerate(walk.names)))
