@@ -1,5 +1,6 @@
 """Which force table belongs to which markers, by their names and by what they hold."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,6 +36,9 @@ SPAN_FRAMES = 1.5  # of the markers, that beginnings and ends may differ by
 TAKEN_NATS = 2.0  # 7 to 1 in all; a wrong pair is worse than a missing one
 LEAD_NATS = 2.0  # over the next possible pair, as above
 LEAST_OVERLAP_SHARE = 0.5  # of the shorter of the two recordings; less is another moment
+PROCESSED = {"filtered", "filt", "processed", "cleaned", "clean"}
+SAME_S, SAME_M = 0.05, 0.03  # apart in time and place of two samples of one load, filtered or not
+SAME_SHARE = 0.9  # of samples
 # two marker files that share less than this of the shorter are parts of one longer recording
 APART_SHARE = 0.1
 
@@ -73,9 +77,16 @@ def pair_forces(folder: Path, markers: Sequence[Path], tables: Sequence[Path]) -
         markers: files that have no forces yet.
         tables: files that hold columns of ground forces and no markers.
     """
-    among = _Folder(folder, {path: _span(path) for path in markers}, len(tables))
-    candidates, left = [], {}
+    processed = _processed(folder, tables)
+    among = _Folder(folder, {path: _span(path) for path in markers}, len(tables) - len(processed))
+    candidates: list[_Candidate] = []
+    left = {
+        table: f"forces that are those of {measured.relative_to(folder)} once more"
+        for table, measured in processed.items()
+    }
     for table in tables:
+        if table in left:
+            continue
         loads = _loads(table)
         if isinstance(loads, str):
             left[table] = loads
@@ -95,6 +106,36 @@ def pair_forces(folder: Path, markers: Sequence[Path], tables: Sequence[Path]) -
         if table not in used and table not in left:
             left[table] = _why_left([c for c in candidates if c.table == table], candidates, among)
     return Paired({c.markers: c.table for c in taken}, notes, left)
+
+
+def _processed(folder: Path, tables: Sequence[Path]) -> dict[Path, Path]:
+    """Tables of the same loads and trial: each but the least processed one, and that one."""
+    found: dict[Path, Path] = {}
+    by_rawness = sorted(tables, key=lambda path: (_rawness(path), tables.index(path)))
+    for k, measured in enumerate(by_rawness):
+        for table in by_rawness[k + 1 :]:
+            if measured in found or table in found:
+                continue
+            named = relation(measured.relative_to(folder), table.relative_to(folder))
+            if named in (Relation.SAME, Relation.PART) and _same_loads(_loads(measured), _loads(table)):
+                found[table] = measured
+    return found
+
+
+def _rawness(path: Path) -> int:
+    words = set(re.split(r"[^a-z]+", path.stem.lower()))
+    return 0 if "raw" in words else 2 if words & PROCESSED else 1
+
+
+def _same_loads(one: Loads | str, other: Loads | str) -> bool:
+    """Whether nearly every sample of either lies beside one of the other, in time and place."""
+    if isinstance(one, str) or isinstance(other, str):
+        return False
+    from scipy.spatial import cKDTree  # noqa: PLC0415 (slow to load, and rarely needed)
+
+    places = [np.column_stack([of.times / SAME_S, of.centres / SAME_M]) for of in (one, other)]
+    near = [cKDTree(b).query(a)[0] < 1.0 for a, b in (places, places[::-1])]
+    return bool(min(n.mean() for n in near) > SAME_SHARE)
 
 
 def _weighed(among: _Folder, markers: Path, table: Path, loads: Loads) -> _Candidate:

@@ -206,8 +206,22 @@ FOLDERS = {
     ),
     "raw and filtered": Folder(
         {"walk_kine.trc": WALK, "walk_kinetics_raw.mot": WALK_FORCES, "walk_kinetics_filt.mot": WALK_FORCES},
-        {"walk_kine.trc": None},
-        {"walk_kinetics_raw.mot": "is possible as well", "walk_kinetics_filt.mot": "as well"},
+        {"walk_kine.trc": "walk_kinetics_raw.mot"},
+        {"walk_kinetics_filt.mot": "those of walk_kinetics_raw.mot once more"},
+    ),
+    "a folder of processed forces, both kinds in it": Folder(
+        {"MarkerData/w1.trc": WALK, "ID/w1_grf.mot": WALK_FORCES, "ID/w1_grf_raw.mot": WALK_FORCES},
+        {"MarkerData/w1.trc": "ID/w1_grf_raw.mot"},
+        {"ID/w1_grf.mot": "those of ID/w1_grf_raw.mot once more"},
+    ),
+    "raw and filtered by name, a tenth of a second apart": Folder(
+        {
+            "walk_kine.trc": WALK,
+            "walk_kinetics_raw.mot": WALK_FORCES,
+            "walk_kinetics_filt.mot": Part(WALK_FORCES, later=0.1),
+        },
+        {"walk_kine.trc": "walk_kinetics_raw.mot"},
+        {"walk_kinetics_filt.mot": "walk_kine.trc"},
     ),
     "other kinds of files": Folder(
         {
