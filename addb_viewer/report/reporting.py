@@ -1,5 +1,6 @@
 """A subject's page to hand over, of a current fit and, where asked for, a current diagnosis."""
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from addb_viewer.report.one_page import one_page as form
 from addb_viewer.report.subject_page import subject_page, write_report
 from addb_viewer.trial_view.diagnosis_state import decision_in_words, read_state
 from addb_viewer.trial_view.recorded_subject import recording_of
+from solver.common.errors import ResultsError
 from solver.common.progress import Progress, part, silent
 from solver.fitting.fit_result import Fit, StanceInfluence
 from solver.fitting.held_out_stage import leave_stances_out
@@ -95,9 +97,10 @@ def page_of(
     shown = shown or diagnosis_shown(fit, results)
     edits = whole_log(fit.subject.folder).edits
     influences: tuple[StanceInfluence, ...] = ()
-    if sum(trial.motion.frames for trial in fit.trials) <= MOST_FRAMES:
-        extension = extension_of(fit, results)
-        influences = tuple(leave_stances_out(fit, from_dict(fit.settings), extension))
+    if not one_page and sum(trial.motion.frames for trial in fit.trials) <= MOST_FRAMES:
+        with contextlib.suppress(ResultsError):  # its extension is not accepted any more
+            extension = extension_of(fit, results)
+            influences = tuple(leave_stances_out(fit, from_dict(fit.settings), extension))
     recording = recording_of(fit, trials=trials, diagnosis=shown.figures, edits=edits)
     made = SubjectReport(recording, shown, influences)
     return write_report(made, file, page=form if one_page else subject_page), made

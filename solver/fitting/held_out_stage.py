@@ -140,9 +140,10 @@ def leave_stances_out(
     if fit.groundwork is None or fit.groundwork.settled is None:
         return
     judge, of_root = _Judge(fit, settings, extension), root_dofs(fit.skeleton)
+    fitted, told = _fitted(fit.trials), set[tuple[int, int, int]]()
     for _, part in judge.parts():
         for own, span in enumerate(part.spans):
-            trial, whole = judge.seen[span.trial], fit.trials[_fitted(fit.trials)[span.trial]]
+            trial, whole = judge.seen[span.trial], fit.trials[fitted[span.trial]]
             if whole.std is None:
                 continue
             assert trial.contacts is not None
@@ -150,18 +151,24 @@ def leave_stances_out(
             of_span = slice(span.start, span.end)
             in_contact = trial.contacts.in_contact[of_span]
             for foot, (start, end) in stances_of(trial.forces_known[of_span], in_contact, rate):
+                if (span.trial, foot, span.start + start) in told:  # in the window before as well
+                    continue
                 held_out = [np.zeros(len(data.counts), dtype=bool) for data in part.data]
                 held_out[own][start:end] = True
                 change = np.full(trial.motion.q.shape, np.nan)
                 change[of_span] = part.torque_change(own, part.moved_without(held_out)[own], trial, of_span)
                 stance = span.start + start, span.start + end
                 change[slice(*stance)] = np.nan
-                yield _influence(whole, feet[foot], stance, np.where(of_root, np.nan, change))
+                told.add((span.trial, foot, stance[0]))
+                found = _influence(whole, feet[foot], stance, np.where(of_root, np.nan, change))
+                if found is not None:
+                    yield found
 
 
 def _influence(
     trial: TrialFit, foot: str, stance: tuple[int, int], change: Float[np.ndarray, "posed dofs"]
-) -> StanceInfluence:
+) -> StanceInfluence | None:
+    """None where no torque with a band is used elsewhere."""
     assert trial.dynamics is not None
     assert trial.std is not None
     first = int(np.argmax(trial.motion.posed))
@@ -169,6 +176,8 @@ def _influence(
     laid[first : first + len(change)] = change
     share = np.abs(laid) / trial.std.torque
     share[~trial.dynamics.used] = np.nan
+    if np.isnan(share).all():
+        return None
     frame, dof = np.unravel_index(np.nanargmax(share), share.shape)
     return StanceInfluence(
         trial.capture.name,
@@ -347,13 +356,11 @@ class _Part:
 
     def missed_by_motion(self, held_out: FramesByTrial) -> Rows:
         """Residuals on held-out frames by the fit's own motion, as if it had not seen them."""
-        steps, layout, choices = self._of_motion(held_out)
-        return [missed[0] for missed in steps.missed(layout, choices)]
+        return [missed[0] for missed in self._near_motion.missed(*self._of_motion(held_out))]
 
     def moved_without(self, held_out: FramesByTrial) -> Sequence[Float[np.ndarray, "coefficients dofs"]]:
         """By what the splines of the fit's own motion would differ if it had not seen held-out frames."""
-        steps, layout, choices = self._of_motion(held_out)
-        (step,) = steps.steps(layout, choices)
+        (step,) = self._near_motion.steps(*self._of_motion(held_out))
         return step.coefficients
 
     def torque_change(
@@ -380,25 +387,30 @@ class _Part:
             torques.append(model.inverse_dynamics(q, v, a, wrenches, feet))
         return torques[1] - torques[0]
 
-    def _of_motion(self, held_out: FramesByTrial) -> tuple[HeldOutSteps, list[TrialHeldOut], Choices]:
-        seen = [replace(d, counts=d.counts & ~h) for d, h in zip(self.data, held_out, strict=True)]
-        free = self.weights.fit_inertias
-        steps = HeldOutSteps(
+    @cached_property
+    def _near_motion(self) -> HeldOutSteps:
+        """From the fit's own motion."""
+        return HeldOutSteps(
             self.skeleton,
             self.data,
             self.weights,
             phi=self.phi,
             extra=self.extra,
-            caution=inertia_caution(self.skeleton, seen, self.weights) if free else 1.0,
             mass_is_fitted=self.mass_is_fitted,
         )
+
+    def _of_motion(self, held_out: FramesByTrial) -> tuple[list[TrialHeldOut], Choices, float]:
+        """A layout as steps near the motion take it: with all parameters, and the caution that is left."""
+        seen = [replace(d, counts=d.counts & ~h) for d, h in zip(self.data, held_out, strict=True)]
+        free = self.weights.fit_inertias
+        caution = inertia_caution(self.skeleton, seen, self.weights) if free else 1.0
         count = len(self.extra.start)
         none = [np.zeros((len(frames), 6, count)) for frames in held_out]
         layout = [
             TrialHeldOut(frames, columns if own.extra_columns_ground is None else own.extra_columns_ground)
             for frames, columns, own in zip(held_out, none, self.data, strict=True)
         ]
-        return steps, layout, [(np.ones(count, dtype=bool), 1.0)]
+        return layout, [(np.ones(count, dtype=bool), 1.0)], caution
 
 
 def _fitted(fits: Sequence[TrialFit]) -> list[int]:

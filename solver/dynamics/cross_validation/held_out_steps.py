@@ -21,7 +21,7 @@ from solver.dynamics.trajectory.bordered_system import (
 from solver.dynamics.trajectory.spline_band import CoefficientBand
 from solver.dynamics.trajectory.terms.root_residual import ResidualHeldOut
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver, refuse
+from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver, refuse, shared_priors
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
 from solver.skeleton.skeleton import Skeleton
 
@@ -45,7 +45,6 @@ class HeldOutSteps:
         *,
         phi: Float[np.ndarray, " parameters"] | None = None,
         extra: ExtraParameters,
-        caution: float = 1.0,
         mass_is_fitted: bool = False,
     ) -> None:
         """Linearize there.
@@ -56,7 +55,6 @@ class HeldOutSteps:
             settings: weights.
             phi: inertia parameters there; None: the nominal ones.
             extra: of the columns; zero where they are not the same in all layouts.
-            caution: of the fit with its inertias, as `inertia_caution` tells it.
             mass_is_fitted: as for the fit.
 
         Raises:
@@ -64,9 +62,8 @@ class HeldOutSteps:
         """
         refuse(trials, extra)
         with threadpool_limits(1):
-            self.solver = TrajectorySolver(
-                skeleton, trials, settings, extra, caution, mass_is_fitted=mass_is_fitted
-            )
+            self.solver = TrajectorySolver(skeleton, trials, settings, extra)
+            self.trials, self.mass_is_fitted = trials, mass_is_fitted
             self.state = self.solver.begun(phi)
             self.lasting: list[TrialSystem] = []
             self.residuals: list[ResidualHeldOut] = []
@@ -78,7 +75,10 @@ class HeldOutSteps:
                 self.residuals.append(ResidualHeldOut(part.residual, at))
 
     def missed(
-        self, layout: Sequence[TrialHeldOut], choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]
+        self,
+        layout: Sequence[TrialHeldOut],
+        choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]],
+        caution: float = 1.0,
     ) -> list[Float[np.ndarray, "choices hidden 6"]]:
         """Residuals on the hidden frames of each trial: forces [N], moments about the root's centre [N·m].
 
@@ -86,8 +86,9 @@ class HeldOutSteps:
             layout: of the trials.
             choices: of the extra columns, those that are free (the others' x stays), and the weight of the
                 inertias' prior in terms of that of the settings.
+            caution: of the fit with its inertias, as `inertia_caution` tells it.
         """
-        steps = self.steps(layout, choices)
+        steps = self.steps(layout, choices, caution)
         shared_steps = np.array([step.shared for step in steps])
         with threadpool_limits(1):
             return [
@@ -101,10 +102,21 @@ class HeldOutSteps:
             ]
 
     def steps(
-        self, layout: Sequence[TrialHeldOut], choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]]
+        self,
+        layout: Sequence[TrialHeldOut],
+        choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]],
+        caution: float = 1.0,
     ) -> list[Step]:
         """Where the fit would go without the hidden frames, of each choice; arguments as of `missed`."""
-        shared, priors = self.state.shared, self.solver.priors
+        shared, solver = self.state.shared, self.solver
+        priors = shared_priors(
+            solver.inertias,
+            self.trials,
+            solver.settings,
+            solver.extra,
+            caution,
+            mass_is_fitted=self.mass_is_fitted,
+        ).priors
         free = [np.concatenate([np.ones(shared.free_inertias, dtype=bool), some]) for some, _ in choices]
         asked = np.flatnonzero(np.any(free, axis=0))
         curvatures = np.array([prior.curvature(shared)[np.ix_(asked, asked)] for prior in priors])

@@ -160,3 +160,12 @@ def test_the_kinds_of_a_former_fit_stay_without_being_asked_again(walk, monkeypa
         assert one.learnt == other.learnt
         for name, blocks in one.trials.items():
             np.testing.assert_allclose(blocks.missed, other.trials[name].missed)
+
+
+def test_nothing_is_told_of_a_stance_where_no_torque_is_used_elsewhere(walk):
+    (trial,) = walk.trials
+    first, _ = leave_stances_out(walk, Settings())
+    used = np.zeros_like(trial.dynamics.used)
+    used[slice(*first.frames)] = True
+    alone = replace(trial, dynamics=replace(trial.dynamics, used=used))
+    assert [one.foot for one in leave_stances_out(replace(walk, trials=(alone,)), Settings())] == ["calcn_l"]
