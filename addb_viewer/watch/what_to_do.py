@@ -311,10 +311,7 @@ def _missed(fit: FitLook, named: Sequence[Cause]) -> Iterator[Finding]:
     words = (
         _missed_by(missed[0]) if sure else f"a {missed[0].side.lower()} step beside {_plate_of(missed[0])}"
     )
-    target = "+".join(f"{first}:{end}" for first, end in (step.frames for step in missed))
-    beside = f"a {missed[0].side.lower()} step beside {_plate_of(missed[0])}"
-    words = _missed_by(missed[0]) if sure else beside
-    yield Finding(OFF_PLATE, target, words, "repeat", sure, f"{begin}: {steps}")
+    yield Finding(OFF_PLATE, _frames_of(missed), words, "repeat", sure, f"{begin}: {steps}")
 
 
 def _off_plate(fit: FitLook, named: Sequence[Cause]) -> list[Step]:
@@ -333,8 +330,13 @@ def _beyond_plates(fit: FitLook, named: Sequence[Cause]) -> Iterator[Finding]:
     if steps:
         told = listed([f"step {step.number}" for step in steps[:MOST_NAMED]])
         unless = f"{NOTHING}, unless {told} {'was' if len(steps) == 1 else 'were'} to be on a plate"
-        target = "+".join(f"{first}:{end}" for first, end in (step.frames for step in steps))
-        yield Finding(OFF_PLATE, target, f"{told} on no plate", "repeat if that was wanted", alone=unless)
+        frames = _frames_of(steps)
+        yield Finding(OFF_PLATE, frames, f"{told} on no plate", "repeat if that was wanted", alone=unless)
+
+
+def _frames_of(steps: Sequence[Step]) -> str:
+    """A finding's target."""
+    return "+".join(f"{first}:{end}" for first, end in (step.frames for step in steps))
 
 
 def _of_check(kind: Class, target: str | None) -> Finding:
