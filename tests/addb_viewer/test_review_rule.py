@@ -14,7 +14,7 @@ from solver.contact.wrenches import DETECTION, PERSON
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings
 
-pytestmark = pytest.mark.real
+pytestmark = [pytest.mark.real, pytest.mark.slow]  # their fixtures take long
 
 SETTINGS = Settings()
 STANCE_S = (1.6, 2.1)  # [s] holds one whole stance of the left foot
@@ -81,7 +81,6 @@ def sure(fit):
     return [p for p in findings(fit) if p.confidence >= SETTINGS.detection.confidence]
 
 
-@pytest.mark.slow
 def test_accepting_one_of_several_proposals_leaves_all_else_as_it_was(jump):
     (before,) = jump.trials
     first, *others = sure(jump)

@@ -60,6 +60,7 @@ def test_the_same_seed_and_salts_make_the_same_bytes(made_twice):
     assert bytes_below(made_twice / "truth") == bytes_below(made_twice / "again_truth")
 
 
+@pytest.mark.slow
 def test_nothing_that_is_handed_out_tells_the_truth(made_twice):
     out = made_twice / "out"
     truths = [json.loads(p.read_text()) for p in sorted((made_twice / "truth").glob("case_*.json"))]
@@ -84,6 +85,7 @@ def test_nothing_that_is_handed_out_tells_the_truth(made_twice):
     assert [case["name"] for case in listed["cases"]] == sorted(t["case"] for t in truths)
 
 
+@pytest.mark.slow
 def test_forces_end_before_the_held_out_frames_and_the_truth_holds_them(made_twice):
     from solver.simulate.faults.hidden import read_recording
 
@@ -103,6 +105,7 @@ def test_forces_end_before_the_held_out_frames_and_the_truth_holds_them(made_twi
         assert 0.6 < np.median(vertical) / (9.81 * truth["world"]["mass_kg"]) < 1.4
 
 
+@pytest.mark.slow
 def test_a_changed_truth_is_not_the_one_that_was_published(made_twice, tmp_path):
     for path in (made_twice / "truth").iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())
@@ -152,6 +155,7 @@ def test_a_third_each_and_every_kind_of_outside():
     assert [c.group for c in cases] != [c.group for c in plan_public(13, 300)]
 
 
+@pytest.mark.slow
 def test_a_wrong_mass_leaves_the_generic_model_as_it_is(made_twice):
     truths = [json.loads(p.read_text()) for p in (made_twice / "truth").glob("case_*.json")]
     assert any(e["id"] == "subject_mass" for t in truths for e in t["effects"])

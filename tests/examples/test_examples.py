@@ -87,6 +87,7 @@ def test_arrays_from_memory_give_the_fit_of_the_files(run):
     assert "stretch" in said
 
 
+@pytest.mark.slow
 def test_tables(run):
     pytest.importorskip("polars", reason="Polars is not installed")
     names, said, _ = run("03_tables.py")

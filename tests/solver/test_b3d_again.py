@@ -12,7 +12,7 @@ from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.skeleton.subject_model import load_subject_model
 
-pytestmark = pytest.mark.real
+pytestmark = [pytest.mark.real, pytest.mark.slow]  # their fixtures take long
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,6 @@ def there_and_back(real_data, tmp_path_factory):
     return fit, b3d, path, solve(open_subject(path), Settings())
 
 
-@pytest.mark.slow
 def test_markers_and_plates_come_back(there_and_back):
     fit, b3d, _, again = there_and_back
     (before,), (after,) = fit.trials, again.trials

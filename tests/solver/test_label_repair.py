@@ -28,6 +28,8 @@ from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 from tests.flagged import flagged
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 ALONE = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
 UNREPAIRED = replace(ALONE, label_repair=replace(ALONE.label_repair, enabled=False))
 SAME_DEG = 1e-3
@@ -77,7 +79,6 @@ def fits(folders):
     return solve(sound, ALONE), solve(faulty, ALONE), solve(faulty, UNREPAIRED)
 
 
-@pytest.mark.slow
 def test_sound_labels_are_left_alone(fits):
     assert fits[0].trials[0].label_faults == ()
 
@@ -115,7 +116,6 @@ def test_kept_with_the_fit_and_through_an_edit(fits, tmp_path):
     assert angles_apart_deg(again, corrected) < SAME_DEG
 
 
-@pytest.mark.slow
 def test_a_persons_word_alone_exchanges_back(folders, fits):
     sound, faulty = folders
     word = Exchange("walk", PAIR, *SWAPPED)
@@ -131,7 +131,6 @@ def test_a_persons_word_alone_exchanges_back(folders, fits):
     )
 
 
-@pytest.mark.slow
 def test_the_diagnosis_names_the_exchange_as_if_no_fit_repaired_it(folders):
     _, seen, fit = repaired_balance(folders[1], Settings(), trials=None, reviews={}, progress=silent)
     (swap,) = [f for f in seen.findings if f.id == "marker_swap"]

@@ -33,7 +33,7 @@ SHORT_WINDOWS = replace(
 )
 WINDOWED = replace(WHOLE, trajectory=SHORT_WINDOWS)
 
-pytestmark = pytest.mark.real
+pytestmark = [pytest.mark.real, pytest.mark.slow]  # their fixtures take long
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,6 @@ def assert_within_the_bound(one, other):
     assert rms(residual[:, 3:]) < MOMENT_NM
 
 
-@pytest.mark.slow
 def test_windows_agree_with_the_whole(whole, windowed):
     assert (windowed.groundwork.phi != whole.groundwork.phi).any()  # taught by some of the frames
     assert_within_the_bound(whole, windowed)
@@ -112,7 +111,6 @@ def test_memory_holds_the_system_of_one_window_at_a_time(whole):
     assert peak < 8 * largest * (BAND * dofs**2 + dofs * len(phi)) + POSES
 
 
-@pytest.mark.slow
 def test_a_flag_in_windows_agrees_with_the_same_flag_in_the_whole(subject, whole, windowed):
     (trial,) = whole.trials
     reviews = {trial.capture.name: flagged((220, 262, trial.contacts.foot_bodies[0], "missingForce"))}

@@ -28,6 +28,8 @@ from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 from tests.flagged import flagged
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 FORCE_N, MOMENT_NM, TORQUE_NM = 0.5, 0.5, 2.0
 ANGLE_RAD = 0.002
 SETTINGS = Settings()
@@ -94,7 +96,6 @@ def reviewed(case) -> Fit:
     return resolve(case.first, case.after, SETTINGS)
 
 
-@pytest.mark.slow
 def test_a_new_flag_gives_what_a_solve_from_the_beginning_gives(case, reviewed):
     (trial,) = reviewed.trials
     assert trial.mask.reasons != case.first.trials[0].mask.reasons
@@ -116,7 +117,6 @@ def moved(case: Case, frames: int) -> dict:
     }
 
 
-@pytest.mark.slow
 def test_another_flag_takes_one_fit_and_asks_no_blocks_anew(case, reviewed, monkeypatch):
     """What is learnt of a person outlasts a few flags; from the beginning it takes two fits and a choice."""
     cold, fits = case.cold(moved(case, 5)), []
@@ -154,7 +154,6 @@ def test_taking_it_back_gives_the_first_fit_again(case, reviewed):
     assert_agree(resolve(reviewed, case.before, SETTINGS), case.first)
 
 
-@pytest.mark.slow
 def test_the_held_out_blocks_are_due_and_then_those_of_a_solve_from_the_beginning(case, reviewed):
     assert reviewed.held_out_due
     assert reviewed.trials[0].held_out is None
@@ -215,7 +214,6 @@ def two_walks(tmp_path_factory):
     return solve(open_subject(folder), settings), settings
 
 
-@pytest.mark.slow
 def test_a_small_edit_is_followed_near_it_alone(two_walks, monkeypatch):
     """The first one needs a prediction fit, whose kinds of terms the held-out blocks have chosen before."""
     first, settings = two_walks

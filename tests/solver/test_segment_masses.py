@@ -66,6 +66,7 @@ def test_a_fault_moves_no_segment(fitted, name, what, edit):
         np.testing.assert_allclose(masses(fit)[heavy], nominal(fit)[heavy], rtol=FROM_TABLES)
 
 
+@pytest.mark.slow
 def test_a_trial_that_contradicts_the_others_does_not_weigh_the_body(fitted):
     faulty = fitted(WALKS, "object", plates.standing_object(8.0, 0.2))
     assert abs(faulty.mass_kg / fitted(WALKS).mass_kg - 1) < 0.01
@@ -74,6 +75,7 @@ def test_a_trial_that_contradicts_the_others_does_not_weigh_the_body(fitted):
     assert not any("not used for the body's mass" in n for n in fitted(WALKS).notes)
 
 
+@pytest.mark.slow
 def test_a_note_names_segments_that_a_late_clock_asks_for(fitted):
     faulty = fitted(RUN, "late", edits.late([0.03]))
     (note,) = [n for n in faulty.notes if "better with other segment masses" in n]

@@ -16,7 +16,7 @@ from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary
 from solver.fitting.torques_stage import under_forces
 
-pytestmark = pytest.mark.real
+pytestmark = [pytest.mark.real, pytest.mark.slow]  # their fixtures take long
 
 SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, held_out=False))
 ENDS = slice(15, -15)
@@ -52,7 +52,6 @@ def recorded_total(fit):
     return trial.contacts.wrench_ground[:, :, :3].sum(axis=1), used
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("folder", "at_most"), [(FULL_BODY_WALK, 0.45), (WITHOUT_ARMS, 0.5), (RUN, 1.7)])
 def test_the_total_force_is_near_the_recorded_one(pair, folder, at_most):
     """At most: N/kg, RMS; at 6 Hz the markers miss 0.44, 0.35 and 1.9."""

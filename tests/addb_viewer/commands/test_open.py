@@ -102,6 +102,7 @@ def test_both_causes_are_named_and_no_other(told_and_true):
     assert told["alternatives"] == []
 
 
+@pytest.mark.slow
 def test_the_delay_is_the_hidden_one(told_and_true):
     told, truth = told_and_true
     (late,) = (e for e in told["effects"] if e["id"] == "clock_offset")
@@ -110,6 +111,7 @@ def test_the_delay_is_the_hidden_one(told_and_true):
     assert offset["std"] < 0.001
 
 
+@pytest.mark.slow
 def test_the_step_is_where_it_was(told_and_true):
     told, truth = told_and_true
     (step,) = (e for e in told["effects"] if e["id"] == "off_plate_step")
@@ -119,6 +121,7 @@ def test_the_step_is_where_it_was(told_and_true):
     assert (end - 1) / 100 == pytest.approx(until, abs=0.05)
 
 
+@pytest.mark.slow
 def test_what_is_wrong_is_worst_during_the_step_while_no_plate_is_loaded(told_and_true):
     told, truth = told_and_true
     ((_, since, until),) = truth.off_plate["walk"]
@@ -133,6 +136,7 @@ def test_what_is_wrong_is_worst_during_the_step_while_no_plate_is_loaded(told_an
     assert np.mean(time_history["force_after_N"]) < np.mean(time_history["force_N"])
 
 
+@pytest.mark.slow
 def test_the_step_s_force_is_told_over_time(told_and_true):
     told, _ = told_and_true
     (step,) = (e for e in told["effects"] if e["id"] == "off_plate_step")
@@ -143,6 +147,7 @@ def test_the_step_s_force_is_told_over_time(told_and_true):
     assert vertical.max() > 1.3 * step["parameters"]["force_y_N"]["value"]
 
 
+@pytest.mark.slow
 def test_what_the_fit_noted_is_not_lost(told_and_true):
     told, _ = told_and_true
     notes = [note["text"] for note in told["notes"]]

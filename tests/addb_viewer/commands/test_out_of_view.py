@@ -23,6 +23,8 @@ from solver.simulate.person import Person, body_of
 from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 UNSEEN = ((0, 30), (70, 100))
 ARM = ("RELB", "RELM", "RFRM", "RWRA", "RWRB", "RFIN")
 ARM_UNSEEN, ARM_BRIDGED = (110, 145), (40, 55)
@@ -66,7 +68,6 @@ def unseen(frames):
     return outside
 
 
-@pytest.mark.slow
 def test_arrays_are_nan(folder):
     trial = Subject.open(folder).fit()[0]
     for values in map(np.asarray, (trial.com.values, trial.coordinates.values, trial.torques.values)):
@@ -144,7 +145,6 @@ def test_tables_and_scenes(folder):
     assert keys["min"] == pytest.approx([0.3])
 
 
-@pytest.mark.slow
 def test_pages_and_recordings(folder, tmp_path):
     run("report", folder)
     run("record", folder, "--rrd", tmp_path / "walk.rrd", "--mcap", tmp_path / "walk.mcap")

@@ -22,6 +22,8 @@ from solver.dynamics.trajectory.extension import BodyWrench, Extension, TrialExt
 from solver.dynamics.trajectory.trial_data import TrialData
 from tests.solver.diagnosis.late_walk import LATE_S, SETTINGS, rms
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 
 @pytest.fixture(scope="module")
 def gain(late, late_extension):
@@ -34,7 +36,6 @@ def gain_on_time(on_time):
     return extended_fit(on_time.fit, extension_of(on_time.balance.scenes, solved), SETTINGS)
 
 
-@pytest.mark.slow
 def test_the_fit_finds_the_clock(gain, gain_on_time):
     """Skin and tables' inertias give every recording some offset; the delay is the difference of two."""
     found = gain.fit.extra[0] - gain_on_time.fit.extra[0]

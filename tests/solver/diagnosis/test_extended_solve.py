@@ -20,6 +20,8 @@ from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 from tests.flagged import flagged
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 LATE_S = 0.025
 CLOCK = {("clock_offset", "all"): ()}
 SETTINGS = Settings()
@@ -85,7 +87,6 @@ def test_the_fit_says_that_it_is_extended(subject, extension, plain, extended):
     assert other_recordings(plain.provenance, heavier) == ["mass_kg"]
 
 
-@pytest.mark.slow
 def test_a_resolve_goes_on_with_the_same_extension(subject, extension, extended):
     assert can_resolve(extended, subject, subject.trials, SETTINGS, extension=extension)
     assert not can_resolve(extended, subject, subject.trials, SETTINGS)

@@ -16,6 +16,8 @@ from solver.dynamics.weighted_means import windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 NOISE = replace(DiagnosisSettings().markers, memory_s=0.4)
 WHOLE = TrajectorySettings()
 IN_PARTS = replace(WHOLE, whole_frames=150, window_frames=140, overlap_frames=80)
@@ -48,7 +50,6 @@ def covariances(short_scene, whole, in_parts, windows):
     return [p.wrench_covariance(short_scene.measured_ground, windows) for p in (whole, in_parts)]
 
 
-@pytest.mark.slow
 def test_a_short_trial_stays_whole(short_scene, seen, whole):
     same = trial_posterior(short_scene.skeleton, seen, short_scene.motion, NOISE, WHOLE)
     np.testing.assert_array_equal(same.motion.q, whole.motion.q)

@@ -36,6 +36,8 @@ from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.skeleton import Skeleton
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 BOUND = 1.5
 TORQUE_BOUND = 2.7
 ENDS = 10  # frames at each end, as the figures leave them out
@@ -151,7 +153,6 @@ def changes_at_borders(series, steps):
     return np.concatenate(at).max(axis=0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("order", [0, 1, 2], ids=["angles", "velocities", "accelerations"])
 def test_the_motion_has_no_step_at_the_borders(oracle, ours, hidden_steps, order):
     own = own_level(oracle.dynamics.motion.derivative(order))
@@ -165,7 +166,6 @@ def test_torques_have_no_step_at_the_borders(oracle, ours, hidden_steps):
     assert np.all(at <= TORQUE_BOUND * own)
 
 
-@pytest.mark.slow
 def test_without_the_predicted_wrench_the_leg_would_jolt(oracle, walk):
     """What the bound is able to see: late halves of stances, and no force at all on the foot."""
     steps = [((a + b) // 2, b) for a, b in walk.steps[1::3]]

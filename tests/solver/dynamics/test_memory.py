@@ -95,6 +95,7 @@ def test_what_is_predicted_is_what_is_held(measured):
         assert held < told["predicted"] < 1.5 * held, measured
 
 
+@pytest.mark.slow
 def test_it_grows_as_it_does(measured):
     short, long = measured
     held = (long["peak"] - short["peak"]) / (long["predicted"] - short["predicted"])

@@ -22,6 +22,8 @@ from solver.simulate.person import Person, body_of
 from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 BEFORE, AFTER, SECONDS = 700, 40, 1.6
 SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, held_out=False))
 
@@ -68,7 +70,6 @@ def seen(fit):
     return slice(BEFORE, fit.trials[0].motion.frames - AFTER)
 
 
-@pytest.mark.slow
 def test_frames_that_show_nobody_have_no_pose_and_no_force(padded):
     trial = padded.trials[0]
     outside = np.ones(trial.motion.frames, dtype=bool)

@@ -21,6 +21,8 @@ from solver.fitting.settings import settings_for
 from solver.simulate.demo_subject import write_demo_subject
 from tests.flagged import flagged
 
+pytestmark = pytest.mark.slow  # their fixtures take long
+
 INSTEAD = flagged((40, 60, "calcn_r", "manualReview"))
 
 
@@ -51,7 +53,6 @@ def flag(folder, trial, start, end):
         record(log, files, read_trial(files), event, "Zoë")
 
 
-@pytest.mark.slow
 def test_it_says_what_a_solve_says_once_the_edit_is_made(folder, tmp_path):
     """With what people say of the other trials, flagged while the worker was at work already."""
     edited = tmp_path / "edited"
