@@ -2,8 +2,6 @@
 
 import importlib.util
 import re
-from dataclasses import fields, is_dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -11,7 +9,7 @@ import pytest
 from addb_viewer.app.shell.commands import COMMANDS
 from annotations.event_codec import KINDS
 from annotations.events import Status
-from solver.fitting.settings import Settings, as_toml, tables
+from solver.fitting.settings import Settings, tables
 
 PROJECT = Path(__file__).resolve().parent.parent
 DOCS = PROJECT / "docs"
@@ -77,24 +75,6 @@ def test_the_kinds_of_edits_and_the_statuses_of_a_review():
     kinds = [name for row in re.findall(r"^\| (`.*?) \|", rows, re.M) for name in re.findall(r"`(.*?)`", row)]
     assert sorted(kinds) == sorted(KINDS)
     assert page.split("\n## Status\n\n")[1].startswith(", ".join(f"`{status}`" for status in Status))
-
-
-@pytest.mark.parametrize("stage", TABLES)
-def test_every_setting_is_printed_with_its_unit_and_reason(stage):
-    table = as_toml(Settings()).split(f"[{stage}]\n")[1].split("\n[")[0]
-    lines = table.strip().splitlines()
-    printed = {}
-    for comment, line in pairwise(lines):
-        name = line.split(" = ")[0]
-        if not line.startswith("#") and comment.startswith("# "):
-            printed[name] = comment
-    for setting in fields(TABLES[stage]):
-        if is_dataclass(getattr(TABLES[stage], setting.name)):
-            continue  # a table of its own
-        reason, unit = setting.metadata["why"], setting.metadata["unit"]
-        assert len(reason.split()) >= 3, f"[{stage}] {setting.name}: '{reason}' is no reason"
-        assert reason in printed[setting.name]
-        assert not unit or f"[{unit}]" in printed[setting.name]
 
 
 def test_settings_that_pages_name_are_there():

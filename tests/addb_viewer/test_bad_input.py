@@ -1,4 +1,7 @@
-"""Bad input through the real command line: exit 1, one clear line, no traceback, nothing written."""
+"""Bad input through the real command line: exit 1, one clear line, no traceback, nothing written.
+
+What each reader refuses is tested beside it; here, that it comes out of the program so.
+"""
 
 import os
 import subprocess
@@ -8,22 +11,15 @@ from pathlib import Path
 import pytest
 
 MARKERS = ("RASI", "LASI", "SACR")
-GRF_COLUMNS = (
-    "ground_force_vx ground_force_vy ground_force_vz ground_force_px ground_force_py ground_force_pz"
-)
-
-ENTITY_BOMB = """<?xml version="1.0"?>
-<!DOCTYPE lolz [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;&b;&b;">]>
-<OpenSimDocument Version="30000"><Model name="&c;"></Model></OpenSimDocument>
-"""
 EXTERNAL_ENTITY = """<?xml version="1.0"?>
 <!DOCTYPE m [<!ENTITY secret SYSTEM "file:///etc/hostname">]>
 <OpenSimDocument Version="30000"><Model name="&secret;"></Model></OpenSimDocument>
 """
 
 
-def trc(frames: int = 30) -> str:
+def trc() -> str:
     """Three markers that move 1 mm a frame at 100 Hz."""
+    frames = 30
     names = "\t\t\t".join(MARKERS)
     axes = "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, 4))
     head = (
@@ -36,16 +32,6 @@ def trc(frames: int = 30) -> str:
         f"{i + 1}\t{i / 100:.2f}\t" + "\t".join(f"{100 * c + i:.3f}" for c in range(9)) for i in range(frames)
     ]
     return head + "\n".join(rows) + "\n"
-
-
-def mot(frames: int = 30) -> str:
-    """One plate that carries 700 N."""
-    head = f"forces\nversion=1\nnRows={frames}\nnColumns=10\ninDegrees=yes\nendheader\n"
-    columns = "\t".join(
-        ["time", *GRF_COLUMNS.split(), "ground_torque_x", "ground_torque_y", "ground_torque_z"]
-    )
-    rows = [f"{i / 100:.2f}\t0.5\t700.0\t0.5\t0.1\t0.0\t0.1\t0.0\t0.0\t0.0" for i in range(frames)]
-    return "\n".join([head + columns, *rows]) + "\n"
 
 
 @pytest.fixture
@@ -85,67 +71,11 @@ def test_a_trc_cut_off_inside_a_row(folder):
     assert_refused(folder, "walk.trc", "line")
 
 
-def test_a_trc_cut_off_inside_its_header(folder):
-    (folder / "walk.trc").write_text(trc()[:120])
-    assert_refused(folder, "walk.trc")
-
-
-def test_a_trc_without_data(folder):
-    (folder / "walk.trc").write_text(trc(frames=0))
-    assert_refused(folder, "walk.trc")
-
-
-def test_an_empty_trc(folder):
-    (folder / "walk.trc").write_bytes(b"")
-    assert_refused(folder, "walk.trc")
-
-
-def test_a_c3d_cut_off(folder):
-    (folder / "walk.c3d").write_bytes(bytes([2, 0x50]) + bytes(300))
-    assert_refused(folder, "walk.c3d")
-
-
-def test_letters_in_a_number_column_of_a_mot(folder):
+def test_a_model_that_asks_for_another_files_content(folder):
     (folder / "walk.trc").write_text(trc())
-    lines = mot().splitlines()
-    lines[12] = lines[12].replace("700.0", "7OO.0")
-    (folder / "walk_grf.mot").write_text("\n".join(lines) + "\n")
-    assert_refused(folder, "walk_grf.mot", "line 13", "7OO.0")
-
-
-def test_a_mot_cut_off_inside_a_row(folder):
-    (folder / "walk.trc").write_text(trc())
-    whole = mot()
-    (folder / "walk_grf.mot").write_text(whole[: whole.rindex("0.1")])
-    assert_refused(folder, "walk_grf.mot", "line")
-
-
-@pytest.mark.parametrize("model", [ENTITY_BOMB, EXTERNAL_ENTITY], ids=["bomb", "external"])
-def test_a_model_with_entities(folder, model):
-    (folder / "walk.trc").write_text(trc())
-    (folder / "model.osim").write_text(model)
+    (folder / "model.osim").write_text(EXTERNAL_ENTITY)
     (folder / "subject.toml").write_text('model = "model.osim"\n[trials.walk]\nmarkers = "walk.trc"\n')
     assert_refused(folder, "model.osim")
-
-
-def test_a_model_cut_off(folder):
-    (folder / "walk.trc").write_text(trc())
-    (folder / "model.osim").write_text(
-        '<?xml version="1.0"?>\n<OpenSimDocument Version="30000"><Model name="a">'
-    )
-    (folder / "subject.toml").write_text('model = "model.osim"\n[trials.walk]\nmarkers = "walk.trc"\n')
-    assert_refused(folder, "model.osim")
-
-
-def test_a_description_that_is_no_toml(folder):
-    (folder / "walk.trc").write_text(trc())
-    (folder / "subject.toml").write_text("[trials.walk\n")
-    assert_refused(folder, "subject.toml")
-
-
-def test_a_trial_whose_file_is_missing(folder):
-    (folder / "subject.toml").write_text('[trials.walk]\nmarkers = "walk.trc"\n')
-    assert_refused(folder, "walk.trc")
 
 
 def test_a_folder_without_trials(folder):

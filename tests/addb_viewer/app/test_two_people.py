@@ -92,9 +92,3 @@ def test_t_says_a_disagreement_first_and_esc_forgets_that_it_did(app, enter, sto
     zoe.until(lambda: zoe.session.shown != "walk")
     assert (stored().status, stored().status_author) == (Status.FINISHED, "Zoë")
     assert not stored().accepted
-
-
-def test_two_browsers_of_one_name_are_told(app, enter):
-    zoe, other = enter(app), enter(app)
-    zoe.until(lambda: zoe.told("Two browsers decide as Zoë"))
-    other.until(lambda: other.told("Two browsers decide as Zoë"))

@@ -239,13 +239,6 @@ def test_a_review_that_nobody_made_here_is_not_written(run, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_imported_labels_go_out_with_the_edits_on_them(run, tmp_path):
-    run("flag", "walk", "0:4", "--clear", "--author", "anna")
-    run("flags", "walk", "--review-json", tmp_path / "out")
-    labels = json.loads((tmp_path / "out" / "walk" / "segment_1" / "review.json").read_text())
-    assert np.flatnonzero(labels["missing_grf_data"]).tolist() == [4, 5, 6, 7, 8, 9]
-
-
 def test_agreement_of_two_reviewers(run, tmp_path):
     run("flag", "run", "0:20", "--author", "anna")
     run("flag", "run", "0:16", "--author", "ben")

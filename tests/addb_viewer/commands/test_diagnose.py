@@ -108,16 +108,6 @@ def test_every_verdict_is_status_0_and_is_kept(command_line, finder, found):
     assert any(name.startswith("sha256") for name in made_from["provenance"])
 
 
-def test_the_page_says_what_how_sure_and_what_to_do(command_line, finder):
-    page = command_line("diagnose", command_line.subject.folder, "--full").stdout
-    verdict = page.split("WHAT IS WRONG")[0]
-    assert "one cause accounts for it" in " ".join(verdict.split())
-    assert "12.3 ± 0.8 ms too late" in page
-    assert "Check the trigger line." in page
-    assert "a longer recording" in page
-    assert "41 → 12 N" in page
-
-
 def test_the_json_is_the_contract(command_line, finder, tmp_path):
     target = tmp_path / "answer.json"
     assert command_line("diagnose", command_line.subject.folder, "--json", target).exit_code == 0
@@ -262,13 +252,6 @@ def test_a_note_is_told_once(command_line, finder, tmp_path):
     notes = [note["text"] for note in json.loads(target.read_text(encoding="utf-8"))["notes"]]
     assert len(notes) == len(set(notes))
     assert len([n for n in notes if "reviews are ignored" in n]) == 1
-
-
-def test_frames_are_told_in_seconds_with_the_diagnosis_own_rates(command_line, finder):
-    step = replace(LATE, id="off_plate_step", target="calcn_r", frames=(Range("walk", 1, 4),))
-    finder.found = replace(EXPLAINED, effects=(step,), rates_Hz={"walk": 50.0})
-    page = command_line("diagnose", command_line.subject.folder).stdout
-    assert "walk, frames 1 to 3 (0.02 to 0.06 s)" in page
 
 
 def test_people_s_flags_reach_the_finder(command_line, finder, monkeypatch):

@@ -7,7 +7,6 @@ from dataclasses import fields, is_dataclass, replace
 import pytest
 
 from solver.common.errors import SettingsError
-from solver.fitting.results.store import load_fit, save_fit
 from solver.fitting.settings import (
     FILE_NAME,
     Settings,
@@ -167,14 +166,6 @@ def test_a_fit_stays_that_of_its_settings_when_only_the_diagnosis_changes():
     usual = Settings()
     kept = as_dict(usual)
     assert decide_the_same_fit(kept, replace(usual, diagnosis=replace(usual.diagnosis, least_gain=9.0)))
-    assert not decide_the_same_fit(kept, replace(usual, kinematics=replace(usual.kinematics, iterations=12)))
-
-
-def test_a_fit_read_from_the_disk_still_has_the_settings_that_it_was_made_with(small_fit):
-    usual, results = Settings(), small_fit.subject.folder / "results"
-    save_fit(replace(small_fit, settings=as_dict(usual)), results)
-    kept = load_fit(results, small_fit.subject.folder).settings
-    assert decide_the_same_fit(kept, usual)
     assert not decide_the_same_fit(kept, replace(usual, kinematics=replace(usual.kinematics, iterations=12)))
 
 
