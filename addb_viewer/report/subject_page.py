@@ -18,20 +18,20 @@ from addb_viewer.report.joints_part import angles_part, joints_part
 from addb_viewer.report.key_findings import key_findings
 from addb_viewer.report.made_from import recorded, repeat_part
 from addb_viewer.report.markup import Safe, bar, data_script, element, joined, part, swatch, table, told
-from addb_viewer.report.moments import moments_of
-from addb_viewer.report.motion_part import changed_part, strides_part
+from addb_viewer.report.motion_part import changed_part, moments_of, strides_part
 from addb_viewer.report.quality import (
     bounds_of,
     held_out_table,
     quality_table,
+    seek_link,
     stored_list,
     worse_than_markers,
+    worst_markers,
 )
 from addb_viewer.report.report_page import page_html
 from addb_viewer.report.scene_data import arrows_of, plates_of, scene_of
 from addb_viewer.report.still_picture import still_picture
 from addb_viewer.report.timeline import diagnosed_timeline, timeline
-from addb_viewer.report.worst_markers import seek_link, worst_markers
 from addb_viewer.text.amounts import TO_95
 from addb_viewer.text.coordinate_words import torque_in_words
 from addb_viewer.text.diagnosis_words import NOTES, page

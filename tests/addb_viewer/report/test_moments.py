@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.report.frames_kept import kept_frames
-from addb_viewer.report.moments import moments_of
+from addb_viewer.report.motion_part import moments_of
 from addb_viewer.trial_view.replay import RequiredForce
 from tests.addb_viewer.told_diagnosis import told_cause
 

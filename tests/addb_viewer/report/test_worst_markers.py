@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from addb_viewer.report.worst_markers import seek_link, worst_markers
+from addb_viewer.report.quality import seek_link, worst_markers
 
 
 def test_markers_in_the_order_of_their_error(recording):

@@ -8,8 +8,8 @@ from addb_viewer.app.review.review_html import (
     proposals_html,
     ranges_html,
 )
+from addb_viewer.report.timeline import lanes_html
 from addb_viewer.trial_view.lanes import lanes_of
-from addb_viewer.trial_view.lanes_html import lanes_html
 from addb_viewer.trial_view.proposals import pending
 from addb_viewer.trial_view.span import Span
 from addb_viewer.trial_view.strip import rows_json
