@@ -2,12 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-Kind = Literal["bool", "i8", "i16", "i32", "i64", "u8", "f32", "f64", "text", "texts", "floats"]
 
 ARROW_TYPES = {
     "bool": "bool",
@@ -30,14 +28,23 @@ class Column:
     """One column. `description` says what a null means where there can be one."""
 
     name: str
-    kind: Kind
+    type: str  # a kind of `ARROW_TYPES`; behind it a question mark where there can be a null
     description: str
     unit: str = ""
     frame: str = ""  # of reference, in which a vector's components are
     shape: str = "scalar"  # of the quantity that it is a part of
     source: str = ""  # where its values come from
-    nullable: bool = False
     family: str = ""  # how the page of documentation writes it together with its like; empty: alone
+
+    @property
+    def kind(self) -> str:
+        """What its values are, null or not."""
+        return self.type.removesuffix("?")
+
+    @property
+    def nullable(self) -> bool:
+        """Whether there can be a null."""
+        return self.type.endswith("?")
 
     @property
     def metadata(self) -> dict[str, str]:
@@ -100,42 +107,40 @@ class Table:
         for column in self.columns:
             families.setdefault(column.family or column.name, column)
         for name, column in families.items():
-            kind = column.kind + ("?" if column.nullable else "")
             where = f" ({column.frame})" if column.frame else ""
-            lines.append(f"| `{name}` | {kind} | {column.unit} | {column.description}{where} |")
+            lines.append(f"| `{name}` | {column.type} | {column.unit} | {column.description}{where} |")
         return "\n".join(lines)
 
 
 def vector(
     pattern: str,
-    unit: str,
+    type: str,
     description: str,
+    unit: str,
     *,
     frame: str = "ground",
     source: str = "",
-    nullable: bool = False,
     axes: Sequence[str] = ("x", "y", "z"),
 ) -> tuple[Column, ...]:
     """A column for each component.
 
     Args:
         pattern: of the columns' names; `{}` is the axis.
-        unit: of each component.
+        type: of each component, as of `Column`.
         description: of the vector.
+        unit: of each component.
         frame: of reference.
         source: of the values.
-        nullable: whether there can be none.
         axes: names of the components.
     """
     family = pattern.format("{" + ",".join(axes) + "}")
     shape = f"{len(axes)} ({', '.join(axes)})"
     return tuple(
-        Column(pattern.format(axis), "f32", description, unit, frame, shape, source, nullable, family)
-        for axis in axes
+        Column(pattern.format(axis), type, description, unit, frame, shape, source, family) for axis in axes
     )
 
 
-def _arrow_type(kind: Kind) -> "pa.DataType":
+def _arrow_type(kind: str) -> "pa.DataType":
     pa = _arrow()
     if kind in ("texts", "floats"):
         item = pa.string() if kind == "texts" else pa.float32()
@@ -174,25 +179,15 @@ FRAME_KEYS = (
 )
 
 MEASURES = (
-    Column(
-        "marker_rms_m", "f32", "distance of markers from the skeleton, RMS", "m", source="fit", nullable=True
-    ),
-    Column("marker_max_m", "f32", "the largest of these distances", "m", source="fit", nullable=True),
-    Column(
-        "linear_rms_bw",
-        "f32",
-        "residual force over `used` frames, RMS",
-        "body weight",
-        source="fit",
-        nullable=True,
-    ),
+    Column("marker_rms_m", "f32?", "distance of markers from the skeleton, RMS", "m", source="fit"),
+    Column("marker_max_m", "f32?", "the largest of these distances", "m", source="fit"),
+    Column("linear_rms_bw", "f32?", "residual force over `used` frames, RMS", "body weight", source="fit"),
     Column(
         "angular_rms_bwh",
-        "f32",
+        "f32?",
         "residual moment over `used` frames, RMS",
         "body weight * height",
         source="fit",
-        nullable=True,
     ),
 )
 
@@ -204,12 +199,11 @@ def _coordinates(
     return tuple(
         Column(
             f"{prefix}_{name}",
-            "f32",
+            "f32?",
             f"{description}; null where the model lacks the coordinate",
             units[name in TRANSLATIONS],
             shape=f"{len(COORDINATE_NAMES)} (coordinates)",
             source=source,
-            nullable=True,
             family=f"{prefix}_COORDINATE",
         )
         for name in COORDINATE_NAMES
@@ -226,30 +220,29 @@ def _foot(side: str) -> tuple[Column, ...]:
     foot = f"the {SIDE_WORDS[side]} foot"
     null = "; null where it does not count"
     return (
-        *vector(f"grf_{side}_{{}}_N", "N", f"force on {foot}{null}", source="plates", nullable=True),
+        *vector(f"grf_{side}_{{}}_N", "f32?", f"force on {foot}{null}", "N", source="plates"),
         *vector(
             f"grm_{side}_{{}}_Nm",
-            "N*m",
+            "f32?",
             f"moment on {foot} about the origin of its body{null}",
+            "N*m",
             source="plates",
-            nullable=True,
         ),
-        *vector(f"foot_{side}_{{}}_m", "m", f"origin of {foot}'s body", source="fit"),
+        *vector(f"foot_{side}_{{}}_m", "f32", f"origin of {foot}'s body", "m", source="fit"),
         *vector(
             f"cop_{side}_{{}}_m",
-            "m",
+            "f32?",
             f"centre of pressure of {foot}; null where its force does not count or is below 20 N",
+            "m",
             source="plates",
-            nullable=True,
         ),
         Column(
             f"free_moment_{side}_Nm",
-            "f32",
+            "f32?",
             f"moment on {foot} about the surface's normal at the centre of pressure; null likewise",
             "N*m",
             "surface normal",
             source="plates",
-            nullable=True,
         ),
     )
 
@@ -259,7 +252,7 @@ _LABELS = (
         "pass", "text", "D: fitted to the forces; F: low-passed, where no such fit was made", source="fit"
     ),
     Column("activity", "text", "class of what the person does; `none` where nobody and no rule says"),
-    Column("activity_sub", "text", "subclass; null where none was given", nullable=True),
+    Column("activity_sub", "text?", "subclass; null where none was given"),
     Column("activity_by", "text", "person: confirmed; rule, rule (unlearnt): suggested; nobody"),
 )
 
@@ -276,14 +269,13 @@ _COUNTS = (
     ),
     Column("used", "bool", "counts and is 10 native frames or more from the trial's ends: what figures use"),
     Column("torque_predicted", "bool", "the torques rest on a foot's wrench that the motion requires"),
-    Column("missing_reason", "text", "why it does not count; null where it does", nullable=True),
+    Column("missing_reason", "text?", "why it does not count; null where it does"),
     Column("missing_number", "u8", "likewise, number of the B3D format; 0 where it counts"),
     Column(
         "phase",
-        "i8",
+        "i8?",
         "0 flight, 1 right foot alone, 2 left foot alone, 3 both; null where the frame does not count",
         source="plates",
-        nullable=True,
     ),
     Column("contact_r", "bool", "the right foot is on the ground, measured or not", source="fit and plates"),
     Column("contact_l", "bool", "the left foot is on the ground, measured or not", source="fit and plates"),
@@ -307,14 +299,15 @@ _MOTION = (
 )
 
 _BODY = (
-    *vector("com_{}_m", "m", "centre of mass of the body", source="fit"),
-    *vector("com_v_{}_m_s", "m/s", "its velocity", source="fit"),
-    *vector("com_a_{}_m_s2", "m/s^2", "its acceleration; gravity is not taken off", source="fit"),
-    *vector("pelvis_{}_m", "m", "origin of the root body", source="fit"),
+    *vector("com_{}_m", "f32", "centre of mass of the body", "m", source="fit"),
+    *vector("com_v_{}_m_s", "f32", "its velocity", "m/s", source="fit"),
+    *vector("com_a_{}_m_s2", "f32", "its acceleration; gravity is not taken off", "m/s^2", source="fit"),
+    *vector("pelvis_{}_m", "f32", "origin of the root body", "m", source="fit"),
     *vector(
         "pelvis_q{}",
-        "1",
+        "f32",
         "orientation of the root body: unit quaternion",
+        "1",
         source="fit",
         axes=("w", "x", "y", "z"),
     ),
@@ -323,37 +316,43 @@ _BODY = (
 _RESIDUALS = (
     *vector(
         "residual_force_{}_N",
-        "N",
+        "f32?",
         "external force that the motion requires beyond the measured; null unless the frame counts",
+        "N",
         source="inverse dynamics",
-        nullable=True,
     ),
     *vector(
         "residual_moment_{}_Nm",
-        "N*m",
+        "f32?",
         "likewise the moment, about the root joint's centre",
+        "N*m",
         source="inverse dynamics",
-        nullable=True,
     ),
     *vector(
         "residual_raw_force_{}_N",
-        "N",
+        "f32?",
         "residual force against unfiltered plates",
+        "N",
         source="inverse dynamics",
-        nullable=True,
     ),
     *vector(
         "residual_raw_moment_{}_Nm",
-        "N*m",
+        "f32?",
         "residual moment against unfiltered plates",
+        "N*m",
         source="inverse dynamics",
-        nullable=True,
     ),
     *vector(
-        "extra_force_{}_N", "N", "that accepted causes add to the balance; zero without one", source="fit"
+        "extra_force_{}_N",
+        "f32",
+        "that accepted causes add to the balance; zero without one",
+        "N",
+        source="fit",
     ),
-    *vector("extra_moment_{}_Nm", "N*m", "likewise the moment, about the root joint's centre", source="fit"),
-    *vector("root_joint_{}_m", "m", "the root joint's centre", source="fit"),
+    *vector(
+        "extra_moment_{}_Nm", "f32", "likewise the moment, about the root joint's centre", "N*m", source="fit"
+    ),
+    *vector("root_joint_{}_m", "f32", "the root joint's centre", "m", source="fit"),
 )
 
 FRAME_COLUMNS = (
@@ -365,10 +364,8 @@ FRAME_COLUMNS = (
     *_foot("r"),
     *_foot("l"),
     *_RESIDUALS,
-    Column(
-        "marker_rms_m", "f32", "distance of the frame's markers, RMS; null without any", "m", nullable=True
-    ),
-    Column("marker_max_m", "f32", "the largest of these distances", "m", nullable=True),
+    Column("marker_rms_m", "f32?", "distance of the frame's markers, RMS; null without any", "m"),
+    Column("marker_max_m", "f32?", "the largest of these distances", "m"),
 )
 
 KINEMATICS_COLUMNS = (

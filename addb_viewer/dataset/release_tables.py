@@ -22,13 +22,13 @@ _SUBJECT = Column("subject_id", "text", "SOURCE/FOLDER")
 _TRIAL = Column("trial_id", "text", "SOURCE/FOLDER/TRIAL")
 _START = Column("start_frame", "i32", "the first frame of the range, on the release's grid")
 _END = Column("end_frame", "i32", "the first frame after the range")
-_REVIEWER = Column("reviewer", "text", "who said it: reviewer_1, reviewer_2 …", nullable=True)
+_REVIEWER = Column("reviewer", "text?", "who said it: reviewer_1, reviewer_2 …")
 _ACTIVITY = Column(
     "activity", "text", "class: walk, run, stairs, sit-to-stand, jump, squat, lunge, standing …"
 )
-_SUBCLASS = Column("activity_sub", "text", "subclass; null where none was given", nullable=True)
+_SUBCLASS = Column("activity_sub", "text?", "subclass; null where none was given")
 _CONFIDENCE = Column(
-    "activity_confidence", "f32", "0 to 1, of a rule; null where a person or nobody said it", nullable=True
+    "activity_confidence", "f32?", "0 to 1, of a rule; null where a person or nobody said it"
 )
 _BY = Column("activity_by", "text", "person: confirmed; rule, rule (unlearnt): suggested; nobody")
 
@@ -40,23 +40,19 @@ SUBJECTS = Table(
         _SUBJECT,
         Column("person_id", "text", "SOURCE/PERSON; a person may have several subjects"),
         Column("source", "text", "publication or laboratory's collection", source="subject.toml"),
-        Column("laboratory", "text", "where it was recorded", source="subject.toml", nullable=True),
+        Column("laboratory", "text?", "where it was recorded", source="subject.toml"),
         Column("licence", "text", "SPDX expression", source="subject.toml"),
         Column("consent", "text", "public, restricted or unknown", source="subject.toml"),
-        Column("citation", "text", "what to cite, as BibTeX or text", source="subject.toml", nullable=True),
-        Column(
-            "url", "text", "of the source; a DOI as https://doi.org/…", source="subject.toml", nullable=True
-        ),
-        Column("sex", "text", "female or male; null where not entered", nullable=True),
-        Column("age_years", "f32", "at the recording; above 89: 90", "year", nullable=True),
+        Column("citation", "text?", "what to cite, as BibTeX or text", source="subject.toml"),
+        Column("url", "text?", "of the source; a DOI as https://doi.org/…", source="subject.toml"),
+        Column("sex", "text?", "female or male; null where not entered"),
+        Column("age_years", "f32?", "at the recording; above 89: 90", "year"),
         Column("height_m", "f32", "as entered, else of the scaled skeleton", "m", source="fit"),
         Column("mass_kg", "f32", "of the fitted skeleton", "kg", source="fit"),
-        Column("mass_entered_kg", "f32", "as entered", "kg", source="subject.toml", nullable=True),
-        Column("mass_from_forces_kg", "f32", "that the plates carried", "kg", source="plates", nullable=True),
-        Column(
-            "mass_from_forces_std_kg", "f32", "its standard deviation", "kg", source="plates", nullable=True
-        ),
-        Column("bmi", "f32", "mass / height², both as entered, else null", "kg/m^2", nullable=True),
+        Column("mass_entered_kg", "f32?", "as entered", "kg", source="subject.toml"),
+        Column("mass_from_forces_kg", "f32?", "that the plates carried", "kg", source="plates"),
+        Column("mass_from_forces_std_kg", "f32?", "its standard deviation", "kg", source="plates"),
+        Column("bmi", "f32?", "mass / height², both as entered, else null", "kg/m^2"),
         Column("model", "text", "name of the skeleton's model", source="fit"),
         Column("bodies", "i16", "number of the model's bodies"),
         Column("dofs", "i16", "number of its free coordinates"),
@@ -102,28 +98,16 @@ TRIALS = Table(
         _CONFIDENCE,
         _BY,
         Column("trial_type", "text", "overground, treadmill, static or other"),
-        Column("average_speed_m_s", "f32", "of walking or running", "m/s", nullable=True),
-        Column("speed_kind", "text", "overground or treadmill: how the speed was found", nullable=True),
+        Column("average_speed_m_s", "f32?", "of walking or running", "m/s"),
+        Column("speed_kind", "text?", "overground or treadmill: how the speed was found"),
         *MEASURES,
+        Column("held_out_linear_rms_N", "f32?", "residual force on held-out blocks, RMS", "N", source="fit"),
         Column(
-            "held_out_linear_rms_N",
-            "f32",
-            "residual force on held-out blocks, RMS",
-            "N",
-            source="fit",
-            nullable=True,
+            "held_out_angular_rms_Nm", "f32?", "residual moment on held-out blocks, RMS", "N*m", source="fit"
         ),
-        Column(
-            "held_out_angular_rms_Nm",
-            "f32",
-            "residual moment on held-out blocks, RMS",
-            "N*m",
-            source="fit",
-            nullable=True,
-        ),
-        Column("hicks_linear", "bool", "residual force ≤ 0.05 body weights", nullable=True),
-        Column("hicks_angular", "bool", "residual moment ≤ 0.01 body weights · height", nullable=True),
-        Column("hicks_paper", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height", nullable=True),
+        Column("hicks_linear", "bool?", "residual force ≤ 0.05 body weights"),
+        Column("hicks_angular", "bool?", "residual moment ≤ 0.01 body weights · height"),
+        Column("hicks_paper", "bool?", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height"),
         Column("extension_applied", "bool", "whether an accepted cause acts beside the forces"),
         Column("concerns", "texts", "what somebody should look at: causes named, notes of the fit"),
     ),
@@ -143,15 +127,14 @@ SEGMENTS = Table(
         _START,
         _END,
         Column("counted", "i32", "frames that count"),
-        Column("average_speed_m_s", "f32", "of walking or running", "m/s", nullable=True),
-        Column("speed_kind", "text", "overground or treadmill: how the speed was found", nullable=True),
+        Column("average_speed_m_s", "f32?", "of walking or running", "m/s"),
+        Column("speed_kind", "text?", "overground or treadmill: how the speed was found"),
         *MEASURES,
         *(
             Column(
                 f"{phase}_share",
-                "f32",
+                "f32?",
                 f"share of the counting frames with {words}; null without such frames",
-                nullable=True,
             )
             for phase, words in (
                 ("flight", "no foot on a plate"),
@@ -160,12 +143,8 @@ SEGMENTS = Table(
                 ("double", "both feet"),
             )
         ),
-        Column(
-            "clinical_paper", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height", nullable=True
-        ),
-        Column(
-            "clinical_hicks", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.01 · height", nullable=True
-        ),
+        Column("clinical_paper", "bool?", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height"),
+        Column("clinical_hicks", "bool?", "linear ≤ 0.05 body weights and angular ≤ 0.01 · height"),
     ),
     key=("segment_id",),
     order=("trial_id", "segment"),
@@ -210,9 +189,9 @@ COORDINATES = Table(
         Column("name", "text", "as the model has it"),
         Column("unit", "text", "rad or m"),
         Column("locked", "bool", "whether it stands still by the model's word"),
-        Column("coupled_to", "text", "the coordinate that it follows", nullable=True),
-        Column("low", "f32", "end of its range", "rad or m", nullable=True),
-        Column("high", "f32", "end of its range", "rad or m", nullable=True),
+        Column("coupled_to", "text?", "the coordinate that it follows"),
+        Column("low", "f32?", "end of its range", "rad or m"),
+        Column("high", "f32?", "end of its range", "rad or m"),
     ),
     key=("subject_id", "list", "place"),
     order=("subject_id", "list", "place"),
@@ -241,12 +220,12 @@ CAUSES = Table(
     "A row a cause that the diagnosis named or a person accepted",
     (
         _SUBJECT,
-        Column("trial_id", "text", "null: of all the subject's trials", nullable=True),
+        Column("trial_id", "text?", "null: of all the subject's trials"),
         Column("cause", "text", "its name in docs/reference/causes.md"),
         Column("target", "text", "what it is about: a plate, a body …"),
         Column("parameters", "text", "JSON: value by name, the unit ends the name"),
         Column("std", "text", "JSON: standard deviation by name"),
-        Column("sureness", "f32", "0 to 1", nullable=True),
+        Column("sureness", "f32?", "0 to 1"),
         Column("state", "text", "named, or accepted: part of the model"),
     ),
     key=("subject_id", "trial_id", "cause", "target"),
@@ -262,8 +241,8 @@ LEFT_OUT = Table(
         Column("id", "text", "of the subject, trial or segment"),
         Column("reason", "text", "in one word; docs/reference/dataset.md lists them"),
         Column("detail", "text", "one line"),
-        Column("start_frame", "i32", "of a range or segment, on the release's grid", nullable=True),
-        Column("end_frame", "i32", "the first frame after it", nullable=True),
+        Column("start_frame", "i32?", "of a range or segment, on the release's grid"),
+        Column("end_frame", "i32?", "the first frame after it"),
         Column("frames", "i64", "how many are lost; 0 where nobody could count them"),
         Column("hours", "f64", "likewise", "h"),
     ),
@@ -312,25 +291,25 @@ MARKERS = _long(
     "markers",
     "A row a marker and frame: where it was seen, and where the fitted skeleton has it",
     Column("marker", "text", "its label in the recording"),
-    *vector("measured_{}_m", "m", "as recorded; null where not seen", source="markers", nullable=True),
-    *vector("modelled_{}_m", "m", "on the skeleton; null where it has no such", source="fit", nullable=True),
+    *vector("measured_{}_m", "f32?", "as recorded; null where not seen", "m", source="markers"),
+    *vector("modelled_{}_m", "f32?", "on the skeleton; null where it has no such", "m", source="fit"),
 )
 
 JOINT_CENTRES = _long(
     "joint_centres",
     "A row a joint and frame",
     Column("joint", "text", "its name in the model"),
-    *vector("root_{}_m", "m", "centre of the joint", frame="root body", source="fit"),
-    *vector("ground_{}_m", "m", "centre of the joint", source="fit"),
+    *vector("root_{}_m", "f32", "centre of the joint", "m", frame="root body", source="fit"),
+    *vector("ground_{}_m", "f32", "centre of the joint", "m", source="fit"),
 )
 
 PLATES = _long(
     "plates",
     "A row a force plate and frame: as recorded, on the person; null where the recording does not reach",
     Column("plate", "text", "its name in the recording"),
-    *vector("force_{}_N", "N", "on the person", source="plates", nullable=True),
-    *vector("moment_{}_Nm", "N*m", "about the centre of pressure", source="plates", nullable=True),
-    *vector("cop_{}_m", "m", "centre of pressure; null while unloaded", source="plates", nullable=True),
+    *vector("force_{}_N", "f32?", "on the person", "N", source="plates"),
+    *vector("moment_{}_Nm", "f32?", "about the centre of pressure", "N*m", source="plates"),
+    *vector("cop_{}_m", "f32?", "centre of pressure; null while unloaded", "m", source="plates"),
 )
 
 ROOT_TABLES = (SUBJECTS, TRIALS, SEGMENTS, CONTACTS, ACTIVITIES, COORDINATES, REVIEWS, CAUSES, LEFT_OUT)

@@ -19,9 +19,9 @@ TABLE = Table(
     "A row a thing",
     (
         Column("name", "text", "its name"),
-        Column("size", "f32", "its size", "m", nullable=True),
+        Column("size", "f32?", "its size", "m"),
         Column("count", "i16", "how many"),
-        Column("phase", "i8", "which", nullable=True),
+        Column("phase", "i8?", "which"),
         Column("notes", "texts", "what is said"),
         Column("values", "floats", "numbers"),
     ),
