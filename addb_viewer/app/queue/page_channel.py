@@ -6,8 +6,9 @@ import json
 import threading
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
+import msgspec
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
@@ -28,33 +29,22 @@ from solver.common.errors import SolverError
 
 MOST_TRIALS = 100_000
 LONGEST = 10_000  # characters of a text
+MOST_NUMBER = 2**53  # which a browser counts exactly
+
+Look = Literal["hello", "order", "comments", "people", "anew"]
+Act = Literal["fit", "diagnose", "export", "cancel", "assign", "comment", "settle"]  # in somebody's name
+Number = Annotated[int, msgspec.Meta(ge=0, lt=MOST_NUMBER)]
 
 
 @dataclass(frozen=True)
 class Asked:
     """What somebody at the page wants; what it does not need is empty."""
 
-    what: str  # one of WANTS
-    places: tuple[TrialPlace, ...] = ()
-    text: str = ""  # a name, a comment, a format, a browser
-    frame: int | None = None
-    number: int | None = None  # of a comment
-
-
-WANTS = (
-    "hello",
-    "order",
-    "fit",
-    "diagnose",
-    "export",
-    "assign",
-    "comment",
-    "settle",
-    "comments",
-    "people",
-    "cancel",
-    "anew",
-)
+    what: Look | Act
+    places: Annotated[tuple[TrialPlace, ...], msgspec.Meta(max_length=MOST_TRIALS)] = ()
+    text: Annotated[str, msgspec.Meta(max_length=LONGEST)] = ""  # a name, a comment, a format, a browser
+    frame: Number | None = None
+    number: Number | None = None  # of a comment
 
 
 def asked(message: str | bytes) -> Asked:
@@ -64,22 +54,9 @@ def asked(message: str | bytes) -> Asked:
         ReviewError: it is none.
     """
     try:
-        said = json.loads(message)
-        what, places = said["what"], [tuple(place) for place in said.get("places", ())]
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        return msgspec.json.decode(message, type=Asked)
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         raise ReviewError("that is no message of the queue's page") from error
-    text, numbers = said.get("text", ""), [said.get("frame"), said.get("number")]
-    right = (
-        what in WANTS
-        and len(places) <= MOST_TRIALS
-        and all(len(place) == 2 and all(isinstance(part, str) for part in place) for place in places)
-        and isinstance(text, str)
-        and len(text) <= LONGEST
-        and all(n is None or (type(n) is int and 0 <= n < 2**53) for n in numbers)
-    )
-    if not right:
-        raise ReviewError("that is no message of the queue's page")
-    return Asked(what, tuple(places), text, *numbers)
 
 
 def row_words(row: Row) -> dict[str, Any]:

@@ -1,46 +1,23 @@
 // The page's end of the channel of our own; see channel.py. The session puts the page's name into a panel; with it, and
 // with what the address asks for and the browser remembers, the channel begins.
 import { watchPage } from "./elements.js";
-
-const RETRY_MS = 300;
-const MEMORY = "addb-viewer"; // in the browser's storage; the queue's page has the same
+import { connect, remember, remembered, system } from "./server.js";
 
 const known = new Map(); // the newest value of each kind
 const listeners = new Map();
-let socket = null, name = null;
+let say = () => {}, name = null;
 
-const system = matchMedia("(prefers-color-scheme: dark)");
-const remembered = () => {
-  try {
-    return JSON.parse(localStorage.getItem(MEMORY)) ?? {};
-  } catch {
-    return {}; // a browser that keeps nothing
-  }
-};
-const hear = ({ data }) => {
-  const [kind, value] = JSON.parse(data);
+const heard = ([kind, value]) => {
   known.set(kind, value);
   for (const listener of listeners.get(kind) ?? []) listener(value);
 };
-const connect = () => {
-  const opened = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/addb/page`);
-  opened.onopen = () => {
-    const query = location.search.slice(1);
-    opened.send(JSON.stringify({ name, query, dark: system.matches, memory: remembered() }));
-    socket = opened;
-  };
-  opened.onmessage = hear;
-  opened.onclose = () => {
-    socket = null;
-    setTimeout(connect, RETRY_MS);
-  };
-};
+const opened = () => say({ name, query: location.search.slice(1), dark: system.matches, memory: remembered() });
 watchPage(() => {
   const given = [...document.querySelectorAll("[data-addb-page]")].at(-1)?.dataset.addbPage;
   if (!given || given === name) return;
   const isFirst = name === null;
   name = given;
-  if (isFirst) connect(); // else the server closes the channel of the session before
+  if (isFirst) say = connect("/addb/page", { opened, heard }); // else the server closes the channel of the session before
 });
 
 window.addb = {
@@ -50,18 +27,10 @@ window.addb = {
     if (known.has(kind)) listener(known.get(kind));
   },
   /** Asks the session for something; dropped where there is no session. */
-  send(kind, value = null) {
-    if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify([kind, value]));
-  },
+  send: (kind, value = null) => say([kind, value]),
 };
 
-window.addb.on("memory", (memory) => {
-  try {
-    localStorage.setItem(MEMORY, JSON.stringify({ ...remembered(), ...memory }));
-  } catch {
-    // a browser that keeps nothing
-  }
-});
+window.addb.on("memory", remember);
 system.addEventListener("change", () => window.addb.send("dark", system.matches));
 window.addb.on("theme", (theme) => (document.documentElement.dataset.addbTheme = theme));
 

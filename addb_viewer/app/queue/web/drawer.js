@@ -1,25 +1,15 @@
 // What opens at the right: who has done how much, or the comments on a trial.
 
+import { element } from "/addb/elements.js";
 import { button, make } from "./elements.js";
 import { address, ago, hours } from "./rows.js";
 
 function table(heads, lines) {
-  const element = make("table"), head = make("tr");
-  for (const [text, figure] of heads) head.append(make("th", figure ? "figure" : "", text));
-  element.append(head);
-  for (const line of lines) {
-    const row = make("tr");
-    line.forEach((text, k) => row.append(make("td", heads[k][1] ? "figure" : "", text)));
-    element.append(row);
-  }
-  return element;
+  const row = (kind, texts) => make("tr", "", ...texts.map((text, k) => make(kind, heads[k][1] ? "figure" : "", text)));
+  return make("table", "", row("th", heads.map(([text]) => text)), ...lines.map((texts) => row("td", texts)));
 }
 
-const titled = (title, close) => {
-  const line = make("div", "line");
-  line.append(make("h2", "", title), make("span", "fill"), button("Close", close));
-  return line;
-};
+const titled = (title, close) => make("div", "line", make("h2", "", title), make("span", "fill"), button("Close", close));
 
 export function peopleView(said, rows, now, close) {
   const left = rows.filter((row) => row.status !== "finished" && !row.error).length;
@@ -53,46 +43,34 @@ export function peopleView(said, rows, now, close) {
 export function commentsView(row, comments, now, act) {
   const parts = [titled(`Comments on ${row.trial}`, act.close)];
   for (const comment of comments) {
-    const thread = make("section", comment.settledBy ? "thread settled" : "thread");
-    const about = make("div", "line");
-    if (comment.frame === null) about.append(make("span", "quiet", "the whole trial"));
-    else {
-      const link = make("a", "strong", `frame ${comment.frame}`);
-      link.href = address(row, comment.frame);
-      about.append(link);
-    }
-    about.append(make("span", "fill"));
-    about.append(comment.settledBy
-      ? button("Open again", () => act.settle(comment.number, true))
-      : button("Settled", () => act.settle(comment.number, false)));
-    thread.append(about);
-    for (const [author, at, text] of comment.said) {
-      const who = make("div");
-      who.append(make("span", "strong", author), make("span", "quiet", ` · ${ago(now - at)}`));
+    const { frame, number, said, settledBy } = comment;
+    const href = address(row, frame ?? 0);
+    const about = make("div", "line",
+      frame === null ? make("span", "quiet", "the whole trial") : element("a", { className: "strong", href }, `frame ${frame}`),
+      make("span", "fill"),
+      button(settledBy ? "Open again" : "Settled", () => act.settle(number, Boolean(settledBy))),
+    );
+    const thread = make("section", settledBy ? "thread settled" : "thread", about);
+    for (const [author, at, text] of said) {
+      const who = make("div", "", make("span", "strong", author), make("span", "quiet", ` · ${ago(now - at)}`));
       thread.append(who, make("div", "said", text));
     }
-    if (comment.settledBy) thread.append(make("div", "quiet", `Settled by ${comment.settledBy}`));
-    thread.append(form("Answer", (text) => act.comment(text, null, comment.number)));
+    if (settledBy) thread.append(make("div", "quiet", `Settled by ${settledBy}`));
+    thread.append(form("Answer", (text) => act.comment(text, null, number)));
     parts.push(thread);
   }
-  const frame = make("input");
-  Object.assign(frame, { type: "number", min: 0, max: Math.max(row.frames - 1, 0), placeholder: "whole trial" });
-  frame.setAttribute("aria-label", "Frame that the comment is about");
-  const line = make("label", "line", "At frame ");
-  line.append(frame);
-  parts.push(make("h2", "", "New comment"), line);
+  const about = { type: "number", min: 0, max: Math.max(row.frames - 1, 0), placeholder: "whole trial" };
+  const frame = element("input", { ...about, "aria-label": "Frame that the comment is about" });
+  parts.push(make("h2", "", "New comment"), make("label", "line", "At frame ", frame));
   parts.push(form("Comment", (text) => act.comment(text, frame.value === "" ? null : Math.max(0, Math.round(+frame.value)), null)));
   return parts;
 }
 
 function form(label, send) {
-  const box = make("div"), text = make("textarea");
-  text.maxLength = 10000;
-  text.setAttribute("aria-label", label);
+  const text = element("textarea", { maxLength: 10000, "aria-label": label });
   const say = () => text.value.trim() && send(text.value.trim());
   text.addEventListener("keydown", (event) => {
     if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) say();
   });
-  box.append(text, button(label, say));
-  return box;
+  return make("div", "", text, button(label, say));
 }

@@ -1,20 +1,11 @@
 // Elements of the page.
+import { element } from "/addb/elements.js";
 
 export const at = (id) => document.getElementById(id);
 
-export const make = (tag, kind = "", text = "") => {
-  const element = document.createElement(tag);
-  if (kind) element.className = kind;
-  if (text) element.textContent = text;
-  return element;
-};
+export const make = (tag, className = "", ...children) => element(tag, { className }, ...children);
 
-export function button(label, act) {
-  const element = make("button", "", label);
-  element.type = "button";
-  element.addEventListener("click", act);
-  return element;
-}
+export const button = (label, onclick, options = {}) => element("button", { type: "button", onclick, ...options }, label);
 
 export const put = (element, text) => {
   if (element.textContent !== text) element.textContent = text;

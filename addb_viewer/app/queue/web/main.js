@@ -1,8 +1,9 @@
 // The page put together: what the server says goes into the table, what people ask goes to the server.
 
-import { Channel, memory, system } from "./channel.js";
+import { connect, system } from "/addb/server.js";
 import { peopleView, commentsView } from "./drawer.js";
 import { at, button } from "./elements.js";
+import { memory } from "./memory.js";
 import { CHIPS, CHOICES, hours, INSTEAD, inOrder, key, letThrough, NOBODY, ORDERS, stateOf } from "./rows.js";
 import { readColors, Table } from "./table.js";
 
@@ -16,6 +17,7 @@ let live = { present: [], here: new Map(), work: {}, batches: {} }, order = { co
 let several = false, suggested = "", people = null, drawer = null, lastChosen = null, shown = [], comesBack = false;
 
 const state = (row) => stateOf(row, live, memory.name, nowS());
+const say = (what, more = {}) => tellServer({ what, ...more });
 const table = new Table(
   {
     select: (row, event) => select(row, event.shiftKey),
@@ -30,7 +32,7 @@ const table = new Table(
     },
     comments: (row) => {
       drawer = { kind: "comments", row, comments: null };
-      channel.say("comments", { places: [[row.subject, row.trial]] });
+      say("comments", { places: [[row.subject, row.trial]] });
     },
   },
   { state, selected: (row) => selected.has(key(row)), several: () => several, now: nowS },
@@ -59,9 +61,9 @@ function heard(said) {
   } else if (said.kind === "changed") {
     for (const [subject, trial] of said.gone) rows.delete(key({ subject, trial }));
     for (const row of said.rows) rows.set(key(row), row);
-    if (drawer?.kind === "people") channel.say("people");
+    if (drawer?.kind === "people") say("people");
     const again = drawer?.kind === "comments" && said.rows.find((row) => key(row) === key(drawer.row));
-    if (again) channel.say("comments", { places: [[again.subject, again.trial]] });
+    if (again) say("comments", { places: [[again.subject, again.trial]] });
   } else if (said.kind === "live") {
     live = { ...said, here: new Map(said.here.map(([subject, trial, names]) => [key({ subject, trial }), names])) };
   } else if (said.kind === "people") {
@@ -116,7 +118,7 @@ function tellOrder() {
     const places = shown.filter((row) => !row.error).map((row) => [row.subject, row.trial]), order = JSON.stringify(places);
     if (order === orderTold || !memory.browser) return;
     orderTold = order;
-    channel.say("order", { places, text: memory.browser });
+    say("order", { places, text: memory.browser });
   }, ORDER_MS);
 }
 
@@ -156,27 +158,28 @@ function options(list, names, label = (name) => name) {
   }
 }
 
+function closeDrawer() {
+  drawer = null;
+  at("drawer").hidden = true;
+  at("show-people").setAttribute("aria-expanded", "false");
+}
+
 function showDrawer() {
   const close = () => {
-    drawer = null;
-    at("drawer").hidden = true;
-    at("show-people").setAttribute("aria-expanded", "false");
+    closeDrawer();
     at("scroll").focus();
   };
   at("show-people").setAttribute("aria-expanded", String(drawer.kind === "people"));
   at("drawer").hidden = false;
-  if (drawer.kind === "people") {
-    at("drawer").replaceChildren(...peopleView(people, [...rows.values()], nowS(), close));
-    return;
-  }
+  if (drawer.kind === "people") return at("drawer").replaceChildren(...peopleView(people, [...rows.values()], nowS(), close));
   const places = [[drawer.row.subject, drawer.row.trial]];
-  const say = (what, more) => withName(() => {
+  const act = (what, more) => withName(() => {
     comesBack = true;
-    channel.say(what, { places, ...more });
+    say(what, { places, ...more });
   });
   at("drawer").replaceChildren(...commentsView(drawer.row, drawer.comments, nowS(), {
-    comment: (text, frame, number) => say("comment", { text, frame, number }),
-    settle: (number, open) => say("settle", { number, text: open ? "open" : "" }),
+    comment: (text, frame, number) => act("comment", { text, frame, number }),
+    settle: (number, open) => act("settle", { number, text: open ? "open" : "" }),
     close,
   }));
 }
@@ -192,16 +195,10 @@ function tell(text, bad = false) {
 
 function hello() {
   at("me").textContent = memory.name ? `You: ${memory.name}` : "Say your name";
-  channel.say("hello", { text: memory.name });
+  say("hello", { text: memory.name });
 }
 
-function withName(then) {
-  if (!memory.name) {
-    askName(then);
-    return;
-  }
-  then();
-}
+const withName = (then) => (memory.name ? then() : askName(then));
 
 let afterName = () => {};
 function askName(then) {
@@ -234,9 +231,7 @@ function wire() {
       for (const each of at("chips").children) each.setAttribute("aria-pressed", String(filter.chips.has(each.dataset.chip)));
       draw();
       if (event.detail) at("scroll").focus(); // after a click, Enter and arrows are for the rows
-    });
-    chip.dataset.chip = name;
-    chip.setAttribute("aria-pressed", String(filter.chips.has(name)));
+    }, { dataset: { chip: name }, "aria-pressed": String(filter.chips.has(name)) });
     at("chips").append(chip);
   }
   at("words").addEventListener("input", () => {
@@ -261,35 +256,30 @@ function wire() {
   for (const button of document.querySelectorAll("[data-do]")) {
     button.addEventListener("click", () => withName(() => {
       const what = button.dataset.do, text = { export: at("format").value, assign: at("person").value.trim() }[what] ?? "";
-      channel.say(what, { places: chosen(), text });
+      say(what, { places: chosen(), text });
     }));
   }
-  at("take").addEventListener("click", () => withName(() => channel.say("assign", { places: chosen(), text: memory.name })));
+  at("take").addEventListener("click", () => withName(() => say("assign", { places: chosen(), text: memory.name })));
   at("unselect").addEventListener("click", () => {
     selected.clear();
     draw();
   });
-  at("cancel").addEventListener("click", () => withName(() => channel.say("cancel")));
-  at("anew").addEventListener("click", () => channel.say("anew"));
+  at("cancel").addEventListener("click", () => withName(() => say("cancel")));
+  at("anew").addEventListener("click", () => say("anew"));
   at("show-people").addEventListener("click", () => {
-    if (drawer?.kind === "people") {
-      drawer = null;
-      at("drawer").hidden = true;
-      at("show-people").setAttribute("aria-expanded", "false");
-      return;
-    }
+    if (drawer?.kind === "people") return closeDrawer();
     drawer = { kind: "people" };
-    channel.say("people");
+    say("people");
   });
+  const themed = () => {
+    theme();
+    draw();
+  };
   at("theme").addEventListener("click", () => {
     memory.dark = !memory.dark;
-    theme();
-    draw();
+    themed();
   });
-  system.addEventListener("change", () => {
-    theme();
-    draw();
-  });
+  system.addEventListener("change", themed);
   document.addEventListener("keydown", (event) => {
     const typing = ["INPUT", "TEXTAREA", "SELECT"].includes(event.target.tagName) && event.target.type !== "checkbox";
     if (event.key === "/" && !typing) {
@@ -308,6 +298,10 @@ window.addEventListener("storage", () => hello()); // the review page has been t
 theme();
 wire();
 wireName();
-const channel = new Channel(heard, () => (orderTold = ""), () => tell("The connection is lost; it is tried again.", true));
+const tellServer = connect("/addb/queue", {
+  heard,
+  opened: () => (orderTold = ""),
+  lost: () => tell("The connection is lost; it is tried again.", true),
+});
 setInterval(ask, 30000);
 at("scroll").focus();

@@ -1,6 +1,7 @@
 // The table: only the rows in sight are elements; they are used again while one scrolls.
 
-import { button, make, put } from "./elements.js";
+import { element } from "/addb/elements.js";
+import { at, button, make, put } from "./elements.js";
 import { address, ago, key } from "./rows.js";
 
 const HEIGHT = 40, SPARE = 6; // [pixel] of a row; rows beyond the sight
@@ -13,7 +14,6 @@ const TOLD = {
   comments: "Comments that are not settled",
 };
 
-
 export class Table {
   // `on`: select(row, event), all(), sort(column), comments(row); `look`: state(row), selected(row), me(), now()
   constructor(on, look) {
@@ -23,8 +23,8 @@ export class Table {
     this.current = 0;
     this.version = 0;
     this.pool = [];
-    this.scroll = document.getElementById("scroll");
-    this.space = document.getElementById("space");
+    this.scroll = at("scroll");
+    this.space = at("space");
     this.scroll.addEventListener("scroll", () => this.ask(), { passive: true });
     this.scroll.addEventListener("keydown", (event) => this.keyed(event));
     new ResizeObserver(() => {
@@ -35,39 +35,16 @@ export class Table {
   }
 
   head() {
-    const line = document.getElementById("head"), box = make("input");
-    box.type = "checkbox";
-    box.setAttribute("aria-label", "Select all that are shown");
-    box.addEventListener("change", () => this.on.all(box.checked));
-    this.box = box;
-    const first = make("div");
-    first.setAttribute("role", "columnheader");
-    first.append(box);
-    line.append(first);
+    const onchange = () => this.on.all(this.box.checked);
+    this.box = element("input", { type: "checkbox", "aria-label": "Select all that are shown", onchange });
+    at("head").append(element("div", { role: "columnheader" }, this.box));
     this.heads = new Map();
     for (const [column, label, figure] of COLUMNS) {
-      const cell = make("div", figure ? "cell figure" : "cell");
-      cell.setAttribute("role", "columnheader");
-      line.append(cell);
-      if (!column) {
-        cell.append(this.legend());
-        continue;
-      }
-      cell.dataset.column = column;
-      const head = button(label, () => this.on.sort(column));
-      head.title = TOLD[column] ?? "";
-      this.heads.set(column, [head, label]);
-      cell.append(head);
+      const head = column ? button(label, () => this.on.sort(column), { title: TOLD[column] ?? "" }) : legend();
+      const told = { role: "columnheader", className: figure ? "cell figure" : "cell", dataset: column ? { column } : {} };
+      at("head").append(element("div", told, head));
+      if (column) this.heads.set(column, [head, label]);
     }
-  }
-
-  legend() {
-    const legend = make("span", "legend");
-    for (const [kind, words] of [["counts", "counts"], ["open", "open"], ["decided", "decided"], ["conflict", "disagree"]]) {
-      legend.append(make("i", kind), words);
-    }
-    legend.title = "Above: frames whose force counts. Below: proposals, higher the surer, and what people decided";
-    return legend;
   }
 
   ordered(column, down) {
@@ -84,7 +61,7 @@ export class Table {
     this.version += 1;
     this.current = Math.min(this.current, Math.max(rows.length - 1, 0));
     this.space.style.height = `${HEIGHT * rows.length}px`;
-    document.getElementById("table").setAttribute("aria-rowcount", String(rows.length + 1));
+    at("table").setAttribute("aria-rowcount", String(rows.length + 1));
     const chosen = rows.filter((row) => this.look.selected(row)).length;
     this.box.checked = chosen > 0 && chosen === rows.length;
     this.box.indeterminate = chosen > 0 && chosen < rows.length;
@@ -114,38 +91,26 @@ export class Table {
   }
 
   line() {
-    const element = make("div", "row"), cells = { box: make("input") };
-    element.setAttribute("role", "row");
-    cells.box.type = "checkbox";
-    const cell = (name, kind = "cell") => {
-      cells[name] = make("div", kind);
-      cells[name].setAttribute("role", "cell");
-      cells[name].dataset.column = name;
-      element.append(cells[name]);
-      return cells[name];
+    const cells = {
+      box: element("input", { type: "checkbox", onclick: (event) => this.on.select(line.row, event) }),
+      link: make("a", "strong"), subject: make("span", "quiet"), canvas: make("canvas"), use: make("b"), why: make("span"),
+      who: make("span"), when: make("span", "quiet"),
+      comments: button("", () => this.on.comments(line.row), { className: "comments" }),
     };
-    cell("tick", "").append(cells.box);
-    cell("state", "cell state");
-    cell("name", "cell two").append((cells.link = make("a", "strong")), (cells.subject = make("span", "quiet")));
-    cell("strip").append((cells.canvas = make("canvas")));
-    cell("verdict", "cell verdict").append((cells.use = make("b")), (cells.why = make("span")));
-    for (const name of ["activity", "assigned"]) cell(name);
-    cell("last", "cell two").append((cells.who = make("span")), (cells.when = make("span", "quiet")));
-    cells.comments = button("", () => this.on.comments(line.row));
-    cells.comments.className = "comments";
-    cell("commentsCell", "figure").append(cells.comments);
-    const line = { element, cells, row: null, place: 0, drawn: -1 };
-    cells.box.addEventListener("click", (event) => {
-      event.stopPropagation();
-      this.on.select(line.row, event);
-    });
-    element.addEventListener("click", (event) => {
+    const cell = (name, className, ...inside) => (cells[name] = element("div", { role: "cell", className, dataset: { column: name } }, ...inside));
+    const row = element("div", { role: "row", className: "row" },
+      cell("tick", "", cells.box), cell("state", "cell state"), cell("name", "cell two", cells.link, cells.subject),
+      cell("strip", "cell", cells.canvas), cell("verdict", "cell verdict", cells.use, cells.why), cell("activity", "cell"),
+      cell("assigned", "cell"), cell("last", "cell two", cells.who, cells.when), cell("commentsCell", "figure", cells.comments),
+    );
+    const line = { element: row, cells, row: null, place: 0, drawn: -1 };
+    row.onclick = (event) => {
       if (event.target.closest("a, button, input")) return;
       this.current = line.place;
       this.paint();
-    });
-    element.addEventListener("dblclick", () => !line.row.error && location.assign(address(line.row)));
-    this.space.append(element);
+    };
+    row.ondblclick = () => !line.row.error && location.assign(address(line.row));
+    this.space.append(row);
     return line;
   }
 
@@ -203,6 +168,12 @@ export class Table {
     else return;
     event.preventDefault();
   }
+}
+
+function legend() {
+  const kinds = { counts: "counts", open: "open", decided: "decided", conflict: "disagree" };
+  const title = "Above: frames whose force counts. Below: proposals, higher the surer, and what people decided";
+  return element("span", { className: "legend", title }, ...Object.entries(kinds).flatMap(([kind, words]) => [make("i", kind), words]));
 }
 
 // A trial's lanes in one strip: above, the frames whose force counts; below, proposals and what people decided.
