@@ -25,7 +25,7 @@ from annotations.events import Status
 from annotations.foot_names import foot_letter, foot_words
 from annotations.reasons import key_of, reason_words
 from annotations.suggested_activity import SuggestedActivity
-from annotations.trial_review import Conflict, TrialReview
+from annotations.trial_review import TrialReview
 from annotations.wording import sure_words
 from solver.common.true_runs import runs
 from solver.contact.wrenches import DETECTION, RECORDING
@@ -192,10 +192,6 @@ def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...
         if of_foot in (None, foot) and source in known
     ]
     return (*others, *told)
-
-
-def _disputed(clash: Conflict) -> Block:
-    return Block(clash.start, clash.end, "≠", conflict_words(clash), VERMILION, foot=clash.foot)
 
 
 def _proposal(pending: Pending, current: bool) -> Block:

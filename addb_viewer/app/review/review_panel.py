@@ -9,7 +9,6 @@ from annotations.activities import ACTIVITIES
 from annotations.reasons import OTHER_WORDS
 
 SUGGESTION = ("Confirm", "Refuse")
-WHOLE = "whole trial"
 
 
 class ReviewPanel:

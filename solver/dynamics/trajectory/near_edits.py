@@ -126,7 +126,6 @@ def fit_near_edits(
         motions=tuple(motions),
         splines=tuple(splines),
         phi=before.phi,
-        inertia_names=inertias.names,
         iterations=near.iterations if parts else 0,
         converged=near.converged if parts else True,
         notes=near.notes if parts else (),

@@ -37,7 +37,6 @@ class TrajectoryFit:
     motions: tuple[Motion, ...]
     splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # coefficients of the motions
     phi: Float[np.ndarray, " parameters"]
-    inertia_names: tuple[str, ...]
     iterations: int
     converged: bool
     notes: tuple[Note, ...]
@@ -122,7 +121,6 @@ def searched(
         motions=tuple(part.motion(at) for part, at in solver.at(state)),
         splines=tuple(state.coefficients),
         phi=shared.phi,
-        inertia_names=solver.inertias.names,
         iterations=iteration,
         converged=converged,
         asked_phi=asked,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.solve.comparison import around, changed_frames, compared, got_worse
-from addb_viewer.app.solve.solve_html import comparison_html
+from addb_viewer.app.solve.solve_controller import comparison_html
 from tests.addb_viewer.fit_figures import first_layout, force, of_trial
 
 FIGURES = of_trial(

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_t
 
-from solver.diagnosis.direct_checks.levels import LEVELS
-from solver.diagnosis.direct_checks.run_checks import suspect_plates
+from solver.diagnosis.direct_checks.run_checks import LEVELS, suspect_plates
 from solver.diagnosis.direct_checks.statement import FAULTY_DOF, SOUND_DOF, About, Statement, nats_of
 
 
