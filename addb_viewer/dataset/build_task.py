@@ -4,12 +4,13 @@ import hashlib
 import json
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject, options_from
+from addb_viewer.dataset.release_subject import BuildOptions, ReleaseSubject
 from solver.capture.atomic import write_whole
+from solver.common.typed_json import from_plain, plain
 
 REASONS = {
     "subject": {
@@ -106,25 +107,14 @@ def made_file(path: Path, rows: int | None = None) -> MadeFile:
 def write_receipt(receipt: Receipt, folder: Path) -> None:
     """Last of all, whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_whole(folder / FILE, json.dumps(asdict(receipt), ensure_ascii=False, allow_nan=False))
+    write_whole(folder / FILE, json.dumps(plain(receipt), ensure_ascii=False, allow_nan=False))
 
 
 def valid_receipt(folder: Path, key: str) -> Receipt | None:
     """The receipt of a task, if it was done with the same inputs and its files are there; else None."""
     try:
-        plain = json.loads((folder / FILE).read_text(encoding="utf-8"))
-        receipt = Receipt(
-            key=plain["key"],
-            files={name: MadeFile(**one) for name, one in plain["files"].items()},
-            rows=plain["rows"],
-            inputs=plain["inputs"],
-            settings=plain["settings"],
-            left_out=tuple(LeftOut(**one) for one in plain["left_out"]),
-            failed=None if plain["failed"] is None else LeftOut(**plain["failed"]),
-            seconds=plain["seconds"],
-            peak_MB=plain["peak_MB"],
-        )
-    except (OSError, ValueError, KeyError, TypeError):
+        receipt = from_plain(json.loads((folder / FILE).read_text(encoding="utf-8")), Receipt)
+    except (OSError, ValueError):
         return None
     whole = all(_has_size(folder / name, one.bytes) for name, one in receipt.files.items())
     return receipt if receipt.key == key and whole else None
@@ -158,20 +148,9 @@ class Task:
 
     def write(self, path: Path) -> None:
         """As JSON, for a process of its own."""
-        plain = asdict(self) | {"place": str(self.place), "out": str(self.out)}
-        path.write_text(json.dumps(plain), encoding="utf-8")
+        path.write_text(json.dumps(plain(self)), encoding="utf-8")
 
 
 def read_task(path: Path) -> Task:
     """What `Task.write` wrote."""
-    plain: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    who = plain["who"] | {"filled": tuple(plain["who"]["filled"])}
-    return Task(
-        key=plain["key"],
-        place=Path(plain["place"]),
-        who=ReleaseSubject(**who),
-        trials=tuple(plain["trials"]),
-        options=options_from(plain["options"]),
-        out=Path(plain["out"]),
-        frames=plain["frames"],
-    )
+    return from_plain(json.loads(path.read_text(encoding="utf-8")), Task)

@@ -2,7 +2,6 @@
 
 import hashlib
 from dataclasses import dataclass, field
-from typing import Any
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
@@ -115,19 +114,6 @@ class BuildOptions:
     def leaves_out(self, person_id: str) -> bool:
         """Whether the person withdrew, now or before an earlier build."""
         return person_id in self.without or hash_of_person(person_id) in self.withdrawn
-
-
-def options_from(plain: dict[str, Any]) -> BuildOptions:
-    """The options that `asdict` was asked of."""
-    return BuildOptions(
-        Terms(**plain["terms"]),
-        plain["unreviewed"],
-        plain["rate_hz"],
-        tuple(plain["without"]),
-        plain["names"],
-        plain["b3d"],
-        tuple(plain["withdrawn"]),
-    )
 
 
 def hash_of_person(person_id: str) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -16,6 +17,8 @@ def plain(value: object) -> Any:
     """Mappings, lists, numbers and texts of a typed value."""
     if isinstance(value, Note):
         return value.as_json()
+    if isinstance(value, Path):
+        return str(value)
     if is_dataclass(value):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, Mapping):
@@ -40,6 +43,8 @@ def schema_of(kind: type) -> dict[str, Any]:
 
 
 def _made_of(kind: type, stored: Any) -> Any:
+    if kind is Path and isinstance(stored, str):
+        return Path(stored)
     if kind is Note:
         try:
             return Note.from_json(stored)
