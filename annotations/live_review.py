@@ -113,7 +113,7 @@ class LiveReview:
         with self._lock:
             new = self._edits
             if new and new[0].number <= revision:
-                new = new[_first_after(new, revision) :]
+                new = new[bisect_right(new, revision, key=lambda edit: edit.number) :]
             return tuple(edit for edit in new if trial is None or edit.trial == trial)
 
     def history(self, trial: str) -> tuple[Edit, ...]:
@@ -171,11 +171,6 @@ class LiveReview:
                 self._lost = rescued(self.log.file, loss, self._edits, asked, self._unreadable)
         if self._lost:
             raise LostLogError(self._lost)
-
-
-def _first_after(edits: Sequence[Edit], revision: int) -> int:
-    """Place of the first edit after a revision."""
-    return bisect_right(edits, revision, key=lambda edit: edit.number)
 
 
 def rescued(

@@ -106,8 +106,9 @@ def markdown(results: Sequence[Result], *, published: bool = True) -> str:
     terms = results[0].terms
     first = average(results[0].scores, JUDGED)
     assert first is not None
+    parts = ", ".join(terms.parts) if len(terms.parts) < 4 else f"{len(terms.parts)} folds"
     lines = [
-        f"Release {terms.release} {terms.version}, split `{terms.split}`, tested: {_parts(terms.parts)}. "
+        f"Release {terms.release} {terms.version}, split `{terms.split}`, tested: {parts}. "
         f"Persons: {first.persons}, trials: {first.trials}, frames: {first.frames} ({terms.frames}); "
         f"{terms.skeleton} skeleton. Means over persons of trials' means; 95 % intervals over persons "
         "(10 000 draws), – below five persons.",
@@ -259,10 +260,6 @@ def _cell(found: Average | None) -> str:
 
 def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
-
-
-def _parts(parts: Sequence[str]) -> str:
-    return ", ".join(parts) if len(parts) < 4 else f"{len(parts)} folds"
 
 
 def _tex(text: str) -> str:

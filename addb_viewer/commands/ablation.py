@@ -1,7 +1,6 @@
 """`addb-viewer ablation`: what it costs that the forces of some steps are missing."""
 
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from html import escape
@@ -12,7 +11,6 @@ import numpy as np
 import typer
 from jaxtyping import Bool, Float
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -28,6 +26,8 @@ from addb_viewer.commands.options import (
 from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.solving import Job, job_for
 from addb_viewer.jobs.terminal_progress import terminal_progress
+from addb_viewer.text.summary_table import console
+from addb_viewer.trial_view.chart_html import nice_ticks
 from solver.capture.atomic import write_whole
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.common.errors import FitError
@@ -174,7 +174,6 @@ def _settings(settings: Settings, trial: TrialFit) -> AblationSettings:
     )
 
 
-_WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
 _COLUMNS = {  # figure: head, factor to the head's unit, format
     "residual_N": ("seen frames\nforce N", 1, ".1f"),
     "residual_Nm": ("\nmoment N·m", 1, ".1f"),
@@ -204,13 +203,13 @@ class Condition:
 
 def print_conditions(trial: str, steps: int, conditions: list[Condition]) -> None:
     """Print a table per condition."""
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
-    console.print(Text(f"{trial}: {steps} right steps"))
+    terminal = console()
+    terminal.print(Text(f"{trial}: {steps} right steps"))
     for condition in conditions:
-        console.print(_table(condition))
-    console.print(_LEGEND, style="dim")
+        terminal.print(_table(condition))
+    terminal.print(_LEGEND, style="dim")
     for note in dict.fromkeys(n for c in conditions for r in c.repetitions for n in r.notes):
-        console.print(Text(f"note: {note}"), soft_wrap=True)
+        terminal.print(Text(f"note: {note}"), soft_wrap=True)
 
 
 def as_json(conditions: list[Condition]) -> dict[str, object]:
@@ -322,13 +321,13 @@ def torque_figure(times: Float[np.ndarray, " frames"], repetition: Repetition, t
             f'<rect x="{left:.1f}" y="{_TOP}" width="{right - left:.1f}" height="{_HEIGHT}" '
             'fill="#eeeeee" clip-path="url(#plot)"/>'
         )
-    for value in _ticks(low, high):
+    for value in nice_ticks(low, high, 8):
         parts.append(
             f'<line x1="{_LEFT}" x2="{_LEFT + width:.0f}" y1="{y(value):.1f}" y2="{y(value):.1f}" '
             'stroke="#cccccc"/>'
             f'<text x="{_LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:g}</text>'
         )
-    for value in _ticks(times[0], times[-1]):
+    for value in nice_ticks(float(times[0]), float(times[-1]), 8):
         parts.append(
             f'<text x="{x(value):.1f}" y="{_TOP + _HEIGHT + 16}" text-anchor="middle">{value:g}</text>'
         )
@@ -355,14 +354,6 @@ def torque_figure(times: Float[np.ndarray, " frames"], repetition: Repetition, t
         f'width="{whole[0]:.0f}" height="{whole[1]}" font-family="sans-serif" font-size="12">\n'
         '<rect width="100%" height="100%" fill="white"/>\n' + "\n".join(parts) + "\n</svg>\n"
     )
-
-
-def _ticks(low: float, high: float, about: int = 8) -> list[float]:
-    """Round numbers from low to high."""
-    rough = (high - low) / about
-    power = 10.0 ** np.floor(np.log10(rough))
-    step = power * next(m for m in (1, 2, 5, 10) if m * power >= rough)
-    return [float(step * k) for k in range(int(np.ceil(low / step)), int(np.floor(high / step)) + 1)]
 
 
 SOLVED = 0.1  # share of the work that is done after the markers' fit

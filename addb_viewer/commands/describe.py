@@ -1,6 +1,5 @@
 """`addb-viewer init`, `markers` and `settings`: how a subject is understood, in files to correct."""
 
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,11 +7,11 @@ from typing import Annotated
 
 import typer
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile, optional_subject_folder
 from addb_viewer.jobs.command_errors import check_folder, errors_as_lines
+from addb_viewer.text.summary_table import console
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Markers, Subject
 from solver.capture.formats.b3d.places import subject_folder_of
@@ -257,7 +256,7 @@ def _print(understood: Understanding, kept: dict[str, str]) -> None:
     table.add_column("because", overflow="fold")
     for row in cells:
         table.add_row(*row)
-    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_OF_A_PIPE).print(table)
+    console(WIDTH_OF_A_PIPE).print(table)
 
 
 def _cells(row: UnderstoodLabel, kept: dict[str, str]) -> tuple[str, str, str, str, str]:

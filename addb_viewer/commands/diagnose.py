@@ -1,6 +1,5 @@
 """`addb-viewer diagnose`, `detect`, `accept` and `reject`: what is wrong, and what is decided about it."""
 
-import sys
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -8,7 +7,6 @@ from typing import Annotated, Any
 
 import typer
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from addb_viewer.commands.decide import Author, author_named
@@ -43,6 +41,7 @@ from addb_viewer.text.diagnosis_words import page, screen
 from addb_viewer.text.evidence_words import evidence_words
 from addb_viewer.text.extension_words import what_accepting_changes
 from addb_viewer.text.sections import Section, as_text
+from addb_viewer.text.summary_table import console
 from annotations.wording import sure_words
 from solver.common.typed_json import plain
 from solver.contact.detected_ranges import missing_force
@@ -114,7 +113,7 @@ def _print(figures: dict[str, Any]) -> None:
         sure, numbers = sure_words(proposal["confidence"]), evidence_words(proposal["evidence"])
         table.add_row(f"{start}:{end}", proposal["foot"] or "all", proposal["reason"], sure, numbers)
     if table.row_count:
-        Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_OF_A_PIPE).print(table)
+        console(WIDTH_OF_A_PIPE).print(table)
 
 
 CAUSES = (*IDS, *MARKER_IDS)

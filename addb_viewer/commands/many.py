@@ -3,7 +3,6 @@
 import csv
 import io
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +14,6 @@ from typing import Annotated, Any
 
 import typer
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -23,6 +21,7 @@ from addb_viewer.commands.options import written
 from addb_viewer.jobs.command_errors import FAILED, STOPPED, check_folder
 from addb_viewer.jobs.processes import THREADS, Processes, Start
 from addb_viewer.jobs.root_folder import RootFolder, open_root
+from addb_viewer.text.summary_table import console
 from solver.capture.atomic import write_whole
 from solver.capture.formats.b3d.places import is_b3d, recording_of, subject_folder_of
 from solver.capture.formats.recording_files import is_recording
@@ -30,8 +29,6 @@ from solver.capture.subject.opened_subject import DESCRIPTIONS, NoSubjectError, 
 from solver.common.errors import CaptureError
 from solver.common.small_files import json_content
 from solver.fitting.results.store import write_json
-
-_WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
 
 
 class Status(StrEnum):
@@ -79,7 +76,6 @@ def line_of(outcome: Outcome) -> str:
 
 def print_table(outcomes: Sequence[Outcome]) -> None:
     """All subjects with their figures on stdout."""
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("subject", overflow="fold", min_width=8)
     table.add_column("", no_wrap=True)
@@ -90,7 +86,7 @@ def print_table(outcomes: Sequence[Outcome]) -> None:
         style = "red" if outcome.status is Status.FAILED else ""
         cells = [Text(_shown(outcome.row.get(head))) for head in heads]
         table.add_row(Text(outcome.subject), Text(outcome.status, style=style), *cells)
-    console.print(table)
+    console().print(table)
 
 
 def write_csv(file: Path, outcomes: Sequence[Outcome]) -> None:

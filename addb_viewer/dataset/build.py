@@ -220,16 +220,11 @@ def task_of(one: ScannedSubject, options: BuildOptions, work: Path) -> Task:
         "b3d": options.b3d,
         "who": asdict(one.who),
         "causes": fingerprint(named_causes(subject)),
-        "labels": _review_bytes(subject.folder),
+        "labels": [repr(edit) for edit in whole_log(subject.folder).edits],
     }
     key = hashlib.sha256(json.dumps(made_from, sort_keys=True, default=str).encode()).hexdigest()
     names = tuple(trial.name for trial in files)
     return Task(key, subject.folder, one.who, names, options, work / key, one.frames)
-
-
-def _review_bytes(folder: Path) -> list[str]:
-    """All that people have said, activities and states included."""
-    return [repr(edit) for edit in whole_log(folder).edits]
 
 
 def _without_places(row: LeftOut, plan: Plan) -> LeftOut:

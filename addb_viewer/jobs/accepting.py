@@ -115,7 +115,7 @@ def accepted(
     figures, made_from = _diagnosis(job)
     held, refused = _decided(figures, job.results)
     if only is None:
-        chosen = _without_tentative(figures)
+        chosen = replace(figures, effects=tuple(names_of(figures)) or figures.effects)
     else:
         _split(_only(figures, only, job.results), job.results)  # something of what is meant can be accepted
         chosen = _only(figures, held | set(only), job.results)
@@ -247,11 +247,6 @@ def _only(figures: DiagnosisReport, wanted: Collection[tuple[str, str]], results
             )
     effects = [effect for effect in figures.effects if (effect.id, effect.target) in wanted]
     return replace(figures, effects=tuple(effects))
-
-
-def _without_tentative(figures: DiagnosisReport) -> DiagnosisReport:
-    """The diagnosis without what is likelier wrong than right, where anything else is named."""
-    return replace(figures, effects=tuple(names_of(figures)) or figures.effects)
 
 
 def _split(

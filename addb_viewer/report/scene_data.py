@@ -249,7 +249,7 @@ def _trial(record: TrialRecord, recording: Recording, kept: Kept, every: int) ->
                 "end": end,
                 "words": f"{cause.foot_words}: {cause.words}, frames {frames_words(start, end)}",
                 "color": _hex(reason_color(cause.reason)),
-                "foot": _index_of(cause.foot, recording.fit.skeleton),
+                "foot": None if cause.foot is None else recording.fit.skeleton.body_index(cause.foot),
             }
             for cause in kept.causes
             for start, end in cause.ranges
@@ -298,10 +298,6 @@ def _arrow(arrow: Arrow, played: slice) -> dict[str, object]:
 
 def _places(points: Float[np.ndarray, "*points 3"]) -> Any:
     return np.asarray(points).round(PLACE_DIGITS).tolist()
-
-
-def _index_of(foot: str | None, skeleton: Skeleton) -> int | None:
-    return None if foot is None else skeleton.body_index(foot)
 
 
 def _hex(color: Rgb) -> str:

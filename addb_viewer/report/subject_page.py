@@ -77,7 +77,7 @@ def frames_part(
                         swatch(reason_color(cause.reason)),
                         Safe(" "),
                         f"left out: {cause.words}",
-                        _meaning(cause.meaning),
+                        element("small", cause.meaning) if cause.meaning else Safe(""),
                     )
                 ),
                 cause.foot_words,
@@ -110,10 +110,6 @@ def _resting(found: StanceInfluence, times: Float[np.ndarray, " frames"], index:
         stance,
         f": without its force it would differ by {abs(found.change):.0f} N·m; its band is ± {half:.0f} N·m.",
     )
-
-
-def _meaning(words: str) -> Safe:
-    return element("small", words) if words else Safe("")
 
 
 def _sizes(ranges: tuple[tuple[int, int], ...], count: int, of: int, rate: float) -> tuple[Safe, str]:

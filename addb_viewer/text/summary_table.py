@@ -16,7 +16,7 @@ from addb_viewer.text.stored_words import stored_words
 from solver.dynamics.thresholds import Thresholds
 from solver.fitting.fit_summary import FitSummary, HeldOutFigures, TrialFigures
 
-_WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
+WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
 _MOST_DECISIONS = 5  # lines: with what is held out, noted, written and not used, a screen's end has ten
 _MASKS = {
     "review": "the review",
@@ -34,20 +34,20 @@ def print_summary(figures: FitSummary, *, notes: bool = False, closing: Sequence
         notes: all that was noted, by kind, and all figures of each trial, in place of what needs a decision.
         closing: lines to end with.
     """
-    _print(
-        Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE),
-        figures,
-        notes,
-        closing,
-    )
+    _print(console(), figures, notes, closing)
+
+
+def console(width_of_a_pipe: int = WIDTH_OF_A_PIPE) -> Console:
+    """What tables are printed on."""
+    return Console(highlight=False, width=None if sys.stdout.isatty() else width_of_a_pipe)
 
 
 def summary_text(figures: FitSummary) -> str:
     """The same as a text: the table, and what needs a decision."""
-    console = Console(highlight=False, width=_WIDTH_OF_A_PIPE, file=StringIO(), force_jupyter=False)
-    _print(console, figures, notes=False, closing=())
-    text: str = console.file.getvalue()  # type: ignore[attr-defined]
-    return "\n".join(line.rstrip() for line in text.splitlines())
+    file = StringIO()
+    written = Console(highlight=False, width=WIDTH_OF_A_PIPE, file=file, force_jupyter=False)
+    _print(written, figures, notes=False, closing=())
+    return "\n".join(line.rstrip() for line in file.getvalue().splitlines())
 
 
 def _print(console: Console, figures: FitSummary, notes: bool, closing: Sequence[str]) -> None:

@@ -41,7 +41,7 @@ def chart_html(chart: Chart, span: Span, height: int) -> str:
 
     ticks = [tick for tick in nice_ticks(low, high, 3) if 6.0 <= up(tick) <= 98.0]
     grid = "".join(f"<path d='M0 {up(t):.1f}H{WIDTH:g}' class='g'/>" for t in ticks)
-    curves = "".join(_curve(line, rows, low, high) for line in chart.lines)
+    curves = "".join(_stroke(line, curve_path(line.values[rows], low, high)) for line in chart.lines)
     labels = "".join(
         f"<div style='position:absolute;right:calc(100% + 4px);top:{up(t):.1f}%;transform:translateY(-50%);"
         f"opacity:.75;white-space:nowrap'>{number(t, high - low)}</div>"
@@ -118,10 +118,6 @@ def _envelope(
     most_of = np.where(some, np.maximum.reduceat(np.where(known, values, -np.inf), edges), np.nan)
     at = np.stack([edges, ends - 1], axis=1).astype(float).ravel()
     return at, np.stack([least, most_of], axis=1).ravel()
-
-
-def _curve(line: Line, rows: slice, low: float, high: float) -> str:
-    return _stroke(line, curve_path(line.values[rows], low, high))
 
 
 def _stroke(line: Line, path: str) -> str:

@@ -129,15 +129,11 @@ def _findings(
     if swaps:
         return swaps
     cut = _with_cut_paths(trial, scene, before, notes)
-    if _touches_the_fit(cut):
+    if any(not isinstance(finding, UnusedMarkerSlip) for finding in cut):
         return cut
     events = events_of(scene, marker_slip.findings(scene), before)
     notes += events.notes
     return [*cut, *events.slips]
-
-
-def _touches_the_fit(findings: Sequence[MarkerFinding]) -> bool:
-    return any(not isinstance(finding, UnusedMarkerSlip) for finding in findings)
 
 
 def _with_cut_paths(

@@ -20,7 +20,6 @@ from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.seen_part import without_guesses
 from solver.gait.trial_gait import joint_power
 from solver.kinematics.angle_conventions import CONVENTIONS, angles_by_convention
-from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
@@ -115,7 +114,8 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
         columns |= _of_predicted(trial)
     if trial.contacts is not None and trial.mask is not None:
         columns |= _of_contacts(trial.contacts, trial.mask)
-    columns |= _of_markers(trial.marker_errors)
+    errors = trial.marker_errors
+    columns |= {"marker_rms_m": errors.rms_per_frame, "marker_max_m": errors.maximum_per_frame}
     return columns if trial.std is None else columns | _of_std(trial.std, skeleton)
 
 
@@ -188,10 +188,6 @@ def _of_contacts(contacts: ContactWrenches, mask: FrameMask) -> Columns:
         columns |= _vector(f"{foot}_cop", "m", contacts.cop_ground[:, f])
         columns[f"{foot}_counts"] = mask.counts[:, f]
     return columns | {"missing_force": _reasons(mask)}
-
-
-def _of_markers(errors: MarkerErrors) -> Columns:
-    return {"marker_rms_m": errors.rms_per_frame, "marker_max_m": errors.maximum_per_frame}
 
 
 def _of_std(std: TrialStd, skeleton: Skeleton) -> Columns:

@@ -209,11 +209,8 @@ class _PolyData:
         if form != "appended":
             raise ValueError(f"data array format '{form}'")
         stretch = self.appended[int(array.get("offset", "0")) :]
-        content = self._raw(stretch) if self.appended_raw else self._encoded(stretch)
+        content = _unpacked(stretch, self.header) if self.appended_raw else self._encoded(stretch)
         return np.frombuffer(content, dtype=dtype)
-
-    def _raw(self, stretch: bytes) -> bytes:
-        return _unpacked(stretch, self.header)
 
     def _encoded(self, text: bytes) -> bytes:
         """Base64: lead and data encoded as one; if compressed (some writers: always) one after the other."""

@@ -71,7 +71,7 @@ def row_words(row: Row) -> dict[str, Any]:
         "fitted": row.figures is not None,
         "score": None if row.error else round(row.badness, 3),
         "verdict": None if row.verdict is None else _verdict_words(row.verdict),
-        "leftOut": _rounded(row.left_out),
+        "leftOut": None if row.left_out is None else round(row.left_out, 4),
         "open": row.proposed,
         "frames": row.frames,
         "used": [list(run) for run in (row.figures.frames_used_ranges if row.figures else ())],
@@ -146,10 +146,6 @@ def _verdict_words(trial: TrialVerdict) -> list[str]:
     """Sign, use, and the rest of the trial's line."""
     line = trial.line
     return [line.sign, line.use, " · ".join(filter(None, (line.frames, line.why, line.open)))]
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, 4)
 
 
 PAGE, FILES, CONNECTION = "/queue", "/queue-files", "/addb/queue"

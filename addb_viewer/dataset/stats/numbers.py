@@ -245,18 +245,15 @@ def sources(found: Gathered) -> Rows:
     for source in sorted({s["source"] for s in found.subjects}):
         persons = {s["person_id"] for s in found.subjects if s["source"] == source}
         trials = [t for t in found.trials if source_of[t["subject_id"]] == source]
-        grf = sum(hours for (of, _), hours in found.hours.items() if of == source)
-        rows.append(_source(source, len(persons), sum(map(_hours, trials)), grf))
+        grf = sum(h for (of, _), h in found.hours.items() if of == source)
+        hours = sum(t["frames"] * step_s(t) / 3600 for t in trials)
+        rows.append(_source(source, len(persons), hours, grf))
     total = [sum(row[name] for row in rows) for name in ("subjects", "total_hours", "grf_hours")]
     return [*rows, _source("Sum", *total)]
 
 
 def _source(name: str, persons: float, total: float, grf: float) -> dict[str, Any]:
     return {"source": name, "subjects": int(persons), "total_hours": total, "grf_hours": grf}
-
-
-def _hours(trial: Mapping[str, Any]) -> float:
-    return int(trial["frames"]) * step_s(trial) / 3600
 
 
 def activity(found: Gathered) -> Rows:

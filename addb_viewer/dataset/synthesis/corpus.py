@@ -74,10 +74,6 @@ def _finished(trial: RecordedTrial) -> Sequence[Event]:
     return said_of(trial, labelled=False)
 
 
-def _in_work(trial: RecordedTrial) -> Sequence[Event]:
-    return [SetStatus(Status.IN_WORK)]
-
-
 def _unusable(trial: RecordedTrial) -> Sequence[Event]:
     return [SetStatus(Status.FINISHED, "the trunk's markers came off", unusable=Unusable.ANGLES)]
 
@@ -98,7 +94,7 @@ def _stub(trial: RecordedTrial) -> Sequence[Event]:
 
 
 TRIAL_TRAPS = (
-    TrialTrap("not_reviewed", "not_reviewed", _in_work),
+    TrialTrap("not_reviewed", "not_reviewed", lambda _: [SetStatus(Status.IN_WORK)]),
     TrialTrap("unusable", "unusable", _unusable),
     TrialTrap("no_forces", "no_forces", _finished, without_forces=True),
     TrialTrap("short", "too_short", _finished, seconds=SHORT_S),

@@ -236,7 +236,10 @@ class Screen:
                     self._starts[-1].append(len(self._rows))
                     self._rows.append(rows)
         self._starts = [places for places in self._starts if places]
-        self._stacks = [(places, self._stack(places)) for places in alike.values()]
+        self._stacks = [
+            (places, Stack.of([self._rows[place] for place in places], balance.basis))
+            for places in alike.values()
+        ]
         self._products: dict[int, list[Products]] = {}  # by noise scale
         self._terms: dict[int, Term] = {}  # by rows, which are kept
 
@@ -299,10 +302,6 @@ class Screen:
         estimates = candidate.estimates(self._balance.scenes, Fitted(rows.eta, nothing, *whole))
         notable, possible = candidate.is_notable(estimates), candidate.is_possible(estimates)
         return Screened(rows, notable, possible, gained.log_evidence, gained.x)
-
-    def _stack(self, places: Sequence[int]) -> Stack:
-        """Rows that are alike."""
-        return Stack.of([self._rows[place] for place in places], self._balance.basis)
 
 
 def _each_squared(
