@@ -21,6 +21,7 @@ from addb_viewer.commands.options import (
     JsonFile,
     SettingsFile,
     SubjectFolder,
+    file_to_write,
     written,
 )
 from addb_viewer.jobs.command_errors import errors_as_lines
@@ -380,14 +381,7 @@ Fractions = Annotated[
 ]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Of the random choices.", min=0)]
 Figure = Annotated[
-    Path | None,
-    typer.Option(
-        "--figure",
-        metavar="FILE",
-        help="Draw the right knee's torque to this SVG file.",
-        dir_okay=False,
-        callback=written,
-    ),
+    Path | None, file_to_write("--figure", "Draw the right knee's torque to this SVG file.", written)
 ]
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from addb_viewer.commands.options import Debug, JsonFile
+from addb_viewer.commands.options import Debug, JsonFile, file_to_read
 from addb_viewer.dataset.release_subject import NO_SPDX, is_spdx
 from addb_viewer.jobs.command_errors import FAILED, errors_as_lines
 from addb_viewer.text.amounts import counted, lasting
@@ -216,10 +216,7 @@ def show(release: Release, trial: Trial = None, debug: Debug = False) -> None:
 Name = Annotated[str, typer.Option("--name", metavar="NAME", help="Of the split: splits/NAME.parquet.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Of the order among alike persons.")]
 Previous = Annotated[
-    Path | None,
-    typer.Option(
-        "--previous", metavar="FILE", help="An earlier split; everybody in it keeps theirs.", dir_okay=False
-    ),
+    Path | None, file_to_read("--previous", "An earlier split; everybody in it keeps theirs.")
 ]
 Folds = Annotated[
     int | None, typer.Option("--kfold", metavar="K", help="K folds of persons instead of 90:5:5.", min=2)

@@ -27,6 +27,8 @@ from addb_viewer.commands.options import (
     Solve,
     SubjectFolder,
     Trials,
+    file_to_read,
+    file_to_write,
     replaceable,
 )
 from addb_viewer.jobs.command_errors import errors_as_lines, warn
@@ -52,11 +54,10 @@ To = Annotated[
 
 MusclesFrom = Annotated[
     Path | None,
-    typer.Option(
+    file_to_read(
         "--muscles-from",
+        "OpenSim model whose muscles the default body gets in --to opensim, such as Rajagopal 2016.",
         metavar="MODEL",
-        help="OpenSim model whose muscles the default body gets in --to opensim, such as Rajagopal 2016.",
-        dir_okay=False,
     ),
 ]
 
@@ -124,20 +125,9 @@ Target = Annotated[
         help="A file in .c3d, .trc, .mot, .b3d, .parquet, .glb or .xml (MuJoCo), or a folder (OpenSim).",
     ),
 ]
-Forces = Annotated[
-    Path | None,
-    typer.Option(
-        "--forces", metavar="FILE", help="Table of ground forces that belongs to IN.", dir_okay=False
-    ),
-]
+Forces = Annotated[Path | None, file_to_read("--forces", "Table of ground forces that belongs to IN.")]
 Model = Annotated[
-    Path | None,
-    typer.Option(
-        "--model",
-        metavar="FILE",
-        help="OpenSim model whose coordinates IN, a .mot file, holds.",
-        dir_okay=False,
-    ),
+    Path | None, file_to_read("--model", "OpenSim model whose coordinates IN, a .mot file, holds.")
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")]
 
@@ -162,25 +152,9 @@ def convert(
             typer.echo(f"note: {note}")
 
 
-Rrd = Annotated[
-    Path | None,
-    typer.Option(
-        "--rrd",
-        metavar="FILE",
-        help="Write a recording for rerun's viewer.",
-        dir_okay=False,
-        callback=replaceable,
-    ),
-]
+Rrd = Annotated[Path | None, file_to_write("--rrd", "Write a recording for rerun's viewer.", replaceable)]
 Mcap = Annotated[
-    Path | None,
-    typer.Option(
-        "--mcap",
-        metavar="FILE",
-        help="Write an MCAP file, for Foxglove among others.",
-        dir_okay=False,
-        callback=replaceable,
-    ),
+    Path | None, file_to_write("--mcap", "Write an MCAP file, for Foxglove among others.", replaceable)
 ]
 Serve = Annotated[
     bool,

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from addb_viewer.commands.decide import described, tell_unreadable, unreadable_figures
-from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder, replaceable
+from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder, file_to_write, replaceable
 from addb_viewer.jobs.command_errors import errors_as_lines
 from addb_viewer.jobs.review_store import has_log, open_log
 from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
@@ -25,12 +25,7 @@ from solver.capture.atomic import write_whole
 from solver.capture.capture import Subject, TrialFiles
 
 OneTrial = Annotated[str | None, typer.Argument(metavar="[TRIAL]", help="This trial only.")]
-CsvFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--csv", metavar="FILE", help="Write the ranges as CSV.", dir_okay=False, callback=replaceable
-    ),
-]
+CsvFile = Annotated[Path | None, file_to_write("--csv", "Write the ranges as CSV.", replaceable)]
 ReviewFolder = Annotated[
     Path | None,
     typer.Option(

@@ -17,7 +17,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from addb_viewer.commands.options import written
+from addb_viewer.commands.options import file_to_write, written
 from addb_viewer.jobs.command_errors import FAILED, STOPPED, check_folder
 from addb_viewer.jobs.processes import THREADS, Processes, Start
 from addb_viewer.jobs.root_folder import RootFolder, open_root
@@ -286,14 +286,7 @@ Jobs = Annotated[
     int, typer.Option("--jobs", metavar="N", help="Of several subjects, how many at a time.", min=1)
 ]
 CsvFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--csv",
-        metavar="FILE",
-        help="Of several subjects, write a line each as CSV.",
-        dir_okay=False,
-        callback=written,
-    ),
+    Path | None, file_to_write("--csv", "Of several subjects, write a line each as CSV.", written)
 ]
 
 

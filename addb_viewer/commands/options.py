@@ -1,7 +1,8 @@
 """Arguments and options that several commands share."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -41,6 +42,16 @@ def written(file: Path | None) -> Path | None:
     return replaceable(file)
 
 
+def file_to_read(flag: str, help: str, metavar: str = "FILE") -> Any:
+    """An option that names a file."""
+    return typer.Option(flag, metavar=metavar, help=help, dir_okay=False)
+
+
+def file_to_write(flag: str, help: str, callback: Callable[[Path | None], Path | None]) -> Any:
+    """Likewise, which the callback lets be written."""
+    return typer.Option(flag, metavar="FILE", help=help, dir_okay=False, callback=callback)
+
+
 Out = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Results folder; SUBJECT/results by default.", file_okay=False),
@@ -53,30 +64,15 @@ Trials = Annotated[
 ]
 SettingsFile = Annotated[
     Path | None,
-    typer.Option(
-        "--settings",
-        metavar="FILE",
-        help="TOML file of settings instead of SUBJECT/settings.toml; see `addb-viewer settings`.",
-        dir_okay=False,
+    file_to_read(
+        "--settings", "TOML file of settings instead of SUBJECT/settings.toml; see `addb-viewer settings`."
     ),
 ]
-JsonFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--json",
-        metavar="FILE",
-        help="Write the figures to this file as JSON.",
-        dir_okay=False,
-        callback=written,
-    ),
-]
+JsonFile = Annotated[Path | None, file_to_write("--json", "Write the figures to this file as JSON.", written)]
 MapFile = Annotated[
     Path | None,
-    typer.Option(
-        "--map",
-        metavar="FILE",
-        help="What the labels mean, instead of SUBJECT/markers.toml; see `addb-viewer markers`.",
-        dir_okay=False,
+    file_to_read(
+        "--map", "What the labels mean, instead of SUBJECT/markers.toml; see `addb-viewer markers`."
     ),
 ]
 IgnoreReview = Annotated[

@@ -15,7 +15,16 @@ from urllib.request import Request, urlopen
 import typer
 
 from addb_viewer.app.security.access import is_loopback
-from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port, written
+from addb_viewer.commands.options import (
+    DEFAULT_HOST,
+    DEFAULT_PORT,
+    Debug,
+    Host,
+    Out,
+    Port,
+    file_to_write,
+    written,
+)
 from addb_viewer.jobs.command_errors import check_folder, errors_as_lines, warn
 from addb_viewer.watch.live_page import LivePage, state_of
 from addb_viewer.watch.verdict_log import Colour, Stage, VerdictLine
@@ -51,14 +60,7 @@ Poll = Annotated[
     bool, typer.Option("--poll", help="Look again and again: for network shares, which tell of no change.")
 ]
 Csv = Annotated[
-    Path | None,
-    typer.Option(
-        "--csv",
-        metavar="FILE",
-        help="Keep all verdicts in this table too, a line each.",
-        dir_okay=False,
-        callback=written,
-    ),
+    Path | None, file_to_write("--csv", "Keep all verdicts in this table too, a line each.", written)
 ]
 ToWebhook = Annotated[
     str | None,
