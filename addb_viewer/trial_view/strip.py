@@ -1,11 +1,8 @@
 """The timeline at the page's lower edge, as data: rows of blocks, and residuals over their bound."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
-
-import numpy as np
-from jaxtyping import Float
 
 from addb_viewer.trial_view.chart_range import value_range
 from addb_viewer.trial_view.charts import Chart, Line
@@ -82,9 +79,5 @@ def _chart_json(chart: Chart) -> dict[str, Any]:
 
 
 def _numbers(line: Line) -> list[float | None]:
-    return list(_rounded(line.values))
-
-
-def _rounded(values: Float[np.ndarray, " frames"]) -> Iterator[float | None]:
-    for value in values.tolist():
-        yield float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
+    values = line.values.tolist()
+    return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in values]

@@ -1,7 +1,6 @@
 """The causes of a diagnosis in the scene: arrows, balls, outlines, marked markers, and a label for each."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import viser
@@ -12,23 +11,19 @@ from addb_viewer.trial_view.cause_pictures import Picture
 from addb_viewer.trial_view.palette import CAUSE, CAUSE_SURFACE
 from addb_viewer.trial_view.replay import MarkerReplay
 
-
-@dataclass(frozen=True)
-class CauseSizes:
-    """How causes are drawn [m]."""
-
-    shaft_radius: float = 0.024  # thicker than bones, inside which forces act
-    head_radius: float = 0.060
-    head_length: float = 0.12
-    outline: float = 0.016
-    band: float = 0.012
-    anchor: float = 0.05
-    marker: float = 0.028
-    over_head: float = 1.95  # of labels without a place, above the ground
-    line_height: float = 0.09  # from one label to the next
-    text_width: float = 0.8  # nearer ones would overlap
-    shortest: float = 0.04  # arrow: 10 N
-    beside: float = 0.06  # from a place to its label
+# [m] how causes are drawn
+SHAFT_RADIUS = 0.024  # thicker than bones, inside which forces act
+HEAD_RADIUS = 0.060
+HEAD_LENGTH = 0.12
+OUTLINE = 0.016
+BAND = 0.012
+ANCHOR = 0.05
+MARKER = 0.028
+OVER_HEAD = 1.95  # of labels without a place, above the ground
+LINE_HEIGHT = 0.09  # from one label to the next
+TEXT_WIDTH = 0.8  # nearer ones would overlap
+SHORTEST = 0.04  # arrow: 10 N
+BESIDE = 0.06  # from a place to its label
 
 
 class CauseNodes:
@@ -58,7 +53,7 @@ class CauseNodes:
 
     def draw(self, frame: int, *, visible: bool) -> None:
         """Show one frame; labels without a place stand above the person, none over another."""
-        free = self.path[frame] + np.array([0.0, CauseSizes().over_head, 0.0])
+        free = self.path[frame] + np.array([0.0, OVER_HEAD, 0.0])
         taken: list[Float[np.ndarray, "3"]] = []
         for cause in self.one_by_one:
             wanted = cause.draw(frame, free, visible=visible)
@@ -75,17 +70,17 @@ class _Cause:
     """One cause."""
 
     def __init__(self, scene: viser.SceneApi, name: str, picture: Picture, markers: MarkerReplay) -> None:
-        self.picture, self.measured, sizes = picture, markers.measured, CauseSizes()
+        self.picture, self.measured = picture, markers.measured
         self.label = add_label(scene, f"{name}/label", picture.label)
         self.arrow = _arrow(scene, f"{name}/force") if picture.force is not None else None
         self.ball = _ball(scene, f"{name}/ball", picture.radius, 0.75) if picture.radius else None
-        self.band = _lines(scene, f"{name}/band", _NONE, sizes.band) if picture.anchor is not None else None
-        self.marks = [_ball(scene, f"{name}/marker{m}", sizes.marker, 0.45) for m in picture.markers]
+        self.band = _lines(scene, f"{name}/band", _NONE, BAND) if picture.anchor is not None else None
+        self.marks = [_ball(scene, f"{name}/marker{m}", MARKER, 0.45) for m in picture.markers]
         self.still: list[viser.SceneNodeHandle] = []
         if picture.outline is not None:
-            self.still.append(_lines(scene, f"{name}/outline", picture.outline, sizes.outline))
+            self.still.append(_lines(scene, f"{name}/outline", picture.outline, OUTLINE))
         if picture.anchor is not None:
-            anchor = _ball(scene, f"{name}/anchor", sizes.anchor, 1.0)
+            anchor = _ball(scene, f"{name}/anchor", ANCHOR, 1.0)
             anchor.position = picture.anchor
             self.still.append(anchor)
 
@@ -115,14 +110,14 @@ class _Cause:
 
     def _draw_at(self, place: Float[np.ndarray, "3"], frame: int, acts: bool) -> Float[np.ndarray, "3"]:
         """What hangs at the place; where its label should stand."""
-        picture, tip, sizes = self.picture, place, CauseSizes()
+        picture, tip = self.picture, place
         if self.arrow is not None and picture.force is not None:
             along = picture.metres_per_newton * picture.force[frame]
             length = float(np.linalg.norm(along))  # NaN where the force is not known
-            self.arrow.visible = acts and length >= sizes.shortest
+            self.arrow.visible = acts and length >= SHORTEST
             if self.arrow.visible:
                 tip = place + along
-                self.arrow.head_length = min(sizes.head_length, 0.6 * length)
+                self.arrow.head_length = min(HEAD_LENGTH, 0.6 * length)
                 self.arrow.points = np.stack([place, tip])[None].astype(np.float32)
         if self.ball is not None:
             _put(self.ball, place, acts)
@@ -130,21 +125,21 @@ class _Cause:
             self.band.visible = acts
             if acts:
                 self.band.points = np.stack([place, picture.anchor])[None].astype(np.float32)
-        return np.asarray(tip + np.array([0.0, sizes.beside, 0.0]))
+        return np.asarray(tip + np.array([0.0, BESIDE, 0.0]))
 
 
 def _beside_others(
     wanted: Float[np.ndarray, "3"], taken: Sequence[Float[np.ndarray, "3"]]
 ) -> Float[np.ndarray, "3"]:
     """Higher by as many lines as it takes not to lie over other labels."""
-    sizes, place = CauseSizes(), wanted.copy()
+    place = wanted.copy()
 
     def overlaps(other: Float[np.ndarray, "3"]) -> bool:
         across, up = np.linalg.norm((place - other)[[0, 2]]), abs(place[1] - other[1])
-        return bool(across < sizes.text_width and up < 0.99 * sizes.line_height)
+        return bool(across < TEXT_WIDTH and up < 0.99 * LINE_HEIGHT)
 
     while any(overlaps(other) for other in taken):
-        place[1] += sizes.line_height
+        place[1] += LINE_HEIGHT
     return place
 
 
@@ -158,10 +153,9 @@ def _put(node: viser.SceneNodeHandle, place: Float[np.ndarray, "3"], wanted: boo
 
 
 def _arrow(scene: viser.SceneApi, name: str) -> viser.ArrowsHandle:
-    sizes = CauseSizes()
     return scene.add_arrows(
-        name, _NONE, np.array(CAUSE.linear, dtype=np.uint8), shaft_radius=sizes.shaft_radius,
-        head_radius=sizes.head_radius, head_length=sizes.head_length, visible=False,
+        name, _NONE, np.array(CAUSE.linear, dtype=np.uint8), shaft_radius=SHAFT_RADIUS,
+        head_radius=HEAD_RADIUS, head_length=HEAD_LENGTH, visible=False,
     )  # fmt: skip
 
 

@@ -1,7 +1,5 @@
 """Forces and force plates in the scene."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import viser
 from jaxtyping import Float
@@ -10,18 +8,13 @@ from addb_viewer.app.scene.labels import Label, add_label
 from addb_viewer.trial_view.palette import GREY, RESIDUAL, TOTAL, UNASSIGNED, Rgb, foot_color
 from addb_viewer.trial_view.replay import PlateReplay, Replay, ResidualReplay
 
-
-@dataclass(frozen=True)
-class ForceSizes:
-    """How forces are drawn."""
-
-    metres_per_newton: float = 1e-3  # standing on one leg reaches about the hip
-    smallest: float = 20.0  # [N] below it an arrow is noise
-    shaft_radius: float = 0.010  # [m]
-    head_radius: float = 0.026  # [m]
-    head_length: float = 0.07  # [m]
-    total: float = 0.004  # [m] lines of the hollow arrow of the total
-    hollow: float = 0.006  # [m] lines of an arrow that nobody measured
+METRES_PER_NEWTON = 1e-3  # standing on one leg reaches about the hip
+SMALLEST = 20.0  # [N] below it an arrow is noise
+SHAFT_RADIUS = 0.010  # [m]
+HEAD_RADIUS = 0.026  # [m]
+HEAD_LENGTH = 0.07  # [m]
+TOTAL_LINE = 0.004  # [m] lines of the hollow arrow of the total
+HOLLOW = 0.006  # [m] lines of an arrow that nobody measured
 
 
 class ForceNodes:
@@ -38,7 +31,7 @@ class ForceNodes:
                 f"{parent}/required{i}",
                 _NONE,
                 foot_color(d.foot, _index(replay.feet, d.foot)),
-                thickness=ForceSizes().hollow,
+                thickness=HOLLOW,
                 visible=False,
             )
             for i, d in enumerate(replay.required)
@@ -49,9 +42,9 @@ class ForceNodes:
     ) -> None:
         """Show one frame."""
         for force, lines in zip(self.replay.required, self.required, strict=True):
-            start, along = force.point[frame], ForceSizes().metres_per_newton * force.force[frame]
+            start, along = force.point[frame], METRES_PER_NEWTON * force.force[frame]
             size = float(np.linalg.norm(force.force[frame]))  # NaN where the foot's force was measured
-            lines.visible = required and size >= ForceSizes().smallest and bool(np.isfinite(start).all())
+            lines.visible = required and size >= SMALLEST and bool(np.isfinite(start).all())
             if lines.visible:
                 lines.points = hollow_arrow(start, start + along).astype(np.float32)
         for plate, arrow in zip(self.replay.plates, self.arrows, strict=True):
@@ -73,23 +66,22 @@ class TotalNodes:
 
     def __init__(self, scene: viser.SceneApi, parent: str, residual: ResidualReplay) -> None:
         self.residual, self.demands = residual, residual.required
-        sizes = ForceSizes()
         self.measured = _arrow(scene, f"{parent}/total", TOTAL)
-        self.measured.shaft_radius, self.measured.head_radius = sizes.hollow, 2 * sizes.hollow
+        self.measured.shaft_radius, self.measured.head_radius = HOLLOW, 2 * HOLLOW
         self.required = scene.add_line_segments(
-            f"{parent}/total_required", _NONE, TOTAL, thickness=sizes.total, visible=False
+            f"{parent}/total_required", _NONE, TOTAL, thickness=TOTAL_LINE, visible=False
         )
 
     def draw(self, frame: int, *, visible: bool) -> None:
         """Show one frame."""
-        r, sizes = self.residual, ForceSizes()
+        r = self.residual
         if r.counted is None or self.demands is None:
             return
         _point(self.measured, r.com[frame], r.counted[frame], visible)
         size = float(np.linalg.norm(self.demands[frame]))  # NaN outside the fit
-        self.required.visible = visible and size >= sizes.smallest and bool(np.isfinite(r.com[frame]).all())
+        self.required.visible = visible and size >= SMALLEST and bool(np.isfinite(r.com[frame]).all())
         if self.required.visible:
-            tip = r.com[frame] + sizes.metres_per_newton * self.demands[frame]
+            tip = r.com[frame] + METRES_PER_NEWTON * self.demands[frame]
             self.required.points = hollow_arrow(r.com[frame], tip).astype(np.float32)
 
 
@@ -101,16 +93,16 @@ def hollow_arrow(
     start: Float[np.ndarray, "3"], tip: Float[np.ndarray, "3"]
 ) -> Float[np.ndarray, "segments 2 3"]:
     """The edges of an arrow's shaft and head [m], so that it shows as a shape without a body."""
-    sizes, along = ForceSizes(), tip - start
+    along = tip - start
     length = float(np.linalg.norm(along))
     axis = along / length
     across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     across /= np.linalg.norm(across)
     turns = np.linspace(0.0, 2.0 * np.pi, EDGES, endpoint=False)[:, None]
     ring = np.cos(turns) * across + np.sin(turns) * np.cross(axis, across)
-    neck = tip - min(sizes.head_length, 0.6 * length) * axis
-    shaft, rim = neck + 1.3 * sizes.shaft_radius * ring, neck + 1.3 * sizes.head_radius * ring
-    foot = start + 1.3 * sizes.shaft_radius * ring
+    neck = tip - min(HEAD_LENGTH, 0.6 * length) * axis
+    shaft, rim = neck + 1.3 * SHAFT_RADIUS * ring, neck + 1.3 * HEAD_RADIUS * ring
+    foot = start + 1.3 * SHAFT_RADIUS * ring
     tips = np.broadcast_to(tip, rim.shape)
     return np.concatenate(
         [
@@ -126,10 +118,9 @@ def _index(feet: tuple[str, ...], foot: str) -> int:
 
 
 def _arrow(scene: viser.SceneApi, name: str, color: Rgb) -> viser.ArrowsHandle:
-    sizes = ForceSizes()
     return scene.add_arrows(
         name, np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]]), np.array(color.linear, dtype=np.uint8),
-        shaft_radius=sizes.shaft_radius, head_radius=sizes.head_radius, head_length=sizes.head_length,
+        shaft_radius=SHAFT_RADIUS, head_radius=HEAD_RADIUS, head_length=HEAD_LENGTH,
         visible=False,
     )  # fmt: skip
 
@@ -137,12 +128,11 @@ def _arrow(scene: viser.SceneApi, name: str, color: Rgb) -> viser.ArrowsHandle:
 def _point(
     arrow: viser.ArrowsHandle, start: Float[np.ndarray, "3"], force: Float[np.ndarray, "3"], wanted: bool
 ) -> None:
-    sizes = ForceSizes()
     known = np.isfinite(start).all() and np.isfinite(force).all()
-    shown = bool(wanted and known and np.linalg.norm(force) >= sizes.smallest)
+    shown = bool(wanted and known and np.linalg.norm(force) >= SMALLEST)
     arrow.visible = shown
     if shown:
-        arrow.points = np.stack([start, start + sizes.metres_per_newton * force])[None].astype(np.float32)
+        arrow.points = np.stack([start, start + METRES_PER_NEWTON * force])[None].astype(np.float32)
 
 
 OUTLINE = 0.010  # [m]
@@ -175,7 +165,7 @@ class PlateNodes:
 
 def served_foot(plate: PlateReplay) -> int | None:
     """The foot that nearly all of the plate's load goes to, as an index; None where there is no such foot."""
-    loaded = np.linalg.norm(plate.force, axis=1) >= ForceSizes().smallest  # NaN is none
+    loaded = np.linalg.norm(plate.force, axis=1) >= SMALLEST  # NaN is none
     feet, frames = np.unique(plate.foot[loaded & (plate.foot >= 0)], return_counts=True)
     if not len(feet) or frames.max() < MOSTLY * frames.sum():
         return None
@@ -195,7 +185,5 @@ def name_place(plate: PlateReplay) -> Float[np.ndarray, "3"] | None:
     if edges is not None:
         middles = edges.mean(axis=1)
         return middles[middles[:, 2].argmax()]
-    loaded = np.isfinite(plate.cop).all(axis=1) & (
-        np.linalg.norm(plate.force, axis=1) >= ForceSizes().smallest
-    )
+    loaded = np.isfinite(plate.cop).all(axis=1) & (np.linalg.norm(plate.force, axis=1) >= SMALLEST)
     return np.median(plate.cop[loaded], axis=0) if loaded.any() else None

@@ -5,7 +5,7 @@ import html
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from addb_viewer.app.scene.force_nodes import ForceSizes
+from addb_viewer.app.scene.force_nodes import METRES_PER_NEWTON
 from addb_viewer.trial_view.cause_pictures import CAUSE_METRES_PER_NEWTON, LARGE_METRES_PER_NEWTON, LARGE_N
 from addb_viewer.trial_view.html_pieces import boxed
 from addb_viewer.trial_view.palette import (
@@ -92,11 +92,11 @@ def legend_html(replay: Replay, *, diagnosed: bool = False, tint: str = BY_NOTHI
             parts.append(
                 "<div>hollow arrow: force that the motion requires where a foot's force is missing</div>"
             )
-        parts.append(f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>")
+        parts.append(f"<div>1 m of arrow is {1 / METRES_PER_NEWTON:.0f} N</div>")
     elif replay.required:
         parts.append(
             "<div>hollow arrow: force on a foot, predicted from the motion; nothing was measured</div>"
-            f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>"
+            f"<div>1 m of arrow is {1 / METRES_PER_NEWTON:.0f} N</div>"
         )
     if replay.residual is not None:
         parts.append(_swatches((("residual force", RESIDUAL), ("total force at the centre of mass", TOTAL))))

@@ -1,7 +1,6 @@
 """The person in the scene: bones, one mesh a body moved by its pose; markers, measured and the model's."""
 
 from collections.abc import Set
-from dataclasses import dataclass
 
 import numpy as np
 import trimesh
@@ -101,14 +100,11 @@ class BodyNodes:
 TRAIL_SEGMENTS = 24  # a marker: enough for a smooth second, few enough for 60 markers at 30 frames a second
 
 
-@dataclass(frozen=True)
-class MarkerSizes:
-    """Diameters and thicknesses [m]; a motion-capture marker measures 9 to 14 mm."""
-
-    measured: float = 0.015
-    model: float = 0.009
-    line: float = 0.003
-    trail: float = 0.003
+# [m] diameters and thicknesses; a motion-capture marker measures 9 to 14 mm
+MEASURED = 0.015
+MODEL = 0.009
+LINE = 0.003
+TRAIL = 0.003
 
 
 class MarkerNodes:
@@ -116,17 +112,17 @@ class MarkerNodes:
 
     def __init__(self, scene: viser.SceneApi, parent: str, replay: MarkerReplay, rate: float) -> None:
         self.rate, self.tracks = rate, replay.tracks
-        sizes, none = MarkerSizes(), np.zeros((0, 2, 3), dtype=np.float32)
+        none = np.zeros((0, 2, 3), dtype=np.float32)
         self.points = scene.add_point_cloud(
-            f"{parent}/measured", self.tracks.held[0], self.tracks.colors[0], point_size=sizes.measured,
+            f"{parent}/measured", self.tracks.held[0], self.tracks.colors[0], point_size=MEASURED,
             point_shape="circle", precision="float32",
         )  # fmt: skip
         self.model_points = scene.add_point_cloud(
-            f"{parent}/model", none[:, 0], GREY, point_size=sizes.model,
+            f"{parent}/model", none[:, 0], GREY, point_size=MODEL,
             point_shape="circle", precision="float32",
         )  # fmt: skip
-        self.lines = scene.add_line_segments(f"{parent}/lines", none, GREY, thickness=sizes.line)
-        self.trails = scene.add_line_segments(f"{parent}/trails", none, NO_MODEL, thickness=sizes.trail)
+        self.lines = scene.add_line_segments(f"{parent}/lines", none, GREY, thickness=LINE)
+        self.trails = scene.add_line_segments(f"{parent}/trails", none, NO_MODEL, thickness=TRAIL)
 
     def draw(self, frame: int, *, with_model: bool, with_lost: bool, trail_seconds: float) -> None:
         """Show one frame; a trail of 0 s is none. Lost markers stay only while the person is in view."""

@@ -8,7 +8,7 @@ import viser
 from jaxtyping import Float, UInt8
 
 from addb_viewer.app.scene.camera import Eye
-from addb_viewer.app.scene.cause_nodes import CauseNodes, CauseSizes
+from addb_viewer.app.scene.cause_nodes import LINE_HEIGHT, OVER_HEAD, CauseNodes
 from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.scene.labels import settle
 from addb_viewer.app.scene.legend import BY_NOTHING, legend_html, tints
@@ -197,8 +197,7 @@ class TrialScene:
         if self.bodies is not None and self.bodies.known[frame].any():
             points = np.concatenate([points, self.bodies.extent(frame)])
         if self.causes.labels:
-            sizes = CauseSizes()
-            top = [[0.0, sizes.over_head + 2 * sizes.line_height, 0.0]]
+            top = [[0.0, OVER_HEAD + 2 * LINE_HEIGHT, 0.0]]
             points = np.concatenate([points, self.path[frame] + top])
         return self.lab.position + points[np.isfinite(points).all(axis=1)]
 
