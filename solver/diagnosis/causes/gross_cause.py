@@ -8,14 +8,14 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.plates.centre_of_pressure import centre_of_pressure, surface_of
 from solver.capture.plates.conditioning import PlateLoads
-from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, Range, Signature
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Signature
 from solver.diagnosis.causes.observed_trial import PlateScene, Scene, force_at, moments_aside
 
 KEPT_SCENES = 32
@@ -56,6 +56,20 @@ class GrossCause(Candidate):
         return True
 
 
+def _its(name: str) -> Any:
+    """What the cause itself says."""
+    return property(lambda beyond: getattr(beyond.cause, name))
+
+
+def _its_own(name: str) -> Any:
+    """What the cause itself answers, of trials whose gross error was corrected."""
+
+    def answer(beyond: "Beyond", *asked: Any) -> Any:
+        return getattr(beyond.cause, name)(*map(beyond.corrected, asked))
+
+    return answer
+
+
 @dataclass(frozen=True)
 class Beyond(Candidate):
     """Another cause, in the recording whose gross error was corrected."""
@@ -63,74 +77,19 @@ class Beyond(Candidate):
     cause: Candidate
     gross: GrossCause
 
-    @property
-    def about(self) -> About:  # type: ignore[override]
-        """The cause's."""
-        return self.cause.about
+    about, id, place_odds, seen_elsewhere = map(_its, ("about", "id", "place_odds", "seen_elsewhere"))
+    starts, prior, estimates, frames = map(_its_own, ("starts", "prior", "estimates", "frames"))
+    steps, admissible, is_possible, is_notable = map(
+        _its_own, ("steps", "admissible", "is_possible", "is_notable")
+    )
+    lifted_N, signature, unrecorded = map(_its_own, ("lifted_N", "signature", "unrecorded"))
 
-    @property
-    def id(self) -> str:
-        """The cause's."""
-        return self.cause.id
-
-    @property
-    def place_odds(self) -> float:
-        """The cause's."""
-        return self.cause.place_odds
-
-    @property
-    def seen_elsewhere(self) -> float:
-        """The cause's."""
-        return self.cause.seen_elsewhere
-
-    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
-        """The cause's."""
-        return self.cause.starts(self._corrected(scenes))
-
-    def steps(self) -> Eta:
-        """The cause's."""
-        return self.cause.steps()
-
-    def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
-        """The cause's."""
-        return self.cause.prior(self._corrected(scenes))
-
-    def admissible(self, eta: Eta) -> bool:
-        """The cause's."""
-        return self.cause.admissible(eta)
-
-    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
-        """The cause's."""
-        return self.cause.is_possible(estimates)
-
-    def lifted_N(self, trial: str, estimates: dict[str, Estimate]) -> float:
-        """The cause's."""
-        return self.cause.lifted_N(trial, estimates)
-
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """What the cause changes in the recording corrected."""
-        return self.cause.signature(correct_scene(self.gross, scene), eta)
-
-    def unrecorded(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
-        """The cause's."""
-        return self.cause.unrecorded(correct_scene(self.gross, scene), eta)
-
-    def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
-        """The cause's."""
-        return self.cause.estimates(self._corrected(scenes), fit)
-
-    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """The cause's."""
-        return self.cause.is_notable(estimates)
-
-    def frames(
-        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
-    ) -> tuple[Range, ...]:
-        """The cause's."""
-        return self.cause.frames(self._corrected(scenes), eta, x)
-
-    def _corrected(self, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
-        return tuple(correct_scene(self.gross, scene) for scene in scenes)
+    def corrected(self, asked: Any) -> Any:
+        """A trial, or several, as they should have been recorded; anything else as it is."""
+        if isinstance(asked, Scene):
+            return correct_scene(self.gross, asked)
+        several = isinstance(asked, tuple | list) and any(isinstance(one, Scene) for one in asked)
+        return tuple(map(self.corrected, asked)) if several else asked
 
 
 @lru_cache(maxsize=KEPT_SCENES)
