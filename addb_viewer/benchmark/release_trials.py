@@ -18,7 +18,7 @@ import addb_viewer.dataset
 from addb_viewer.benchmark.task import FEET, BenchmarkError, Example, Measured, Seen, SeenMarkers
 from addb_viewer.dataset.columns import COORDINATE_NAMES
 from addb_viewer.dataset.identifiers import file_name_of
-from addb_viewer.dataset.reader import Release, column, vector
+from addb_viewer.dataset.reader import Release, column, coordinate_values, marker_places, vector
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
 
@@ -238,13 +238,8 @@ class _SubjectReading:
     def _markers(self, trial_id: str, number: np.ndarray) -> SeenMarkers:
         columns = ["marker", "frame", *(f"measured_{axis}_m" for axis in AXES)]
         rows = self._rows("markers", trial_id, columns)
-        names = rows["marker"].to_pylist()
-        known = sorted(set(names))
-        place = {name: k for k, name in enumerate(known)}
-        where = np.full((len(number), len(known), 3), np.nan)
-        at = np.searchsorted(number, rows["frame"].to_numpy())
-        where[at, [place[name] for name in names]] = vector(rows, "measured_{}_m")
-        return SeenMarkers(tuple(known), where)
+        known = tuple(sorted(set(rows["marker"].to_pylist())))
+        return SeenMarkers(known, marker_places(rows, number, known))
 
     def _rows(self, table: str, trial_id: str, columns: list[str]) -> pa.Table:
         scan = self.release.scan(table, [self.row["subject_id"]])
@@ -263,16 +258,10 @@ class _SubjectReading:
         return [*own, f"{prefix}_other"] if self._places else own
 
     def _values(self, rows: pa.Table, prefix: str) -> Float[np.ndarray, "frames dofs"]:
-        others = np.array(rows[f"{prefix}_other"].to_pylist(), dtype=float) if self._places else None
-        columns = []
         for name in self.skeleton.dofs:
-            if name in COORDINATE_NAMES:
-                columns.append(column(rows, f"{prefix}_{name}"))
-            elif others is None or name not in self._places:
+            if name not in COORDINATE_NAMES and name not in self._places:
                 raise BenchmarkError(f"{self.row['subject_id']}: no column for the coordinate {name}")
-            else:
-                columns.append(others[:, self._places[name]])
-        return np.column_stack(columns)
+        return coordinate_values(rows, prefix, self.skeleton.dofs, self._places)
 
 
 def _measured_columns() -> list[str]:

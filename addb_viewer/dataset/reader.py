@@ -13,9 +13,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from addb_viewer.dataset.columns import Table
+from addb_viewer.dataset.columns import COORDINATE_NAMES, Table
 from addb_viewer.dataset.identifiers import file_name_of
 from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_tables import FORMAT_VERSION, FRAMES, TABLES
@@ -85,6 +85,45 @@ def vector(table: pa.Table, pattern: str) -> Float[np.ndarray, "rows 3"]:
         pattern: of their names; `{}` is the axis.
     """
     return np.column_stack([column(table, pattern.format(axis)) for axis in "xyz"])
+
+
+def coordinate_values(
+    rows: pa.Table, prefix: str, names: Sequence[str], places: Mapping[str, int]
+) -> Float[np.ndarray, "rows coordinates"]:
+    """Values of a model's coordinates.
+
+    Args:
+        rows: of `frames` or `kinematics`.
+        prefix: of the columns: q, qd, qdd or tau.
+        names: of the coordinates.
+        places: in the lists of others, of those that have no column of their own.
+    """
+    lists = rows[f"{prefix}_other"].to_pylist() if places else []
+    others = np.array([row or [] for row in lists], dtype=float)
+    return np.column_stack(
+        [
+            column(rows, f"{prefix}_{name}") if name in COORDINATE_NAMES else others[:, places[name]]
+            for name in names
+        ]
+    )
+
+
+def marker_places(
+    rows: pa.Table, frames: Int[np.ndarray, " frames"], labels: Sequence[str]
+) -> Float[np.ndarray, "frames labels 3"]:
+    """Where markers were seen [m], NaN where they were not.
+
+    Args:
+        rows: of `markers`, of one trial.
+        frames: that are wanted.
+        labels: of the markers.
+    """
+    at = pc.index_in(rows["frame"], value_set=pa.array(frames, rows["frame"].type))
+    which = pc.index_in(rows["marker"], value_set=pa.array(labels))
+    at, which = (np.nan_to_num(one.to_numpy(), nan=-1).astype(int) for one in (at, which))
+    placed, known = np.full((len(frames), len(labels), 3), np.nan), at >= 0
+    placed[at[known], which[known]] = vector(rows, "measured_{}_m")[known]
+    return placed
 
 
 def open_release(path: Path) -> "Release":

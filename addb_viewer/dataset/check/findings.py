@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from jaxtyping import Bool, Float
 
 from addb_viewer.dataset.columns import COORDINATE_NAMES, TRANSLATIONS
-from addb_viewer.dataset.reader import column, vector
+from addb_viewer.dataset.reader import column, coordinate_values, marker_places, vector
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of
 from solver.common.true_runs import runs
 
@@ -102,7 +101,9 @@ def torque_findings(
     if lost:
         yield error("torques", trial, f"no column for the model's coordinate {lost[0]}")
         return
-    q, qd, qdd, tau = (_values(few, prefix, skeleton.dofs, places) for prefix in ("q", "qd", "qdd", "tau"))
+    q, qd, qdd, tau = (
+        coordinate_values(few, prefix, skeleton.dofs, places) for prefix in ("q", "qd", "qdd", "tau")
+    )
     body = RigidBodyModel(skeleton)
     off = np.linalg.norm(body.centre_of_mass(q) - vector(few, "com_{}_m"), axis=1)
     if not (off <= COM_M).all():
@@ -148,18 +149,6 @@ def _moment_findings(
         trial, frame = _first(frames, bad)
         by = f"off by up to {np.nanmax(off[bad]):.2f} N·m, the first is frame {frame}"
         yield error("forces", trial, f"the residual moment is another on {bad.sum()} frames: {by}")
-
-
-def _values(
-    frames: pa.Table, prefix: str, dofs: tuple[str, ...], places: Mapping[str, int]
-) -> Float[np.ndarray, "rows dofs"]:
-    others = np.array([row or [] for row in frames[f"{prefix}_other"].to_pylist()], dtype=float)
-    return np.column_stack(
-        [
-            column(frames, f"{prefix}_{name}") if name in COORDINATE_NAMES else others[:, places[name]]
-            for name in dofs
-        ]
-    )
 
 
 def _wrench(frames: pa.Table, side: str) -> Float[np.ndarray, "rows 6"]:
@@ -288,21 +277,12 @@ def recording_in(trial_id: str, kinematics: pa.Table, markers: pa.Table, file: P
     labels = tuple(sorted(set(markers["marker"].to_pylist())))
 
     def places(rows: pa.Table) -> Places:
-        return Places(times - times[0], _placed(frame, labels, rows))
+        return Places(times - times[0], marker_places(rows, frame, labels))
 
     def again() -> Places:
         return places(pq.read_table(file, columns=MARKER_COLUMNS, filters=[("trial_id", "=", trial_id)]))
 
     return recording_of(trial_id, labels, places(markers), again)
-
-
-def _placed(frame: np.ndarray, labels: tuple[str, ...], rows: pa.Table) -> np.ndarray:
-    at = pc.index_in(rows["frame"], value_set=pa.array(frame, rows["frame"].type))
-    which = pc.index_in(rows["marker"], value_set=pa.array(labels))
-    at, which = (np.nan_to_num(one.to_numpy(), nan=-1).astype(int) for one in (at, which))
-    placed, known = np.full((len(frame), len(labels), 3), np.nan), at >= 0
-    placed[at[known], which[known]] = vector(rows, "measured_{}_m")[known]
-    return placed
 
 
 def duplicate_findings(pairs: Iterable[Pair], persons: Mapping[str, str]) -> Iterator[Finding]:
