@@ -1,7 +1,6 @@
 """MCAP files of a fit: every trial on its own clock, below its own name."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +51,9 @@ def write_mcap(recording: Recording, file: Path) -> Path:
         mcap = McapFile(stream)
         first = min(float(record.replay.times[0]) for record in recording.trials)
         origin_ns = max(0, -int(nanoseconds(np.array(first))))  # times of a file cannot be negative
-        _write_about(mcap, recording.subject, recording.fit.provenance.get(PROGRAM, ""), origin_ns)
+        version = recording.fit.provenance.get(PROGRAM, "")
+        about = {"subject": recording.subject, PROGRAM: version, "clock_zero_ns": str(origin_ns)}
+        mcap.metadata(ABOUT, about)
         for record in recording.trials:
             topics = TrialTopics(mcap, record.replay, origin_ns)
             write_capture(topics, record.replay)
@@ -77,18 +78,6 @@ def write_mcap(recording: Recording, file: Path) -> Path:
     return file
 
 
-def _write_about(mcap: McapFile, subject: str, version: str, origin_ns: int) -> None:
-    """Say whose file it is, and when its trials' clocks read zero.
-
-    Args:
-        mcap: open.
-        subject: the subject's name.
-        version: of the program that made the fit; empty where it is not known.
-        origin_ns: in the file's time [ns].
-    """
-    mcap.metadata(ABOUT, {"subject": subject, PROGRAM: version, "clock_zero_ns": str(origin_ns)})
-
-
 def _write_edit(mcap: McapFile, edit: Edit, time_ns: int) -> None:
     """Write a line of the review log."""
     kind, content = encoded(edit.event)
@@ -99,9 +88,7 @@ def _write_edit(mcap: McapFile, edit: Edit, time_ns: int) -> None:
 
 def _write_step(mcap: McapFile, step: SolverStep, time_ns: int) -> None:
     """Write a report of the solver."""
-    values: Mapping[str, float] = step.values
-    told = {"stage": step.stage, "fraction": step.fraction, "seconds": step.seconds, "values": dict(values)}
-    mcap.record(PROGRESS_TOPIC, time_ns, PROGRESS, told)
+    mcap.record(PROGRESS_TOPIC, time_ns, PROGRESS, plain(step))
 
 
 def _attach_fit(mcap: McapFile, fit: Fit, time_ns: int) -> None:

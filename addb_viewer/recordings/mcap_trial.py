@@ -85,7 +85,7 @@ def write_capture(topics: TrialTopics, replay: Replay) -> None:
     if not replay.plates:
         return
     file.message(topics.topic("plates"), times[0], outlines(replay.plates, times[0]))
-    plates = [(p.name, _rows(p.force), _rows(p.cop), p.foot.tolist()) for p in replay.plates]
+    plates = [(p.name, _plain(p.force), _plain(p.cop), p.foot.tolist()) for p in replay.plates]
     for frame, time_ns in enumerate(times):
         told = [
             {
@@ -178,7 +178,7 @@ def _write_residual(topics: TrialTopics, record: TrialRecord) -> None:
     residual = record.replay.residual
     if residual is None:
         return
-    force, moment = _rows(residual.force), _rows(residual.moment)
+    force, moment = _plain(residual.force), _plain(residual.moment)
     norms = [_plain(np.linalg.norm(v, axis=1)) for v in (residual.force, residual.moment)]
     before = [[None] * record.replay.frames] * 2
     if record.before is not None and record.before.residual is not None:
@@ -237,15 +237,8 @@ def _when(topics: TrialTopics, frame: int) -> dict[str, Any]:
     return {"frame": frame, "time_s": float(topics.seconds[frame])}
 
 
-def _plain(values: Float[np.ndarray, " rows"]) -> list[Any]:
-    """Rounded numbers, None for what is not known: JSON has no NaN."""
-    known = np.isfinite(values)
+def _plain(values: Float[np.ndarray, "rows ..."]) -> list[Any]:
+    """Rounded numbers, or vectors, None for one with an unknown component: JSON has no NaN."""
+    known = np.isfinite(values).reshape(len(values), -1).all(axis=1)
     rounded = np.round(values, DECIMALS).tolist()
     return [value if there else None for value, there in zip(rounded, known.tolist(), strict=True)]
-
-
-def _rows(vectors: Float[np.ndarray, "rows 3"]) -> list[Any]:
-    """Likewise of vectors; one with an unknown component is unknown."""
-    known = np.isfinite(vectors).all(axis=1)
-    rounded = np.round(vectors, DECIMALS).tolist()
-    return [vector if there else None for vector, there in zip(rounded, known.tolist(), strict=True)]
