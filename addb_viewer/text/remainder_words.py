@@ -23,7 +23,8 @@ from addb_viewer.text.residual_words import (
 from addb_viewer.text.sections import Section
 from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
-from solver.diagnosis.diagnosis_report import DiagnosisReport, Unlisted
+from solver.diagnosis.diagnosis import Unlisted
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 OF_A_CLASS = ("plate", "time")  # what is off the list and can be told as such
 SWINGS = "swings"  # says a time history that swings evenly

@@ -15,15 +15,14 @@ from addb_viewer.text.sections import Section
 from solver.common.notes import Kind
 from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.diagnosis_report import (
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
+from solver.diagnosis.residual_description import (
     AxisResidual,
-    Cause,
-    DiagnosisReport,
     PhaseResidual,
     Residual,
+    ResidualSize,
     TrialResidual,
 )
-from solver.diagnosis.residual_description import ResidualSize
 
 WITHIN = 1.5  # times the noise floor: what is still ordinary
 WORST_WITHIN = 2.0  # likewise of the worst half second, which is the worst of many

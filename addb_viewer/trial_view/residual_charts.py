@@ -6,7 +6,8 @@ from jaxtyping import Bool, Float
 from addb_viewer.trial_view.charts import Chart, Line
 from addb_viewer.trial_view.palette import BLUE, GREY, VERMILION
 from addb_viewer.trial_view.replay import Replay
-from solver.diagnosis.diagnosis_report import DiagnosisReport, TrialResidual
+from solver.diagnosis.diagnosis_report import DiagnosisReport
+from solver.diagnosis.residual_description import TrialResidual
 
 BROKEN = 1.5  # times the usual step from window to window: frames between that did not count
 

@@ -19,8 +19,8 @@ from solver.diagnosis.diagnosis import (
     Gain,
     Location,
     NamedEffect,
-    OffTheList,
     Remaining,
+    Unlisted,
 )
 from solver.diagnosis.force_histories import force_histories
 from solver.diagnosis.held_out_gain import BlockScores, block_scores, blocks, short_blocks
@@ -163,18 +163,19 @@ def _has_a_class(unknown: Unknown | None) -> bool:
     return unknown is not None and unknown.cause.kind in (PLATE, TIME)
 
 
-def _off_the_list(balance: Balance, world: Held) -> OffTheList | None:
+def _off_the_list(balance: Balance, world: Held) -> Unlisted | None:
     if world.unknown is None:
         return None
     cause, likeliest = world.unknown.cause, world.unknown.likeliest
     k = len(likeliest.terms) - 1
     x, _ = likeliest.of(k)
-    return OffTheList(
+    frames = in_view(cause.frames(balance.scenes, (), x), balance.scenes)
+    return Unlisted(
         cause.kind,
         cause.target,
         cause.trial,
         cause.about.sentence.format(target=cause.target),
-        in_view(cause.frames(balance.scenes, (), x), balance.scenes),
+        tuple((r.trial, r.start, r.end) for r in frames),
         world.unknown.size_N(balance.scenes),
         world.unknown_nats,
     )
@@ -199,8 +200,6 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
         frames=in_view(candidate.frames(balance.scenes, eta, linear), balance.scenes),
         sentence=candidate.about.sentence.format(target=candidate.target),
         remedy=candidate.about.remedy.format(target=candidate.target),
-        gain_nats=found.contender.gain,
-        held_out_gain_nats=found.held_out_gain,
         time_histories=force_histories(candidate, balance.scenes, eta, linear),
     )
 
@@ -216,8 +215,6 @@ def _of_reading(balance: Balance, undone: CorrectedCause) -> NamedEffect:
         frames=candidate.frames(balance.scenes, (), np.zeros(0)),
         sentence=candidate.about.sentence.format(target=undone.target),
         remedy=candidate.about.remedy.format(target=undone.target),
-        gain_nats=contender.gain,
-        held_out_gain_nats=float("nan"),
     )
 
 
@@ -240,8 +237,6 @@ def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
         frames=tuple(f.frames for f in same),
         sentence=finding.about.sentence.format(target=finding.target),
         remedy=finding.about.remedy.format(target=finding.target),
-        gain_nats=finding.gain,
-        held_out_gain_nats=float("nan"),
     )
 
 

@@ -8,7 +8,7 @@ from solver.diagnosis.cause_decisions import CauseDecisions, Chances
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.direct_checks.statement import Statement
 from solver.diagnosis.force_histories import ForceHistory
-from solver.diagnosis.residual_description import ResidualDescription
+from solver.diagnosis.residual_description import Residual
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 EXPLAINED, CLEAN, UNEXPLAINED = "explained", "clean", "unexplained"
@@ -25,8 +25,6 @@ class NamedEffect:
     frames: tuple[Range, ...]
     sentence: str
     remedy: str
-    gain_nats: float  # of log evidence
-    held_out_gain_nats: float
     time_histories: tuple[ForceHistory, ...] = ()  # of a force that acts for a while
     outside_the_list: float = float("nan")  # how likely it is something that is on no list; nan: not asked
     in_its_class: float = float("nan")  # confidence, and that of names of the same trace; nan: not asked
@@ -65,14 +63,14 @@ class Location:
 
 
 @dataclass(frozen=True)
-class OffTheList:
+class Unlisted:
     """What is likelier than every name of the catalogue, told as what it touches."""
 
-    kind: str  # body, event, plate or time
+    touches: str  # body, event, plate or time
     target: str  # the plate or the trial; empty for the body
     trial: str | None  # None: in all
     sentence: str
-    frames: tuple[Range, ...]
+    frames: tuple[tuple[str, int, int], ...]  # trial, first frame, the one after the last
     rms_force_N: float
     gain_nats: float  # of log evidence with prior odds, beyond what is named
 
@@ -122,7 +120,7 @@ class Remaining:
     linear_residual_N: float
     noise_floor_N: float
     location: Location | None = None
-    off_the_list: OffTheList | None = None
+    off_the_list: Unlisted | None = None
 
 
 @dataclass(frozen=True)
@@ -135,7 +133,7 @@ class Diagnosis:
     gain: dict[str, Gain]
     remaining: Remaining
     trials: tuple[str, ...]
-    residual: ResidualDescription | None = None  # without any cause
+    residual: Residual | None = None  # without any cause
     evidence_nats: float = 0.0  # of all that was found, named or not, against nothing being wrong
     certain_nats: float = DiagnosisSettings.certain_gain  # from which on that is certain
     ended_early: bool = False  # the search, before all was tried, at the most evaluations

@@ -6,7 +6,7 @@ Frames are 0-based, the end excluded, at the markers' rate. JSON has no NaN: wha
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -20,15 +20,13 @@ from solver.diagnosis.diagnosis import (
     Detectable,
     Diagnosis,
     Gain,
-    Location,
     NamedEffect,
-    OffTheList,
     Remaining,
     ToBeSure,
 )
 from solver.diagnosis.direct_checks.statement import STATED_NATS, Statement
 from solver.diagnosis.extended_fit import ExtendedGain
-from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
+from solver.diagnosis.residual_description import Residual, ResidualOverTime, TrialResidual
 from solver.dynamics.trajectory import extension
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.fitting.results.extension_log import plain_causes
@@ -98,29 +96,6 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Unlisted:
-    """What is likelier than every name of the catalogue, told as what it touches."""
-
-    touches: str  # body, event, plate or time
-    target: str  # the plate or the trial; empty for the body
-    trial: str | None  # None: in all
-    sentence: str
-    frames: tuple[Frames, ...]
-    rms_force_N: float
-    gain_nats: float
-
-
-@dataclass(frozen=True)
-class Remains:
-    """What is left after the named causes."""
-
-    linear_residual_N: float
-    noise_floor_N: float
-    location: Location | None = None
-    off_the_list: Unlisted | None = None
-
-
-@dataclass(frozen=True)
 class Checked:
     """One thing that was asked of a cause."""
 
@@ -156,61 +131,6 @@ class DirectCheck:
     against: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class PhaseResidual(ResidualSize):
-    """While one foot is loaded, several are, a load is on no foot, or no plate is loaded."""
-
-    phase: str
-    foot: str | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class AxisResidual(ResidualSize):
-    """Components along one axis of the ground."""
-
-    axis: str
-    direction: str | None
-    mean_force_N: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class WorstResidual(ResidualSize):
-    """The worst half second of a trial."""
-
-    frames: tuple[int, int]
-
-
-@dataclass(frozen=True)
-class ResidualOverTime:
-    """Norms over time; `after` is what the named causes leave."""
-
-    time_s: tuple[float, ...]
-    force_N: tuple[float, ...]
-    force_after_N: tuple[float, ...]
-    force_floor_N: tuple[float, ...]
-    moment_Nm: tuple[float, ...]
-    moment_after_Nm: tuple[float, ...]
-    moment_floor_Nm: tuple[float, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrialResidual(ResidualSize):
-    """One trial, and its worst half second."""
-
-    trial: str
-    worst: WorstResidual
-    time_history: ResidualOverTime
-
-
-@dataclass(frozen=True, kw_only=True)
-class Residual(ResidualSize):
-    """The residual of all trials together without any cause, and its parts."""
-
-    phases: tuple[PhaseResidual, ...]
-    axes: tuple[AxisResidual, ...]
-    trials: tuple[TrialResidual, ...]
-
-
 @dataclass(frozen=True)
 class DiagnosisReport:
     """What is wrong: verdict, causes, rivals, gain and remainder."""
@@ -219,7 +139,7 @@ class DiagnosisReport:
     effects: tuple[Cause, ...]
     alternatives: tuple[Rival, ...]
     gain: Mapping[str, Gain]
-    remaining: Remains
+    remaining: Remaining
     trials: tuple[str, ...]
     version: int = VERSION
     at_fault: tuple[str, ...] = ()
@@ -314,7 +234,7 @@ def report(diagnosis: Diagnosis, why: str | None = None) -> DiagnosisReport:
             for a in diagnosis.alternatives
         ),
         gain=diagnosis.gain,
-        remaining=_remains(diagnosis.remaining),
+        remaining=diagnosis.remaining,
         trials=diagnosis.trials,
         at_fault=tuple(dict.fromkeys(effect.at_fault for effect in effects)),
         chances=diagnosis.chances,
@@ -326,7 +246,7 @@ def report(diagnosis: Diagnosis, why: str | None = None) -> DiagnosisReport:
         ended_early=diagnosis.ended_early,
         detectable=diagnosis.detectable,
         decisions=_decisions(diagnosis, why),
-        residual=None if diagnosis.residual is None else _residual(diagnosis.residual),
+        residual=None if diagnosis.residual is None else _shortened(diagnosis.residual),
         direct_checks=tuple(map(_direct_check, diagnosis.direct_checks)),
         to_be_sure=diagnosis.to_be_sure,
     )
@@ -409,17 +329,6 @@ def _decided(cause: CauseDecisions) -> Decided:
     return Decided(cause.id, cause.target, cause.named, _finite(cause.odds_nats), checks)
 
 
-def _remains(remaining: Remaining) -> Remains:
-    one = remaining.off_the_list
-    unlisted = None if one is None else _unlisted(one)
-    return Remains(remaining.linear_residual_N, remaining.noise_floor_N, remaining.location, unlisted)
-
-
-def _unlisted(one: OffTheList) -> Unlisted:
-    frames = tuple((r.trial, r.start, r.end) for r in one.frames)
-    return Unlisted(one.kind, one.target, one.trial, one.sentence, frames, one.rms_force_N, one.gain_nats)
-
-
 def _direct_check(statement: Statement) -> DirectCheck:
     return DirectCheck(
         direct_check=statement.direct_check,
@@ -433,26 +342,14 @@ def _direct_check(statement: Statement) -> DirectCheck:
     )
 
 
-def _residual(residual: ResidualDescription) -> Residual:
-    return Residual(
-        **vars(residual.whole),
-        phases=tuple(PhaseResidual(phase=p.phase, foot=p.foot, **vars(p.size)) for p in residual.phases),
-        axes=tuple(
-            AxisResidual(axis=a.axis, direction=a.direction, mean_force_N=a.mean_force_N, **vars(a.size))
-            for a in residual.axes
-        ),
-        trials=tuple(map(_in_trial, residual.trials)),
-    )
+def _shortened(residual: Residual) -> Residual:
+    """With no more digits over time than are drawn."""
+    return replace(residual, trials=tuple(map(_in_trial, residual.trials)))
 
 
-def _in_trial(trial: InTrial) -> TrialResidual:
-    over_time = {name: _rounded(values) for name, values in vars(trial.time_history).items()}
-    return TrialResidual(
-        trial=trial.trial,
-        **vars(trial.size),
-        worst=WorstResidual(frames=(trial.worst.start, trial.worst.end), **vars(trial.worst_size)),
-        time_history=ResidualOverTime(**over_time),
-    )
+def _in_trial(trial: TrialResidual) -> TrialResidual:
+    over_time = {name: _rounded(np.array(values)) for name, values in vars(trial.time_history).items()}
+    return replace(trial, time_history=ResidualOverTime(**over_time))
 
 
 def _rounded(values: np.ndarray) -> Any:

@@ -14,7 +14,6 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.contact.wrenches import TWO_FEET
-from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.noise.balance_rows import TrialRows
 from solver.diagnosis.search.balance import Balance
@@ -44,62 +43,62 @@ class ResidualSize:
     moment_floor_Nm: float
 
 
-@dataclass(frozen=True)
-class InPhase:
+@dataclass(frozen=True, kw_only=True)
+class PhaseResidual(ResidualSize):
     """While one foot is loaded, several are, a load is on no foot, or no plate is loaded."""
 
     phase: str
     foot: str | None  # that bears the load, in single support
-    size: ResidualSize
 
 
-@dataclass(frozen=True)
-class AlongAxis:
+@dataclass(frozen=True, kw_only=True)
+class AxisResidual(ResidualSize):
     """Components along one axis of the ground."""
 
     axis: str
-    direction: Direction | None  # of the person; None: where it goes does not follow an axis, or is unknown
+    direction: str | None  # of the person; None: where it goes does not follow an axis, or is unknown
     mean_force_N: float  # required beyond the measured
-    size: ResidualSize
 
 
-@dataclass(frozen=True, eq=False)
-class TimeHistory:
+@dataclass(frozen=True, kw_only=True)
+class WorstResidual(ResidualSize):
+    """The worst half second of a trial."""
+
+    frames: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class ResidualOverTime:
     """Norms over time; `after` is what the named causes leave, as they were fitted."""
 
-    time_s: Float[np.ndarray, " windows"]  # from the trial's start, the middle of each window
-    force_N: Float[np.ndarray, " windows"]
-    force_after_N: Float[np.ndarray, " windows"]
-    force_floor_N: Float[np.ndarray, " windows"]
-    moment_Nm: Float[np.ndarray, " windows"]
-    moment_after_Nm: Float[np.ndarray, " windows"]
-    moment_floor_Nm: Float[np.ndarray, " windows"]
+    time_s: tuple[float, ...]  # from the trial's start, the middle of each window
+    force_N: tuple[float, ...]
+    force_after_N: tuple[float, ...]
+    force_floor_N: tuple[float, ...]
+    moment_Nm: tuple[float, ...]
+    moment_after_Nm: tuple[float, ...]
+    moment_floor_Nm: tuple[float, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class InTrial:
+@dataclass(frozen=True, kw_only=True)
+class TrialResidual(ResidualSize):
     """One trial, and its worst half second."""
 
     trial: str
-    size: ResidualSize
-    worst: Range
-    worst_size: ResidualSize
-    time_history: TimeHistory
+    worst: WorstResidual
+    time_history: ResidualOverTime
 
 
-@dataclass(frozen=True, eq=False)
-class ResidualDescription:
-    """The residual of all trials together, and its parts."""
+@dataclass(frozen=True, kw_only=True)
+class Residual(ResidualSize):
+    """The residual of all trials together without any cause, and its parts."""
 
-    whole: ResidualSize
-    phases: tuple[InPhase, ...]  # those that occur, the one that lasts longest first
-    axes: tuple[AlongAxis, ...]
-    trials: tuple[InTrial, ...]
+    phases: tuple[PhaseResidual, ...]  # those that occur, the one that lasts longest first
+    axes: tuple[AxisResidual, ...]
+    trials: tuple[TrialResidual, ...]
 
 
-def describe_residual(
-    balance: Balance, solved: Solved, uncorrected: Sequence[Term] = ()
-) -> ResidualDescription:
+def describe_residual(balance: Balance, solved: Solved, uncorrected: Sequence[Term] = ()) -> Residual:
     """Describe the residual that the recordings have without any cause.
 
     Args:
@@ -117,8 +116,8 @@ def describe_residual(
     firsts = balance.start // 6
     own = [slice(first, last) for first, last in pairwise(firsts)]
     phases = np.concatenate([_phase_of_windows(trial) for trial in balance.trials])
-    return ResidualDescription(
-        whole=parts.size(),
+    return Residual(
+        **vars(parts.size()),
         phases=_by_phase(parts, phases, _feet(balance.scenes)),
         axes=_by_axis(parts, balance.scenes),
         trials=tuple(_of_trial(t, parts.of(k)) for t, k in zip(balance.trials, own, strict=True)),
@@ -168,28 +167,28 @@ def _step_s(trial: TrialRows) -> float:
     return float(frames / trial.scene.rate)
 
 
-def _of_trial(trial: TrialRows, parts: _Parts) -> InTrial:
+def _of_trial(trial: TrialRows, parts: _Parts) -> TrialResidual:
     first, last = _worst(trial, parts)
     start = trial.windows.start
     inside = np.zeros(trial.windows.count, dtype=bool)
     inside[first : last + 1] = True
     (force, moment), (force_after, moment_after), (force_floor, moment_floor) = (
-        np.linalg.norm(values.reshape(-1, 2, 3), axis=2).T
+        np.linalg.norm(values.reshape(-1, 2, 3), axis=2).T.tolist()
         for values in (parts.before, parts.after, np.sqrt(parts.variance))
     )
-    return InTrial(
+    frames = int(start[first]), int(start[last]) + trial.windows.length
+    return TrialResidual(
+        **vars(parts.size()),
         trial=trial.scene.name,
-        size=parts.size(),
-        worst=Range(trial.scene.name, int(start[first]), int(start[last]) + trial.windows.length),
-        worst_size=parts.of(inside).size(),
-        time_history=TimeHistory(
-            time_s=trial.windows.centre / trial.scene.rate,
-            force_N=force,
-            force_after_N=force_after,
-            force_floor_N=force_floor,
-            moment_Nm=moment,
-            moment_after_Nm=moment_after,
-            moment_floor_Nm=moment_floor,
+        worst=WorstResidual(**vars(parts.of(inside).size()), frames=frames),
+        time_history=ResidualOverTime(
+            time_s=tuple((trial.windows.centre / trial.scene.rate).tolist()),
+            force_N=tuple(force),
+            force_after_N=tuple(force_after),
+            force_floor_N=tuple(force_floor),
+            moment_Nm=tuple(moment),
+            moment_after_Nm=tuple(moment_after),
+            moment_floor_Nm=tuple(moment_floor),
         ),
     )
 
@@ -240,23 +239,23 @@ def _of_sole(scene: Scene, k: int) -> list[int]:
 
 def _by_phase(
     parts: _Parts, phases: Int[np.ndarray, " windows"], feet: tuple[str, ...]
-) -> tuple[InPhase, ...]:
+) -> tuple[PhaseResidual, ...]:
     found = []
     for phase in np.unique(phases):
         foot = feet[phase] if phase >= 0 else None
         name = _WITHOUT_ONE_FOOT.get(int(phase), SINGLE)
-        found.append(InPhase(name, foot, parts.of(phases == phase).size()))
-    return tuple(sorted(found, key=lambda f: -f.size.seconds))
+        found.append(PhaseResidual(**vars(parts.of(phases == phase).size()), phase=name, foot=foot))
+    return tuple(sorted(found, key=lambda f: -f.seconds))
 
 
-def _by_axis(parts: _Parts, scenes: Sequence[Scene]) -> tuple[AlongAxis, ...]:
+def _by_axis(parts: _Parts, scenes: Sequence[Scene]) -> tuple[AxisResidual, ...]:
     directions = _directions(scenes)
     return tuple(
-        AlongAxis(
+        AxisResidual(
+            **vars(parts.size(slice(i, i + 1))),
             axis=axis,
             direction=directions.get(axis),
             mean_force_N=float(parts.before[:, i].mean()),
-            size=parts.size(slice(i, i + 1)),
         )
         for i, axis in enumerate("xyz")
     )

@@ -18,8 +18,6 @@ CLOCK = NamedEffect(
     frames=(Range("walk", 0, 101),),
     sentence="The forces were recorded late.",
     remedy="Check the trigger line.",
-    gain_nats=900.0,
-    held_out_gain_nats=300.0,
 )
 
 

@@ -41,8 +41,6 @@ LATE = NamedEffect(
     frames=(Range("walk", 0, 4),),
     sentence="The forces run on another clock.",
     remedy="Check the trigger line.",
-    gain_nats=80.0,
-    held_out_gain_nats=40.0,
 )
 EXPLAINED = Diagnosis(
     verdict="explained",

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.jobs.diagnosing import after_trial
-from solver.diagnosis.diagnosis import ToBeSure
-from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Remains
+from solver.diagnosis.diagnosis import Remaining, ToBeSure
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 
 ASKED = ToBeSure("plate_gain", "plate_2", "body_weight_support", "pelvis", 4.0, trial="stand")
-BEFORE = DiagnosisReport("explained", (), (), {}, Remains(9.0, 9.8), ("walk",), to_be_sure=ASKED)
+BEFORE = DiagnosisReport("explained", (), (), {}, Remaining(9.0, 9.8), ("walk",), to_be_sure=ASKED)
 
 
 def now(id="plate_gain", target="plate_2", confidence=0.97, verdict="explained"):

@@ -12,7 +12,8 @@ from addb_viewer.trial_view.trial_verdict import (
 from annotations.events import Edit, FlagRange, Proposal, SetStatus, Status, Unusable
 from annotations.folding import folded
 from annotations.review_errors import ReviewError
-from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Figure, Remains
+from solver.diagnosis.diagnosis import Remaining
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Figure
 from solver.fitting.verdict import Use, Why
 from tests.addb_viewer.fit_figures import force, moment, of_trial
 from tests.annotations.conftest import FIRST
@@ -29,7 +30,7 @@ def figures(force_BW=0.02, moment_BWh=0.006, marker_rms_m=0.01, marker_max_m=0.0
 
 
 def report(*causes, verdict="explained"):
-    return DiagnosisReport(verdict, causes, (), {}, Remains(30.0, 10.0), ("walk",))
+    return DiagnosisReport(verdict, causes, (), {}, Remaining(30.0, 10.0), ("walk",))
 
 
 def cause(id="clock_offset", target="all", frames=(("walk", 0, 100),), confidence=0.99, **more):

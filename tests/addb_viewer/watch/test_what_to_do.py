@@ -21,8 +21,8 @@ from addb_viewer.watch.what_to_do import (
 )
 from solver.capture.capture import PlanItem
 from solver.diagnosis.causes.catalogue import ABOUT
-from solver.diagnosis.diagnosis import ToBeSure
-from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, DirectCheck, Remains, Rival
+from solver.diagnosis.diagnosis import Remaining, ToBeSure
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, DirectCheck, Rival
 from solver.diagnosis.direct_checks.statement import STATED_NATS, About, Statement
 from solver.fitting.verdict import Why
 from tests.addb_viewer.fit_figures import force, moment, of_trial
@@ -41,7 +41,7 @@ def step(number, **known):
 
 def diagnosed(*causes):
     verdict = "explained" if causes else "clean"
-    return DiagnosisReport(verdict, causes, (), {}, Remains(9.0, 9.8), ("walk",))
+    return DiagnosisReport(verdict, causes, (), {}, Remaining(9.0, 9.8), ("walk",))
 
 
 def cause(id, target="all", confidence=0.99, **known):

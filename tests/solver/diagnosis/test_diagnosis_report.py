@@ -12,12 +12,12 @@ from solver.diagnosis.diagnosis_report import report
 from solver.diagnosis.direct_checks.statement import About, Statement
 from solver.diagnosis.force_histories import ForceHistory
 from solver.diagnosis.residual_description import (
-    AlongAxis,
-    InPhase,
-    InTrial,
-    ResidualDescription,
-    ResidualSize,
-    TimeHistory,
+    AxisResidual,
+    PhaseResidual,
+    Residual,
+    ResidualOverTime,
+    TrialResidual,
+    WorstResidual,
 )
 
 
@@ -31,8 +31,6 @@ def diagnosis() -> Diagnosis:
         frames=(Range("walk1", 0, 412),),
         sentence="Late.",
         remedy="Check.",
-        gain_nats=80.0,
-        held_out_gain_nats=float("nan"),
     )
     return Diagnosis(
         verdict="explained",
@@ -129,20 +127,23 @@ def test_nothing_found_is_empty_lists_and_no_gain():
 
 
 def test_what_is_wrong_is_told_over_time_in_phases_and_along_axes(diagnosis):
-    size = ResidualSize(3.0, 41.0, 10.0, 19.0, 6.0)
-    time_history = TimeHistory(*(np.array([k + 0.123456, k]) for k in range(7)))
-    residual = ResidualDescription(
-        whole=size,
-        phases=(InPhase("single_support", "calcn_r", size),),
-        axes=(AlongAxis("x", "forward", -3.0, size), AlongAxis("z", None, 1.0, size)),
-        trials=(InTrial("walk1", size, Range("walk1", 40, 90), size, time_history),),
+    figures = {
+        "seconds": 3.0, "force_N": 41.0, "force_floor_N": 10.0, "moment_Nm": 19.0, "moment_floor_Nm": 6.0,
+    }  # fmt: skip
+    worst = WorstResidual(**figures, frames=(40, 90))
+    time_history = ResidualOverTime(*((k + 0.123456, float(k)) for k in range(7)))
+    residual = Residual(
+        **figures,
+        phases=(PhaseResidual(**figures, phase="single_support", foot="calcn_r"),),
+        axes=(
+            AxisResidual(**figures, axis="x", direction="forward", mean_force_N=-3.0),
+            AxisResidual(**figures, axis="z", direction=None, mean_force_N=1.0),
+        ),
+        trials=(TrialResidual(**figures, trial="walk1", worst=worst, time_history=time_history),),
     )
     told = plain(replace(diagnosis, residual=residual, rates_Hz={"walk1": 100.0}, starts_s={"walk1": 0.5}))
     assert (told["rates_Hz"], told["starts_s"]) == ({"walk1": 100.0}, {"walk1": 0.5})
     said = told["residual"]
-    figures = {
-        "seconds": 3.0, "force_N": 41.0, "force_floor_N": 10.0, "moment_Nm": 19.0, "moment_floor_Nm": 6.0,
-    }  # fmt: skip
     assert figures.items() <= said.items()
     assert said["phases"] == [{"phase": "single_support", "foot": "calcn_r", **figures}]
     assert [(a["axis"], a["direction"], a["mean_force_N"]) for a in said["axes"]] == [

@@ -39,7 +39,7 @@ def test_sizes_are_root_mean_squares_of_window_means_about_the_centre_of_mass(dr
     lacking[:, 3:] -= np.cross(scene.com_ground, lacking[:, :3])
     windows = trial_rows_of(scene).windows
     means = np.array([windows.weights @ lacking[s : s + windows.length] for s in windows.start])
-    whole = description(scene).whole
+    whole = description(scene)
     assert whole.force_N == pytest.approx(np.sqrt((means[:, :3] ** 2).sum(axis=1).mean()))
     assert whole.moment_Nm == pytest.approx(np.sqrt((means[:, 3:] ** 2).sum(axis=1).mean()))
     assert whole.seconds == pytest.approx(windows.count * np.diff(windows.start).min() / scene.rate)
@@ -51,7 +51,7 @@ def test_the_noise_floor_is_that_of_the_typical_model_error(short_scene):
     shared = np.concatenate([rows.nuisance, rows.tissue, plates], axis=1)
     K = shared @ shared.T + rows.covariance + rows.model_error
     variance = np.diag(K).reshape(-1, 6)
-    whole = description(short_scene).whole
+    whole = description(short_scene)
     assert whole.force_floor_N == pytest.approx(np.sqrt(variance[:, :3].sum(axis=1).mean()))
     assert whole.moment_floor_Nm == pytest.approx(np.sqrt(variance[:, 3:].sum(axis=1).mean()))
 
@@ -60,7 +60,7 @@ def test_sound_recordings_lie_about_the_noise_floor(drawn):
     """The draws have plates' noise and model errors, not other inertias: a little less than the floor."""
     ratios = []
     for seed in range(12):
-        whole = description(drawn(seed)).whole
+        whole = description(drawn(seed))
         ratios.append((whole.force_N / whole.force_floor_N, whole.moment_Nm / whole.moment_floor_Nm))
     assert np.all((np.mean(ratios, axis=0) > 0.5) & (np.mean(ratios, axis=0) < 1.2))
 
@@ -71,9 +71,9 @@ def test_what_happens_under_one_foot_is_told_of_that_phase(short_scene, pulled):
     found = description(pulled(alone))
     by_foot = {p.foot: p for p in found.phases if p.phase == "single_support"}
     assert set(by_foot) == {"calcn_r", "calcn_l"}
-    assert by_foot["calcn_r"].size.force_N > 0.9 * PULL_N
-    assert by_foot["calcn_l"].size.force_N < 0.1 * PULL_N
-    assert sum(p.size.seconds for p in found.phases) == pytest.approx(found.whole.seconds)
+    assert by_foot["calcn_r"].force_N > 0.9 * PULL_N
+    assert by_foot["calcn_l"].force_N < 0.1 * PULL_N
+    assert sum(p.seconds for p in found.phases) == pytest.approx(found.seconds)
     assert {"double_support"} <= {p.phase for p in found.phases}
 
 
@@ -103,23 +103,22 @@ def test_the_worst_half_second_is_found_in_each_trial(short_scene, pulled):
     early, late = pulled(slice(20, 60)), pulled(slice(90, 130))
     found = description(replace(early, name="early"), replace(late, name="late"))
     for trial, (start, end) in zip(found.trials, ((20, 60), (90, 130)), strict=True):
-        worst = trial.worst
-        assert worst.trial == trial.trial
-        assert (worst.end - worst.start) / short_scene.rate == pytest.approx(WORST_S, abs=0.04)
-        assert worst.start <= start
-        assert worst.end >= end
-        frame, force = trial.time_history.time_s * short_scene.rate, trial.time_history.force_N
-        inside = force[(frame > worst.start) & (frame < worst.end)]
-        assert trial.worst_size.force_N == pytest.approx(np.sqrt(np.mean(inside**2)))
-        assert trial.worst_size.force_N > trial.size.force_N
+        first, last = trial.worst.frames
+        assert (last - first) / short_scene.rate == pytest.approx(WORST_S, abs=0.04)
+        assert first <= start
+        assert last >= end
+        frame = np.array(trial.time_history.time_s) * short_scene.rate
+        inside = np.array(trial.time_history.force_N)[(frame > first) & (frame < last)]
+        assert trial.worst.force_N == pytest.approx(np.sqrt(np.mean(inside**2)))
+        assert trial.worst.force_N > trial.force_N
 
 
 def test_directions_are_named_as_the_walk_goes(short_scene, pulled):
     found = description(pulled(slice(0, None)))
     x, y, z = found.axes
     assert (x.direction, y.direction, z.direction) == ("forward", "vertical", "sideways")  # 20° beside x
-    assert (x.mean_force_N, x.size.force_N) == pytest.approx((PULL_N, PULL_N))
-    assert (y.size.force_N, z.size.force_N) == pytest.approx((0, 0), abs=1e-9)
+    assert (x.mean_force_N, x.force_N) == pytest.approx((PULL_N, PULL_N))
+    assert (y.force_N, z.force_N) == pytest.approx((0, 0), abs=1e-9)
     foot = short_scene.p_ground_body[:, short_scene.skeleton.body_index("calcn_r")]
     still = replace(short_scene, com_ground=foot, contacts=_on_right_foot(short_scene))
     assert [a.direction for a in description(still).axes] == [None, "vertical", None]
@@ -148,7 +147,7 @@ def test_what_reading_undid_is_described_as_if_it_had_not(short_scene):
     balance = Balance([trial_rows_of(short_scene)], DiagnosisSettings())
     term = balance.term(PlateGain("plate_2"), ())
     undone = replace_fixed(term, 0.2 * term.columns[:, 0])
-    found = describe_residual(balance, balance.solve([]), [undone]).whole
+    found = describe_residual(balance, balance.solve([]), [undone])
     forces = (balance.residual - 0.2 * term.columns[:, 0]).reshape(-1, 6)[:, :3]
     assert found.force_N == pytest.approx(np.sqrt((forces**2).sum(axis=1).mean()))
 
