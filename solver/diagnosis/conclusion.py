@@ -242,7 +242,7 @@ def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
 
 def _alternatives(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Alternative]:
     """Rivals that do nearly as well in its place, beside all the other causes."""
-    named, listed, shares = one.contender.term, [], {id(rival): share for rival, share in standing.rivals}
+    named, listed, shares = one.contender.term, [], {id(r.contender): r.share for r in standing.rivals}
     for rival in _likeliest(one, balance.settings):
         candidate = rival.term.candidate
         listed.append(

@@ -28,7 +28,7 @@ from solver.diagnosis.noise.balance_rows import END_S, WINDOW_S, TrialRows
 from solver.diagnosis.noise.model_errors import model_error, nuisances, soft_tissue
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.search.balance import Balance, laboratory_errors
-from solver.diagnosis.search.contenders import Found
+from solver.diagnosis.search.contenders import TEMPER_NATS, Found
 from solver.diagnosis.search.refinement import SMALL_STEP
 from solver.diagnosis.search.terms import Solved, Term
 from solver.diagnosis.unmodelled.open_world import OUTSIDE_THE_LIST, TEMPER_SHARE, Held, Standing
@@ -51,6 +51,7 @@ class Hypothesis:
     id: str
     target: str
     share: float
+    temper: float  # nats that count as one between it and the name; of the name the least
     solved: Solved
 
 
@@ -83,8 +84,8 @@ def trial_to_be_sure(balance: Balance, held: Held) -> ToBeSure | None:
     one, standing = max(unsure, key=lambda pair: pair[1].confidence)
     some = hypotheses(balance, held.solved, one, standing)
     fitted = posteriors(balance, some)
-    asked = best_of(expected(balance, fitted, standing.temper), some)
-    return asked if asked is None else in_full(balance, fitted, standing.temper, asked)
+    asked = best_of(expected(balance, fitted), some)
+    return asked if asked is None else in_full(balance, fitted, asked)
 
 
 def hypotheses(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Hypothesis]:
@@ -99,21 +100,26 @@ def hypotheses(balance: Balance, solved: Solved, one: Found, standing: Standing)
     rest = [t for t in solved.terms if t is not one.contender.term]
     near = solved.noise_scale
     others = [
-        Hypothesis(*r.term.candidate.key, share, balance.solve_at([*rest, r.term], near))
-        for r, share in standing.rivals
-        if share >= LEAST_SHARE
+        Hypothesis(
+            *(term := r.contender.term).candidate.key,
+            r.share,
+            r.temper,
+            balance.solve_at([*rest, term], near),
+        )
+        for r in standing.rivals
+        if r.share >= LEAST_SHARE
     ]
     if standing.strongest is not None and standing.outside >= LEAST_SHARE:
         unknown = standing.strongest
         terms = [*rest, unknown.likeliest.terms[-1]]
-        others.append(
-            Hypothesis(OUTSIDE_THE_LIST, unknown.cause.words, standing.outside, balance.solve_at(terms, near))
-        )
-    known = standing.confidence + standing.outside + sum(share for _, share in standing.rivals)
-    others.append(Hypothesis(NOTHING, "", max(0.0, 1.0 - known), balance.solve_at(rest, near)))
-    own = Hypothesis(
-        *one.contender.term.candidate.key, standing.confidence, balance.solve_at(solved.terms, near)
-    )
+        words, share = unknown.cause.words, standing.outside
+        with_it = balance.solve_at(terms, near)
+        others.append(Hypothesis(OUTSIDE_THE_LIST, words, share, standing.temper, with_it))
+    known = standing.confidence + standing.outside + sum(r.share for r in standing.rivals)
+    without = balance.solve_at(rest, near)
+    others.append(Hypothesis(NOTHING, "", max(0.0, 1.0 - known), standing.temper, without))
+    name, there = one.contender.term.candidate.key, balance.solve_at(solved.terms, near)
+    own = Hypothesis(*name, standing.confidence, TEMPER_NATS, there)
     likeliest = sorted(others, key=lambda h: -h.share)
     return [own, *(h for k, h in enumerate(likeliest) if k < MOST_RIVALS or h.id == NOTHING)]
 
@@ -141,21 +147,20 @@ class Expected:
         return float(before @ np.diag(self.shares) / before.sum())
 
 
-def expected(balance: Balance, fitted: Sequence[Posterior], temper: float) -> list[Expected]:
+def expected(balance: Balance, fitted: Sequence[Posterior]) -> list[Expected]:
     """What each short trial promises at least, by some of its windows; the best first.
 
     Args:
         balance: of all trials.
         fitted: hypotheses.
-        temper: nats that count as one now.
     """
     some = [p.of for p in fitted]
     about = [t for h in some for t in h.target.split("+")]
-    found = [_expected(balance, fitted, temper, trial) for trial in short_trials(present_of(balance), about)]
+    found = [_expected(balance, fitted, trial) for trial in short_trials(present_of(balance), about)]
     return sorted((e for e in found if e is not None), key=lambda e: -e.share(some))
 
 
-def in_full(balance: Balance, fitted: Sequence[Posterior], temper: float, asked: ToBeSure) -> ToBeSure:
+def in_full(balance: Balance, fitted: Sequence[Posterior], asked: ToBeSure) -> ToBeSure:
     """A proposal with the nats and odds of all windows of its trial; arguments as in `expected`."""
     if asked.trial is None:
         return asked
@@ -164,7 +169,7 @@ def in_full(balance: Balance, fitted: Sequence[Posterior], temper: float, asked:
     few = [fitted[0], rival, *(p for p in fitted if p.of.id == NOTHING and p is not rival)]
     trials = short_trials(present_of(balance), asked.plates)
     trial = next(t for t in trials if (t.kind.id, t.plates) == (asked.trial, asked.plates))
-    whole = _expected(balance, few, temper, trial, in_full=True)
+    whole = _expected(balance, few, trial, in_full=True)
     if whole is None:
         return asked
     odds = float(whole.shares[0, 0] / max(whole.shares[0, 1], LEAST_COUNTED))
@@ -173,7 +178,7 @@ def in_full(balance: Balance, fitted: Sequence[Posterior], temper: float, asked:
 
 
 def _expected(
-    balance: Balance, fitted: Sequence[Posterior], temper: float, trial: ShortTrial, *, in_full: bool = False
+    balance: Balance, fitted: Sequence[Posterior], trial: ShortTrial, *, in_full: bool = False
 ) -> Expected | None:
     rows = rows_of_trial(balance, trial, present_of(balance), in_full=in_full)
     if rows is None:
@@ -181,23 +186,25 @@ def _expected(
     planned = planned_rows(balance, rows, fitted[0].of.solved.noise_scale)
     predictions = [predict(planned, posterior) for posterior in fitted]
     nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
-    return Expected(trial, nats, shares_after([p.of for p in fitted], nats, temper))
+    return Expected(trial, nats, shares_after([p.of for p in fitted], nats))
 
 
 def shares_after(
-    some: Sequence[Hypothesis], nats: Float[np.ndarray, "right other"], temper: float
+    some: Sequence[Hypothesis], nats: Float[np.ndarray, "right other"]
 ) -> Float[np.ndarray, "right other"]:
     """Of each hypothesis, if one of them is right: evidence counts less the more is explained by it.
 
     Args:
-        some: hypotheses.
+        some: hypotheses, the name first.
         nats: that a trial says for the first against the second.
-        temper: nats that count as one now.
     """
-    evidence = temper * np.log(np.maximum([h.share for h in some], LEAST_COUNTED))
+    tempers = np.array([h.temper for h in some])
+    log_shares = np.log(np.maximum([h.share for h in some], LEAST_COUNTED))
+    evidence = tempers * (log_shares - log_shares[0])
     nothing = [k for k, h in enumerate(some) if h.id == NOTHING]
     more = [TEMPER_SHARE * max(0.0, float(own[nothing].sum())) for own in nats]
-    return np.array([softmax((evidence - own) / (temper + t)) for own, t in zip(nats, more, strict=True)])
+    between = np.maximum.outer(tempers, tempers) + np.array(more)[:, None]
+    return softmax((evidence - evidence[:, None] - nats) / between, axis=1)
 
 
 def best_of(promised: Sequence[Expected], some: Sequence[Hypothesis]) -> ToBeSure | None:

@@ -303,9 +303,6 @@ def _standing_on(
     if not stretches or not feet:
         return None
     start, end = max(stretches, key=lambda r: r[1] - r[0])
-    still = [f for f in feet if np.ptp(f.middle[start:end], axis=0).max() < STILL_M]
-    if not still:
-        return None
     height = float(surface_of(plate).point_ground[1])
     wrench = _at_frames(plate, times[start:end])
     force, moment = wrench[:, :3], wrench[:, 3:]
@@ -315,8 +312,11 @@ def _standing_on(
         return None
     point, std = found
     mean = np.array([moment[:, 2].mean(), -moment[:, 0].mean()]) / force[:, 1].mean()
-    places = [f.middle[start:end].mean(axis=0) for f in still]
-    foot = min(places, key=lambda p: float(np.linalg.norm(p - point)))
+    middles = [f.middle[start:end] for f in feet]
+    middle = min(middles, key=lambda m: _away(m, np.broadcast_to(point, m.shape)))
+    if not (np.ptp(middle, axis=0).max() < STILL_M and all(_seen(f, start, end) for f in feet)):
+        return None  # it may bear the foot that moves, or is not seen
+    foot = middle.mean(axis=0)
     off, constant = float(np.linalg.norm(point - foot)), float(np.linalg.norm(mean - point))
     return Statement(
         STANDING,

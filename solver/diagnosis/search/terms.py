@@ -127,10 +127,7 @@ class Solved:
     @cached_property
     def left(self) -> Float[np.ndarray, " rows"]:
         """Whitened rest."""
-        rest = self.noise_scale.residual.copy()
-        for k, term in enumerate(self.terms):
-            rest[term.rows] -= self._taken(k)
-        return self.noise_scale.whiten(rest)
+        return self.noise_scale.whiten(self.noise_scale.residual - self._all_taken())
 
     def left_of(self, residual: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """The rest of a balance's residual, as it is."""
@@ -189,6 +186,16 @@ class Solved:
         whole = np.zeros(len(noise_scale.residual))
         whole[self.terms[k].rows] = self._taken(k)
         return noise_scale.whiten(whole)
+
+    def all_explained(self, noise_scale: NoiseScale) -> Float[np.ndarray, " rows"]:
+        """What all terms take off the residual, whitened at a noise scale."""
+        return noise_scale.whiten(self._all_taken())
+
+    def _all_taken(self) -> Float[np.ndarray, " rows"]:
+        whole = np.zeros(len(self.noise_scale.residual))
+        for k, term in enumerate(self.terms):
+            whole[term.rows] += self._taken(k)
+        return whole
 
     def _taken(self, k: int) -> Float[np.ndarray, " own"]:
         """What the k-th term takes off the residual, on its own rows in the basis."""

@@ -31,6 +31,7 @@ from solver.diagnosis.search.contenders import (
     TEMPER_NATS,
     Contender,
     Found,
+    explain_the_same,
     handicap,
     overlap,
 )
@@ -279,6 +280,15 @@ class OpenWorld:
 
 
 @dataclass(frozen=True, eq=False)
+class Rival:
+    """Another cause that was tried in a name's place."""
+
+    contender: Contender
+    share: float
+    temper: float  # T against the name [nats]
+
+
+@dataclass(frozen=True, eq=False)
 class Standing:
     """A name among everything that may be in its place."""
 
@@ -288,7 +298,7 @@ class Standing:
     behind: float  # by how many T it is ahead of the name
     temper: float  # T [nats]
     strongest: Unknown | None  # of these
-    rivals: tuple[tuple[Contender, float], ...] = ()  # others that were tried in its place, and their shares
+    rivals: tuple[Rival, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,10 +350,11 @@ def _standing(
     """Shares of a name, its rivals, nothing, and the unknown: p ∝ exp((log evidence + log prior odds) / T).
 
     T grows with what the name explains, as what evidence gets wrong does: of 200 nats for a load, 11 more
-    than for another mass do not make it certain. What is unknown counts as one: each alone at that T, many
-    that explain little would outweigh a name; and the name's own odds do not count against it, since what
-    imitates it on sound recordings is off the list as well. Where something unknown is there besides, the
-    name may stand beside that, if it pays there. What is seen outside the balance, nothing in its place
+    than for another mass do not make it certain. But it speaks for neither of two that explain the same: one
+    clock for all trials, and one for each, all found alike. What is unknown counts as one: each alone at that
+    T, many that explain little would outweigh a name; and the name's own odds do not count against it, since
+    what imitates it on sound recordings is off the list as well. Where something unknown is there besides,
+    the name may stand beside that, if it pays there. What is seen outside the balance, nothing in its place
     explains: there it may stand beside any of them, for its rarity. Where a foot is seen to stand somewhere,
     the ground carries it: a force of another place and time history is none in its place.
     """
@@ -369,7 +380,9 @@ def _standing(
     elif beside:
         more = beside[0].log_evidence - solved.log_evidence + odds
         own += max(0.0, more - LEAST_FURTHER_NATS - BESIDE_UNKNOWN_SHARE * max(0.0, more))
-    listed = (np.array([0.0, *rivals]) - among) / temper
+    same = [explain_the_same(one.contender, other) for other in others]
+    tempers = np.where([False, *same], TEMPER_NATS, temper)  # against nothing, and each
+    listed = (np.array([0.0, *rivals]) - among) / tempers
     off = (off_the_list - own) / temper
     total = logsumexp([0.0, *listed, off])
     alike = sorted(
@@ -384,7 +397,10 @@ def _standing(
         behind=float(off),
         temper=temper,
         strongest=unknown[0] if unknown else None,
-        rivals=tuple(zip(others, np.exp(listed[1:] - total).tolist(), strict=True)),
+        rivals=tuple(
+            Rival(other, float(share), float(T))
+            for other, share, T in zip(others, np.exp(listed[1:] - total), tempers[1:], strict=True)
+        ),
     )
 
 

@@ -51,7 +51,8 @@ def hypotheses(balance, *candidates):
     noise_scale = balance.noise_grid.nearest(1.0, 1.0)
     share = 1.0 / len(candidates)
     return [
-        Hypothesis(*c.key, share, balance.solve_at([balance.term(c, ())], noise_scale)) for c in candidates
+        Hypothesis(*c.key, share, TEMPER, balance.solve_at([balance.term(c, ())], noise_scale))
+        for c in candidates
     ]
 
 
@@ -105,13 +106,13 @@ def test_nats_are_the_mean_log_ratio_of_draws(predictions):
 
 
 def test_the_best_trial_is_first_and_says_what_to_do(balance, pair):
-    promised = expected(balance, posteriors(balance, pair), TEMPER)
+    promised = expected(balance, posteriors(balance, pair))
     assert [e.share(pair) for e in promised] == sorted((e.share(pair) for e in promised), reverse=True)
     best = promised[0]
     odds = np.exp(best.nats[0, 1] / TEMPER)
     assert best.shares[0, 0] / best.shares[0, 1] == pytest.approx(odds)
     assert best.share(pair) == pytest.approx(np.diag(best.shares).mean())
-    asked = in_full(balance, posteriors(balance, pair), TEMPER, best_of(promised, pair))
+    asked = in_full(balance, posteriors(balance, pair), best_of(promised, pair))
     assert (asked.id, asked.target, asked.other_target) == ("plate_gain", "plate_2", "plate_1")
     assert (asked.trial, asked.odds) == (best.trial.kind.id, pytest.approx(1.0))
     assert asked.odds_after == pytest.approx(np.exp(asked.nats / TEMPER))
@@ -121,11 +122,19 @@ def test_the_best_trial_is_first_and_says_what_to_do(balance, pair):
 
 def test_nats_count_less_the_more_is_explained(balance, pair):
     """As in the diagnosis of both trials: T grows by 0.03 of what the name explains."""
-    nothing = Hypothesis(NOTHING, "", 0.0, balance.solve_at([], pair[0].solved.noise_scale))
+    nothing = Hypothesis(NOTHING, "", 0.0, TEMPER, balance.solve_at([], pair[0].solved.noise_scale))
     nats = np.array([[0.0, 6.0, 100.0], [6.0, 0.0, 100.0], [6.0, 6.0, 0.0]])
-    shares = shares_after([*pair, nothing], nats, TEMPER)
+    shares = shares_after([*pair, nothing], nats)
     assert shares[0, 0] / shares[0, 1] == pytest.approx(np.exp(6.0 / 6.0))
     assert shares[2, 0] / shares[2, 1] == pytest.approx(1.0)
+
+
+def test_a_trial_that_says_nothing_leaves_the_name_and_each_rival_their_odds(balance, pair):
+    name, alike = (replace(h, share=s) for h, s in zip(pair, (0.6, 0.3), strict=True))
+    some = [name, alike, replace(alike, target="plate_3", share=0.1, temper=20.0 * TEMPER)]
+    shares = shares_after(some, np.zeros((3, 3)))
+    assert shares[0] == pytest.approx([0.6, 0.3, 0.1])
+    assert shares[:, 0] / np.diag(shares) == pytest.approx([1.0, 2.0, 6.0])
 
 
 def test_the_rival_that_is_told_is_one_that_the_trial_parts(balance, pair):
@@ -145,20 +154,20 @@ def test_the_rival_that_is_told_is_one_that_the_trial_parts(balance, pair):
 def test_standing_on_the_plate_tells_its_gain_from_a_support(balance):
     """A support lifts on any plate; a gain is there on its own plate alone, and grows with the load."""
     some = hypotheses(balance, PlateGain("plate_2"), BodyWeightSupport("pelvis"))
-    by_kind = {e.trial.kind.id: e.nats[0, 1] for e in expected(balance, posteriors(balance, some), TEMPER)}
+    by_kind = {e.trial.kind.id: e.nats[0, 1] for e in expected(balance, posteriors(balance, some))}
     assert by_kind["stand"] > by_kind["again"]
 
 
 def test_facing_the_other_way_tells_a_plate_s_place_from_the_body_s(balance):
     """In standing, the plate and the trunk's mass in other places look alike; half a turn parts them."""
     some = hypotheses(balance, PlatePosition("plate_2"), PlatePosition("plate_1"))
-    by_kind = {e.trial.kind.id: e.nats[0, 1] for e in expected(balance, posteriors(balance, some), TEMPER)}
+    by_kind = {e.trial.kind.id: e.nats[0, 1] for e in expected(balance, posteriors(balance, some))}
     assert by_kind["turned"] > by_kind["stand"]
 
 
 def test_where_nothing_helps_that_is_said(balance):
     twins = hypotheses(balance, PlateGain("plate_2"), Twin("plate_2"))
-    asked = best_of(expected(balance, posteriors(balance, twins), TEMPER), twins)
+    asked = best_of(expected(balance, posteriors(balance, twins)), twins)
     assert (asked.trial, asked.other_id) == (None, "counterpart_gain")
 
 

@@ -151,6 +151,17 @@ def test_the_point_of_the_changes_is_free_of_a_constant_and_tells_it():
     assert spoken(said) == {About.PLATE_ZERO}
 
 
+def test_of_a_plate_under_a_foot_that_moves_no_point_is_told():
+    """The other foot stands still, 40 cm away, and bears another plate."""
+    whole = standing_person()
+    positions = whole.markers.positions_ground.copy()
+    slid = ["_l" in name for name in whole.markers.names]
+    positions[:, slid, 0] += 0.03 * np.linspace(0.0, 1.0, len(positions))[:, None]
+    capture = replace(whole, markers=replace(whole.markers, positions_ground=positions))
+    points = [one for one in with_evidence(capture) if one.direct_check == "point of the changes"]
+    assert [one.target for one in points] == ["plate_1"]
+
+
 def test_an_empty_plate_tells_its_zero():
     whole = standing_person()
     empty = np.random.default_rng(0).normal([3.0, 25.0, -4.0], 1, (round(SECONDS * FORCE_RATE), 3))

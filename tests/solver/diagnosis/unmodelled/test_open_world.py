@@ -215,21 +215,31 @@ def test_no_force_elsewhere_takes_the_place_of_a_foot_that_is_seen_to_stand(
     assert bool(hold_names(balance, names, NAMES, Trail()).found) == kept
 
 
-def test_of_much_evidence_a_few_nats_more_make_no_name_certain(short_scene, drawn, balance_of_scenes):
-    """Evidence errs in proportion to what is explained: 11 nats of hundreds part no load from a mass."""
-    force = np.tile([0.0, 250.0, 0.0], (short_scene.frames, 1))
-    there = np.concatenate([force, np.cross(short_scene.com_ground, force)], axis=1)
+@pytest.mark.parametrize(("sideways", "share"), [(0.0, 0.0), (0.005, 0.0), (0.007, 0.03)])
+def test_evidence_errs_unless_two_causes_explain_the_same(
+    short_scene, drawn, balance_of_scenes, sideways, share
+):
+    """11 nats of hundreds part no load from a mass; but they part one clock from one for each trial."""
+    up, aside = (np.tile(250.0 * np.array(axis), (short_scene.frames, 1)) for axis in np.eye(3)[1:])
+    there, elsewhere = (
+        np.concatenate([force, np.cross(short_scene.com_ground, force)], axis=1)
+        for force in (up, up + sideways * aside)
+    )
     balance = balance_of_scenes(drawn(4, there, scale=0.3))
     null, solved = balance.solve([]), balance.solve([balance.term(Standing("calcn_r", there), ())])
     one = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
-    beside = balance.solve([balance.term(Standing("calcn_l", there), ())])
+    beside = balance.solve([balance.term(Standing("calcn_l", elsewhere), ())])
     rival = Contender(beside.terms[0], beside, one.gain - 11.0)
+    own, others = (s.terms[0].columns @ s.x for s in (solved, beside))
+    whitened = np.linalg.solve(np.linalg.cholesky(solved.noise_scale.covariance), own - others)
+    assert (whitened @ whitened / 2 < 1.0) == (share == 0.0)
     names = Kept(solved, (Found(one, 1.0, (rival,)),), None)
     (standing,) = hold_names(balance, names, NAMES, Trail()).standings
     assert one.gain > 150.0
-    share = (1 - standing.outside) / (1 + np.exp(-11.0 / (3.0 + 0.03 * one.gain)))
-    assert standing.confidence == pytest.approx(share, abs=1e-3)
-    assert standing.confidence < 0.97
+    temper = 3.0 + share * one.gain
+    expected = (1 - standing.outside) / (1 + np.exp(-11.0 / temper))
+    assert standing.confidence == pytest.approx(expected, abs=1e-3)
+    assert standing.rivals[0].temper == pytest.approx(temper)
 
 
 @pytest.mark.parametrize("alike", [True, False])
@@ -251,7 +261,7 @@ def test_what_is_likelier_wrong_than_right_is_only_tentative_unless_it_is_one_cl
         balance, Kept(solved, (Found(one, 1.0, rivals),), None), NAMES, Trail()
     ).standings
     assert standing.confidence == pytest.approx((1 - standing.outside) / 3, abs=0.01)
-    assert [share for _, share in standing.rivals] == pytest.approx([standing.confidence] * 2)
+    assert [rival.share for rival in standing.rivals] == pytest.approx([standing.confidence] * 2)
     assert standing.in_its_class == pytest.approx((3 if alike else 1) * standing.confidence)
     candidate = one.term.candidate
     assert is_only_tentative(candidate, standing.in_its_class) == (not alike)
