@@ -8,6 +8,7 @@ import json
 import os
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool
@@ -15,17 +16,19 @@ from jaxtyping import Bool
 from annotations.activities import ERRONEOUS
 from annotations.events import IMPORTED, ImportLabels, Status
 from annotations.label_runs import true_runs
-from annotations.log import ReviewLog
 from annotations.reasons import MANUAL_REVIEW
 from annotations.review_errors import ReviewError
 from annotations.trial_review import ActivityRange, ClearedRange, FlaggedRange, TrialReview
+
+if TYPE_CHECKING:
+    from annotations.log import ReviewLog
 
 KEY = "missing_grf_data"
 FINISHED = "REVIEWED"
 
 
 def import_labels(
-    log: ReviewLog,
+    log: "ReviewLog",
     trial: str,
     missing: Bool[np.ndarray, " frames"],
     finished: bool,

@@ -6,21 +6,24 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from addb_viewer.jobs.environment import ROOT, STORE
-from annotations.database import Database, is_url
 from annotations.events import IMPORTED, ClearRange, Edit, Event, FlagRange, ImportTable, Proposal, Status
 from annotations.label_runs import true_runs
-from annotations.log import ReviewLog
-from annotations.reading import Reading
 from annotations.review_errors import ReviewError
 from annotations.review_json import FINISHED, import_labels, labels_of
 from annotations.unreadable import UnreadableRow, listed
-from annotations.work import WorkItem
 from solver.capture.atomic import made_folder
 from solver.capture.capture import Capture, TrialFiles
 from solver.capture.formats.b3d.places import recording_of
 from solver.contact.detected_ranges import Proposal as Found
+
+if TYPE_CHECKING:  # databases take long to load, and most subjects have none
+    from annotations.database import Database
+    from annotations.log import ReviewLog
+    from annotations.reading import Reading
+    from annotations.work import WorkItem
 
 PROGRAM = "addb-viewer"
 FILE = "annotations.sqlite"
@@ -33,7 +36,11 @@ def store_url() -> str | None:
         ReviewError: the environment names something else.
     """
     url = os.environ.get(STORE) or None
-    if url is not None and not is_url(url):
+    if url is None:
+        return None
+    from annotations.database import is_url  # noqa: PLC0415 (slow to load; most have no database)
+
+    if not is_url(url):
         raise ReviewError(
             f"{STORE} is no URL of a database; write postgresql://USER@HOST:PORT/DATABASE, or leave it out "
             f"to keep reviews in SUBJECT/{FILE}"
@@ -46,12 +53,14 @@ def has_log(subject_folder: Path) -> bool:
     return store_url() is not None or (subject_folder / FILE).is_file()
 
 
-def open_log(subject_folder: Path) -> ReviewLog:
+def open_log(subject_folder: Path) -> "ReviewLog":
     """The subject's review log, made where it is missing; close it, or use it in a `with`.
 
     Raises:
         ReviewError: it cannot be opened, or a newer version made it.
     """
+    from annotations.log import ReviewLog  # noqa: PLC0415 (likewise)
+
     url = store_url()
     if url is None:
         if recording_of(subject_folder) is not None:
@@ -60,7 +69,7 @@ def open_log(subject_folder: Path) -> ReviewLog:
     return ReviewLog(_shared(url, os.getpid()), subject_key(subject_folder))
 
 
-def whole_log(subject_folder: Path) -> Reading:
+def whole_log(subject_folder: Path) -> "Reading":
     """Everything that people decided about a subject, in order; nothing is made where there is no log.
 
     Raises:
@@ -69,12 +78,14 @@ def whole_log(subject_folder: Path) -> Reading:
     return whole_logs(subject_folder)[0]
 
 
-def whole_logs(subject_folder: Path) -> tuple[Reading, tuple[WorkItem, ...]]:
+def whole_logs(subject_folder: Path) -> "tuple[Reading, tuple[WorkItem, ...]]":
     """Everything that people decided about a subject, and who is to review what, with the comments.
 
     Raises:
         ReviewError: it cannot be read.
     """
+    from annotations.reading import Reading  # noqa: PLC0415 (likewise)
+
     if not has_log(subject_folder):
         return Reading(()), ()
     with open_log(subject_folder) as log:
@@ -101,7 +112,7 @@ def subject_key(subject_folder: Path) -> str:
     return folder.name
 
 
-def record(log: ReviewLog, files: TrialFiles, capture: Capture, event: Event, author: str) -> int:
+def record(log: "ReviewLog", files: TrialFiles, capture: Capture, event: Event, author: str) -> int:
     """Record a person's edit of a trial, on top of what its review.json says.
 
     The labels of the trial's review.json are taken into the log first, so that it holds all that was said.
@@ -128,7 +139,7 @@ def record(log: ReviewLog, files: TrialFiles, capture: Capture, event: Event, au
     return log.append(files.name, event, author)
 
 
-def take_in(log: ReviewLog, files: TrialFiles, capture: Capture, table: ImportTable) -> int:
+def take_in(log: "ReviewLog", files: TrialFiles, capture: Capture, table: ImportTable) -> int:
     """Record the labels of a table, in place of those of the trial's review.json and of tables before.
 
     Returns:
@@ -163,6 +174,8 @@ def share(subject_folder: Path, *, without_unreadable: bool = False) -> Shared:
         raise ReviewError(f"no shared database is named; give its URL by --store or in {STORE}")
     if not (subject_folder / FILE).is_file():
         raise ReviewError(f"{subject_folder}: has no {FILE} to copy")
+    from annotations.log import ReviewLog  # noqa: PLC0415 (likewise)
+
     with ReviewLog.open(subject_folder / FILE) as own, open_log(subject_folder) as shared:
         found = own.reading()
         if found.unreadable and not without_unreadable:
@@ -222,7 +235,7 @@ def _table(files: TrialFiles, capture: Capture) -> ImportTable:
     return ImportTable(files.markers.name, PROGRAM, (*flagged, *counts), status=status)
 
 
-def _import_table(log: ReviewLog, files: TrialFiles, capture: Capture) -> None:
+def _import_table(log: "ReviewLog", files: TrialFiles, capture: Capture) -> None:
     """Take the file's review into the log, unless any import is there: the later one holds."""
     table = _table(files, capture)
     if log.last_import(files.name, ImportTable) is None:
@@ -230,6 +243,8 @@ def _import_table(log: ReviewLog, files: TrialFiles, capture: Capture) -> None:
 
 
 @cache
-def _shared(url: str, _process: int) -> Database:
+def _shared(url: str, _process: int) -> "Database":
     """One pool of connections for all subjects; a forked process makes its own."""
+    from annotations.database import Database  # noqa: PLC0415 (likewise)
+
     return Database(url)

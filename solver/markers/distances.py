@@ -224,9 +224,10 @@ def _expected() -> tuple[Float[np.ndarray, "landmarks landmarks"], Float[np.ndar
     n = len(marks)
     total, squares = np.zeros((n, n)), np.zeros((n, n))
     for frame in x:
-        distance = np.linalg.norm(frame[:, None] - frame[None, :], axis=2)
-        total += distance
-        squares += distance**2
+        square = (frame**2).sum(axis=1)
+        apart = np.maximum(0.0, square[:, None] + square[None, :] - 2 * frame @ frame.T)
+        total += np.sqrt(apart)
+        squares += apart
     mean = total / len(x)
     spread = np.array([mark.spread_m for mark in marks])
     place = spread[:, None] ** 2 + spread[None, :] ** 2

@@ -16,7 +16,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from solver.common.errors import ModelError
-from solver.skeleton.functions import Composed, Constant, Linear, ScalarFunction
+from solver.skeleton.functions import (
+    Composed,
+    Constant,
+    CubicSpline,
+    CubicTable,
+    Linear,
+    ScalarFunction,
+    simplified,
+)
 from solver.skeleton.rotations import rotation_about
 from solver.skeleton.skeleton import Axis, Joint, Skeleton
 
@@ -70,23 +78,34 @@ class Chain:
         Args:
             q: generalized coordinates [rad or m].
         """
-        slope, intercept, others = self._linear
-        value = q[:, self.dof] * slope + intercept
+        slope, intercept = self._linear
+        x = q[:, self.dof]
+        value = x * slope + intercept
         first = np.tile(slope, (q.shape[0], 1))
         second = np.zeros_like(first)
-        for k in others:
-            value[:, k], first[:, k], second[:, k] = self.functions[k](q[:, self.dof[k]])
+        for some, functions in self._curved:
+            value[:, some], first[:, some], second[:, some] = functions(x[:, some])
         return value, first, second
 
     @cached_property
-    def _linear(
-        self,
-    ) -> tuple[Float[np.ndarray, " positions"], Float[np.ndarray, " positions"], Int[np.ndarray, " others"]]:
-        """Slopes and intercepts of the linear functions, and which functions are not linear."""
-        linear = [f if isinstance(f, Linear) else None for f in self.functions]
-        slope = np.array([f.slope if f else 0.0 for f in linear])
-        intercept = np.array([f.intercept if f else 0.0 for f in linear])
-        return slope, intercept, np.array([k for k, f in enumerate(linear) if f is None], dtype=int)
+    def _simple(self) -> list[ScalarFunction]:
+        return [simplified(function) for function in self.functions]
+
+    @cached_property
+    def _linear(self) -> tuple[Float[np.ndarray, " positions"], Float[np.ndarray, " positions"]]:
+        """Slopes and intercepts of the linear functions; zero of others."""
+        lines = [f if isinstance(f, Linear) else Linear(0.0, 0.0) for f in self._simple]
+        return np.array([f.slope for f in lines]), np.array([f.intercept for f in lines])
+
+    @cached_property
+    def _curved(self) -> list[tuple[Int[np.ndarray, " some"] | int, ScalarFunction]]:
+        """The others, by position: all cubic splines in one, then one by one."""
+        splines = {k: f for k, f in enumerate(self._simple) if isinstance(f, CubicSpline)}
+        others: list[tuple[Int[np.ndarray, " some"] | int, ScalarFunction]]
+        others = [(k, f) for k, f in enumerate(self._simple) if not isinstance(f, Linear | CubicSpline)]
+        if not splines:
+            return others
+        return [(np.array(list(splines)), CubicTable(list(splines.values()))), *others]
 
 
 def chain_of(skeleton: Skeleton) -> Chain:

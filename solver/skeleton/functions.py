@@ -1,5 +1,6 @@
 """Scalar functions of one coordinate, as OpenSim models use them, with two derivatives."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -85,21 +86,19 @@ class CubicSpline:
     y: tuple[float, ...]
 
     @cached_property
-    def _coefficients(self) -> tuple[Float[np.ndarray, " knots"], Float[np.ndarray, "pieces 4"]]:
-        knots, heights = np.array(self.x), np.array(self.y)
-        return knots, _simm_coefficients(knots, heights)
+    def pieces(self) -> Float[np.ndarray, "pieces 5"]:
+        """Where each begins; there its value, slope, half its second, a sixth of its third derivative."""
+        knots = np.array(self.x)
+        return np.column_stack([knots[:-1], _simm_coefficients(knots, np.array(self.y))])
+
+    @cached_property
+    def _alone(self) -> "CubicTable":
+        return CubicTable([self])
 
     def __call__(self, x: Values) -> tuple[Values, Values, Values]:
         """Value, first and second derivative."""
-        knots, table = self._coefficients
-        inside = np.clip(x, knots[0], knots[-1])
-        piece = np.clip(np.searchsorted(knots, inside, side="right") - 1, 0, len(knots) - 2)
-        a, b, c, d = np.moveaxis(table[piece], -1, 0)
-        h = inside - knots[piece]
-        value = a + h * (b + h * (c + h * d))
-        slope = b + h * (2 * c + 3 * h * d)
-        curvature = np.where(x == inside, 2 * c + 6 * h * d, 0.0)
-        return value + slope * (x - inside), slope, curvature
+        value, slope, curvature = self._alone(np.reshape(x, (-1, 1)))
+        return value.reshape(np.shape(x)), slope.reshape(np.shape(x)), curvature.reshape(np.shape(x))
 
 
 @dataclass(frozen=True)
@@ -138,6 +137,48 @@ def multiply_function(function: ScalarFunction, factor: float) -> ScalarFunction
     if isinstance(function, Scaled):
         return Scaled(factor * function.factor, function.inner)
     return Scaled(factor, function)
+
+
+def simplified(function: ScalarFunction) -> ScalarFunction:
+    """The same function without what leaves it as it is, as one where two are one."""
+    match function:
+        case Composed(outer, Linear(1.0, 0.0)):
+            return simplified(outer)
+        case Composed(Linear(slope, intercept), Linear(inner_slope, inner_intercept)):
+            return Linear(slope * inner_slope, slope * inner_intercept + intercept)
+        case Scaled(factor, CubicSpline(x, y)):
+            return CubicSpline(x, tuple(factor * height for height in y))
+    return function
+
+
+class CubicTable:
+    """Many cubic splines at once, each of its own argument."""
+
+    def __init__(self, splines: Sequence[CubicSpline]) -> None:
+        """Lay out the pieces of all in one table."""
+        pieces = [spline.pieces for spline in splines]
+        most = max((len(own) for own in pieces), default=1)
+        self._table = np.full((len(splines), most, 5), np.inf)
+        for row, own in zip(self._table, pieces, strict=True):
+            row[: len(own)] = own
+        self._first = np.array([spline.x[0] for spline in splines])
+        self._last = np.array([spline.x[-1] for spline in splines])
+
+    def __call__(
+        self, x: Float[np.ndarray, "points splines"]
+    ) -> tuple[
+        Float[np.ndarray, "points splines"],
+        Float[np.ndarray, "points splines"],
+        Float[np.ndarray, "points splines"],
+    ]:
+        """Values, first and second derivatives."""
+        inside = np.clip(x, self._first, self._last)
+        piece = (inside[:, :, None] >= self._table[:, 1:, 0]).sum(axis=2)
+        left, a, b, c, d = np.moveaxis(self._table[np.arange(len(self._table)), piece], -1, 0)
+        h = inside - left
+        slope = b + h * (2 * c + 3 * h * d)
+        value = a + h * (b + h * (c + h * d)) + slope * (x - inside)
+        return value, slope, np.where(x == inside, 2 * c + 6 * h * d, 0.0)
 
 
 def _simm_coefficients(

@@ -7,11 +7,13 @@ from solver.skeleton.functions import (
     Composed,
     Constant,
     CubicSpline,
+    CubicTable,
     Linear,
     PiecewiseLinear,
     Polynomial,
     Scaled,
     multiply_function,
+    simplified,
 )
 
 RNG = np.random.default_rng(5)
@@ -119,3 +121,23 @@ def _assert_equal(opensim, ours, theirs):
     np.testing.assert_allclose(
         curvature, [theirs.calcDerivative(second, x) for x in vectors], rtol=1e-10, atol=1e-9
     )
+
+
+def test_splines_at_once_are_each_by_itself():
+    x = np.random.default_rng(7).uniform(-4, 4, (50, len(SPLINES)))
+    each = [spline(column) for spline, column in zip(SPLINES, x.T, strict=True)]
+    np.testing.assert_array_equal(CubicTable(SPLINES)(x), np.moveaxis(each, 0, -1))
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        Composed(SPLINES[-1], Linear(1.0, 0.0)),
+        Composed(Linear(2.0, 0.1), Linear(-0.5, 0.3)),
+        Scaled(-0.3, SPLINES[2]),
+        Composed(Polynomial((1.0, 2.0)), Linear(2.0, 0.0)),
+    ],
+)
+def test_what_is_simplified_is_the_same_function(function):
+    x = np.linspace(-4, 4, 30)
+    np.testing.assert_allclose(simplified(function)(x), function(x), atol=1e-12)
