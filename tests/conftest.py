@@ -6,22 +6,28 @@ import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
+from solver.capture.subject.opened_subject import open_subject
 from solver.common.notes import Kind, noted
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.fitting.fit_result import Fit, TrialFit
+from solver.fitting.pipeline import solve
+from solver.fitting.settings import Settings
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.functions import CubicSpline, Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
 
 PROJECT = Path(__file__).resolve().parent.parent
+DEFAULTS = Settings()
+MARKERS_ALONE = replace(DEFAULTS, trajectory=replace(DEFAULTS.trajectory, enabled=False))
 
 
 @pytest.fixture(scope="session")
@@ -31,6 +37,19 @@ def real_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real recordings not found in {folder}; set ADDB_DATA to their folder")
     return folder
+
+
+@pytest.fixture(scope="session")
+def recorded_fit(real_data: Path) -> Callable[..., Fit]:
+    """The fit of a real recording, of all its trials or of some, made once: nobody changes it."""
+
+    @cache
+    def made(folder: str, settings: Settings = DEFAULTS, trials: tuple[str, ...] | None = None) -> Fit:
+        if not (real_data / folder).is_dir():
+            pytest.skip(f"{folder} is not among the recordings")
+        return solve(open_subject(real_data / folder), settings, trials=trials)
+
+    return made
 
 
 @dataclass(frozen=True)

@@ -15,17 +15,16 @@ from solver.capture.trial import read_trial
 from solver.common.true_runs import runs
 from solver.contact.mask import ERRONEOUS, OUTSIDE_RANGES
 from solver.fitting.pipeline import can_resolve, resolve, solve
-from solver.fitting.settings import Settings
 from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
 from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
+from tests.conftest import MARKERS_ALONE
 from tests.flagged import flagged
 
 DURATION_S = 4.0
 FIRST, LAST = 1.0, 3.5  # [s] trialRanges
-MARKERS_ALONE = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
 
 
 @pytest.fixture(scope="module")

@@ -49,28 +49,25 @@ class Case:
 
 
 @pytest.fixture(scope="module")
-def synthetic_subject(walking_woman):
-    return open_subject(walking_woman)
+def synthetic(walking_woman):
+    return solve(open_subject(walking_woman), SETTINGS)
 
 
 @pytest.fixture(scope="module")
-def real_subject(real_data):
-    return open_subject(real_data / "walk_rajagopal2015")
+def real(recorded_fit):
+    return recorded_fit("walk_rajagopal2015", SETTINGS)
 
 
-@pytest.fixture(
-    scope="module", params=["synthetic_subject", pytest.param("real_subject", marks=pytest.mark.real)]
-)
+@pytest.fixture(scope="module", params=["synthetic", pytest.param("real", marks=pytest.mark.real)])
 def case(request) -> Case:
-    subject = request.getfixturevalue(request.param)
-    plain = solve(subject, SETTINGS)
+    plain = request.getfixturevalue(request.param)
     (trial,) = plain.trials
     name, before = trial.capture.name, tuple(r for r in trial.mask.reasons if r[3] != "hasNoForcePlateData")
     used = np.flatnonzero(trial.dynamics.used)
     start = int(used[len(used) // 2])
     after = (*before, (start, start + 25, trial.contacts.foot_bodies[0], "manualReview"))
     reviews = {name: flagged(*before)}
-    return Case(solve(subject, SETTINGS, reviews=reviews), reviews, {name: flagged(*after)})
+    return Case(solve(plain.subject, SETTINGS, reviews=reviews), reviews, {name: flagged(*after)})
 
 
 def assert_agree(first: Fit, second: Fit) -> None:

@@ -31,7 +31,7 @@ def without_forces(subject, trials=None):
 
 
 @pytest.fixture(scope="module")
-def pair(real_data):
+def pair(real_data, recorded_fit):
     """By folder: the fit of a recording's only trial without its forces, and with them."""
     kept = {}
 
@@ -40,7 +40,7 @@ def pair(real_data):
             subject = open_subject(real_data / folder)
             names = [subject.trials[0].name]
             bare = solve(without_forces(subject, names), SETTINGS)
-            kept[folder] = bare, solve(subject, SETTINGS, trials=names)
+            kept[folder] = bare, recorded_fit(folder, SETTINGS)
         return kept[folder]
 
     return made

@@ -1,12 +1,12 @@
 """The app's processes as the app runs them: files, progress, and one clear line where they cannot."""
 
 import json
-import shutil
 import subprocess
 import sys
 import time
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from mcap.reader import make_reader
 
@@ -18,12 +18,14 @@ from annotations.events import FlagRange
 from solver.common.notes import Kind, noted
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from solver.fitting.results.store import save_fit
+from solver.simulate.demo_subject import write_demo_subject
 from tests.patience import PATIENCE_S
 
 
 @pytest.fixture
-def subject(fitted_squat, tmp_path):
-    return shutil.copytree(fitted_squat, tmp_path / "S1", ignore=shutil.ignore_patterns("results"))
+def subject(tmp_path):
+    write_demo_subject(tmp_path / "S1", np.random.default_rng(1), trials=("static", "squat"))
+    return tmp_path / "S1"
 
 
 def test_it_keeps_the_answer_and_tells_progress(subject, monkeypatch, capsys):

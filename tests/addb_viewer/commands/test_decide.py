@@ -136,13 +136,9 @@ def test_nothing_to_undo_makes_no_log(run, folder):
 
 
 def test_a_status_is_marked_with_what_others_should_know(run):
-    run("mark", "run", "second-look", "--author", "ben", "--note", "plate 2 drifts")
-    assert run("flags", "run").startswith("run: needs a second look (ben, plate 2 drifts)")
-
-
-def test_a_status_is_marked(run):
-    assert run("mark", "walk", "second-look", "--author", "ben") == "walk: needs a second look (edit 2)\n"
-    assert run("flags", "walk").startswith("walk: needs a second look (ben)\n  0:10  both")
+    said = run("mark", "walk", "second-look", "--author", "ben", "--note", "plate 2 drifts")
+    assert said == "walk: needs a second look (edit 2)\n"
+    assert run("flags", "walk").startswith("walk: needs a second look (ben, plate 2 drifts)\n  0:10  both")
 
 
 def test_flags_as_json_csv_and_review_json(run, tmp_path):

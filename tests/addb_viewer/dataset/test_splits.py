@@ -193,9 +193,3 @@ def test_two_kinds_at_once_are_refused(release):
     result = run(release, "--kfold", 2, "--leave-one-person-out")
     assert result.exit_code == 2
     assert "two kinds of split" in result.output
-
-
-def test_a_folder_that_is_no_release_is_told(tmp_path):
-    result = run(tmp_path)
-    assert result.exit_code == 1
-    assert "subjects.parquet: no such file; give the folder of a release" in " ".join(result.output.split())

@@ -353,4 +353,4 @@ def test_one_person_is_not_one_persons():
 def test_a_folder_that_is_no_release_is_told(tmp_path):
     result = run("dataset", "stats", tmp_path)
     assert result.exit_code == 1
-    assert "subjects.parquet: no such file" in " ".join(result.output.split())
+    assert "subjects.parquet: no such file; give the folder of a release" in " ".join(result.output.split())

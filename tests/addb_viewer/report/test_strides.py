@@ -6,20 +6,14 @@ import pytest
 
 from addb_viewer.report.joints_part import joints_part
 from addb_viewer.report.motion_part import strides_part
-from solver.capture.subject.opened_subject import open_subject
 from solver.export.gait_tables import gaits_of
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.fitting.summary import summary
 from tests.addb_viewer.fit_figures import of_trial
 
 
 @pytest.mark.real
-def test_a_treadmill_walk_has_a_stride_of_the_right_foot(real_data):
-    folder = real_data / "walk_gait2354_subject01"
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not there")
-    fit = solve(open_subject(folder), Settings())
+def test_a_treadmill_walk_has_a_stride_of_the_right_foot(recorded_fit):
+    fit = recorded_fit("walk_gait2354_subject01")
     gaits = gaits_of(fit)
     part = strides_part(gaits)
     assert part is not None

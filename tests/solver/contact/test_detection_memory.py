@@ -6,22 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.opened_subject import open_subject
 from solver.contact.detection import detect
 from solver.contact.detection_settings import DetectionSettings
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.kinematics.motion import Motion
+from tests.conftest import MARKERS_ALONE
 
 pytestmark = pytest.mark.real
 
 
 @pytest.fixture(scope="module")
-def walk(real_data):
+def walk(recorded_fit):
     """Five seconds on a treadmill, nine contacts; the markers alone."""
-    plain = Settings()
-    markers_only = replace(plain, trajectory=replace(plain.trajectory, enabled=False))
-    return solve(open_subject(real_data / "walk_treadmill_stepwidth"), markers_only)
+    return recorded_fit("walk_treadmill_stepwidth", MARKERS_ALONE)
 
 
 def repeated(fit, times):

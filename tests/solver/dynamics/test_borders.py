@@ -12,7 +12,6 @@ times, whose greatest change elsewhere is 5 N·m. Without a wrench on the foot i
 """
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,6 +27,7 @@ from solver.dynamics.force_prediction.prediction_fit import fit_prediction
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory.trial_data import TrialData
+from solver.fitting.fit_result import Fit
 from solver.fitting.pipeline import solve
 from solver.fitting.prediction_stage import with_predicted
 from solver.fitting.settings import Settings
@@ -35,6 +35,7 @@ from solver.fitting.trajectory_stage import trial_data
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.skeleton import Skeleton
+from tests.conftest import MARKERS_ALONE
 
 pytestmark = pytest.mark.slow  # their fixtures take long
 
@@ -95,9 +96,7 @@ class Fitted:
         return [dof for dof in range(len(self.skeleton.dofs)) if dof not in root]
 
 
-def walk_in(folder: Path) -> Walk:
-    markers_only = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, enabled=False))
-    fit = solve(open_subject(folder), markers_only)
+def walk_in(fit: Fit) -> Walk:
     (trial,) = fit.trials
     match = match_markers(fit.skeleton, [trial.capture.markers])
     foot = trial.contacts.foot_bodies.index("calcn_r")
@@ -106,12 +105,12 @@ def walk_in(folder: Path) -> Walk:
 
 @pytest.fixture(scope="module")
 def synthetic_walk(walking_woman) -> Walk:
-    return walk_in(walking_woman)
+    return walk_in(solve(open_subject(walking_woman), MARKERS_ALONE))
 
 
 @pytest.fixture(scope="module")
-def treadmill_walk(real_data) -> Walk:
-    return walk_in(real_data / "walk_treadmill_stepwidth")
+def treadmill_walk(recorded_fit) -> Walk:
+    return walk_in(recorded_fit("walk_treadmill_stepwidth", MARKERS_ALONE))
 
 
 @pytest.fixture(

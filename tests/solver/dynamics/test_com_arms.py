@@ -1,19 +1,16 @@
 """Oracle, ours and piecewise: what each may see, and that only the last one tears."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from solver.capture.subject.opened_subject import open_subject
 from solver.common.true_runs import runs
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_trajectory import MassPrior, com_data
 from solver.dynamics.cross_validation.force_ablation import ARMS, oracle, ours, piecewise
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.skeleton.pinocchio_model import RigidBodyModel
+from tests.conftest import MARKERS_ALONE
 
 SETTINGS = ComSettings()
 FRAMES = 500
@@ -90,14 +87,13 @@ def test_a_fixed_mass_holds_in_every_arm(noisy, hidden, arm):
 
 @pytest.mark.slow
 @pytest.mark.real
-def test_hidden_steps_of_a_real_treadmill_walk(real_data: Path):
+def test_hidden_steps_of_a_real_treadmill_walk(recorded_fit):
     """Every third right step: the force that the trajectory demands there against the hidden measurement.
 
     It has to beat the markers alone, filtered as the forces are, and the paper's form, which trusts the
     forces on the other frames without limit.
     """
-    markers_only = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
-    fit = solve(open_subject(real_data / "walk_treadmill_stepwidth"), markers_only)
+    fit = recorded_fit("walk_treadmill_stepwidth", MARKERS_ALONE)
     trial = fit.trials[0]
     data = com_data(fit.skeleton, trial.motion, trial.contacts, trial.mask)
     right = trial.contacts.foot_bodies.index("calcn_r")

@@ -1,17 +1,14 @@
 """The subject's mass: from good forces, from forces with holes that nobody flagged, from several trials."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_trajectory import ComData, MassEstimate, com_data
 from solver.dynamics.mass import mass_from_forces, pool_masses
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
+from tests.conftest import MARKERS_ALONE
 
 SETTINGS = ComSettings()
 
@@ -102,9 +99,8 @@ def test_trials_that_contradict_each_other_make_the_mean_unsure():
         ("overground_camargo2021_AB06", 77.6),  # what its quiet standing weighs
     ],
 )
-def test_recorded_masses_with_no_word_about_missed_steps(real_data: Path, folder, mass_kg):
-    markers_only = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
-    fit = solve(open_subject(real_data / folder), markers_only)
+def test_recorded_masses_with_no_word_about_missed_steps(recorded_fit, folder, mass_kg):
+    fit = recorded_fit(folder, MARKERS_ALONE)
     trials = [
         com_data(fit.skeleton, t.motion, t.contacts, replace(t.mask, counts=np.ones_like(t.mask.counts)))
         for t in fit.trials

@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from scipy.signal import butter, csd, freqz
 
-from solver.capture.subject.opened_subject import open_subject
 from solver.common.filters import low_pass
 from solver.common.typed_json import plain
 from solver.dynamics.motion_change import BANDS_HZ, band_rms, motion_change, spectra_of
 from solver.fitting.fit_result import KinematicsOnly
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import settings_for
 from solver.fitting.summary import summary
 from solver.kinematics.motion import Motion
 from tests.addb_viewer.recordings.conftest import skeleton
+from tests.conftest import MARKERS_ALONE
 
 __all__ = ["skeleton"]  # a pelvis that moves freely and a leg with a knee
 
@@ -127,12 +125,9 @@ def test_a_body_that_stands_still_is_no_error(skeleton):
     assert change.joints_gain is None
 
 
-def test_a_bent_real_walk_shows_what_was_lost(real_data):
+def test_a_bent_real_walk_shows_what_was_lost(recorded_fit):
     """A real walk's markers, bent by a filter of 3 Hz: its gain is the filter's, ranges and peaks shrink."""
-    subject = open_subject(real_data / "walk_gait2354_subject01")
-    settings = settings_for(subject.folder)
-    alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
-    fit = solve(subject, alone)
+    fit = recorded_fit("walk_gait2354_subject01", MARKERS_ALONE)
     (trial,) = fit.trials
     markers = trial.motion
     bent = replace(

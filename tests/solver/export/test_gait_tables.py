@@ -7,19 +7,13 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 
-from solver.capture.subject.opened_subject import open_subject
 from solver.export.trial_table import export_csv, export_parquet
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 
 
 @pytest.mark.slow
 @pytest.mark.real
-def test_a_walk_has_events_and_cycles_in_files(real_data, tmp_path):
-    folder = real_data / "walk_gait2354_subject01"
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not there")
-    fit = solve(open_subject(folder), Settings())
+def test_a_walk_has_events_and_cycles_in_files(recorded_fit, tmp_path):
+    fit = recorded_fit("walk_gait2354_subject01")
     as_text = {path.name: path for path in export_csv(fit, tmp_path / "csv")}
     as_parquet = {path.name: path for path in export_parquet(fit, tmp_path / "parquet")}
     assert set(as_text) == {"walk1.csv", "events.csv", "cycles.csv", "curves.csv", "gait.json"}

@@ -11,11 +11,8 @@ import numpy as np
 import pytest
 
 from solver.capture.formats.storage import read_storage
-from solver.capture.subject.opened_subject import open_subject
 from solver.export.opensim import export_opensim
 from solver.fitting.fit_result import Fit
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import write_skeleton
 
@@ -89,10 +86,10 @@ def test_setups_name_files_that_are_there_and_the_longest_stretch_that_counts(mu
 @pytest.mark.slow
 @pytest.mark.opensim
 @pytest.mark.real
-def test_static_optimization_and_joint_reactions_run_unchanged_on_a_walk(real_data, tmp_path):
+def test_static_optimization_and_joint_reactions_run_unchanged_on_a_walk(recorded_fit, tmp_path):
     """Residual actuators within 1 N of the fit's residual, reserves below 5 % of a joint's peak torque."""
     pytest.importorskip("opensim")
-    fit = solve(open_subject(real_data / "walk_rajagopal2015"), Settings())
+    fit = recorded_fit("walk_rajagopal2015")
     (trial,) = fit.trials
     export_opensim(fit, tmp_path)
     run = "import opensim, sys; sys.exit(not all([opensim.AnalyzeTool(f).run() for f in sys.argv[1:]]))"

@@ -4,25 +4,22 @@ import numpy as np
 import pytest
 
 from benchmarks.opensim_reference import referee
-from solver.capture.subject.opened_subject import open_subject
 from solver.common.gravity import GRAVITY
 from solver.export.opensim import export_opensim
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 
 pytestmark = [pytest.mark.opensim, pytest.mark.real]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("recording", ["walk_rajagopal2015", "walk_gait2354_subject01"])
-def test_opensim_agrees_within_a_percent_of_body_weight(recording, real_data, tmp_path):
+def test_opensim_agrees_within_a_percent_of_body_weight(recording, recorded_fit, tmp_path):
     """1 % of body weight, 0.2 % of body weight · height, as RMS over the frames used.
 
     What remains on the first model (0.08 %, 0.04 %) is Simbody's: a knee whose turns about several axes
     depend on one coordinate gets wrong velocity terms there. The second model has no such joint.
     """
     pytest.importorskip("opensim")
-    fit = solve(open_subject(real_data / recording), Settings())
+    fit = recorded_fit(recording)
     (trial,) = fit.trials
     export_opensim(fit, tmp_path)
     verdict = referee(tmp_path, trial.capture.name)

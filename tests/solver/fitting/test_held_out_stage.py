@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.subject.opened_subject import open_subject
 from solver.common.progress import silent
 from solver.common.typed_json import plain
 from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS, hold_out_blocks
 from solver.dynamics.force_prediction.held_out_prediction import HeldOutPrediction
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.fitting.held_out_stage import leave_stances_out, predict_held_out
-from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.fitting.state import MassAndGains
 from solver.fitting.summary import summary
@@ -25,8 +23,8 @@ OFF = 1.0  # [N, N·m] that the step may be off, of 35 to 53 N and 38 N·m misse
 
 
 @pytest.fixture(scope="module")
-def walk(real_data):
-    return solve(open_subject(real_data / "walk_gait2354_subject01"), Settings())
+def walk(recorded_fit):
+    return recorded_fit("walk_gait2354_subject01")
 
 
 def judged_again(fit, settings):

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from solver.capture.subject.opened_subject import open_subject
 from solver.common.progress import silent
 from solver.common.true_runs import runs
 from solver.dynamics.cross_validation.held_out import HeldOutBlocks, HeldOutLayout
 from solver.dynamics.trajectory.uncertainty import dofs_above
 from solver.fitting.held_out_stage import predict_held_out
-from solver.fitting.pipeline import resolve, solve
+from solver.fitting.pipeline import resolve
 from solver.fitting.predicted_std import with_predicted_std, wrench_errors
 from solver.fitting.settings import Settings
 from tests.flagged import flagged
@@ -50,9 +49,9 @@ def test_without_held_out_steps_nothing_is_told():
 
 
 @pytest.fixture(scope="module")
-def hidden(real_data):
+def hidden(recorded_fit):
     """A real walk of nine steps, one of which is flagged: both fits, the step's frames and its foot."""
-    fit = solve(open_subject(real_data / "walk_treadmill_stepwidth"), Settings())
+    fit = recorded_fit("walk_treadmill_stepwidth")
     (trial,) = fit.trials
     stances = [(f, *run) for f in range(2) for run in runs(trial.contacts.in_contact[:, f])]
     foot, start, end = next(s for s in stances if s[1] > 40 and s[2] < trial.motion.frames - 40)

@@ -16,6 +16,7 @@ from tests.flagged import flagged
 
 pytestmark = pytest.mark.real
 
+FOLDER = "walk_gait2354_subject01"
 MISSING = slice(60, 85)
 FAR = 20  # frames: a fifth of a second, twice as long as a marker's error is remembered
 FLAG = {"walk1": flagged((MISSING.start, MISSING.stop, None, "forceDiscrepancy"))}
@@ -25,7 +26,7 @@ WITHOUT = replace(NO_HELD_OUT, prediction=replace(Settings().prediction, enabled
 
 @pytest.fixture(scope="module")
 def folder(real_data):
-    return real_data / "walk_gait2354_subject01"
+    return real_data / FOLDER
 
 
 def fitted(folder, settings, **how):
@@ -53,9 +54,9 @@ def rms(values):
 
 
 @pytest.mark.slow
-def test_torques_of_hidden_steps_are_nearer_to_those_under_all_forces(folder):
+def test_torques_of_hidden_steps_are_nearer_to_those_under_all_forces(recorded_fit):
     """Each foot's steps are hidden in turn; the recorded forces are looked at here alone."""
-    bases = [fitted(folder, settings) for settings in (NO_HELD_OUT, WITHOUT)]
+    bases = [recorded_fit(FOLDER, settings) for settings in (NO_HELD_OUT, WITHOUT)]
     (known,) = bases[1].trials
     legs = [k for k, dof in enumerate(known.motion.dofs) if dof.startswith(("hip", "knee", "ankle"))]
     off: list[list[np.ndarray]] = [[], []]

@@ -1,21 +1,18 @@
 """Events from the feet alone against raw plates: every walk and run among the recordings that has plates."""
 
 from dataclasses import replace
-from functools import cache
 
 import ezc3d
 import numpy as np
 import pytest
 
 from solver.capture.plates.force_settings import CONDITIONING
-from solver.capture.subject.opened_subject import open_subject
 from solver.contact.sole import soles
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import settings_for
 from solver.gait.gait_events import Kind, Source, events_of
 from solver.gait.settings import GAIT
 from solver.gait.trial_gait import gait_of
 from solver.skeleton.forward import body_poses
+from tests.conftest import MARKERS_ALONE
 
 pytestmark = pytest.mark.real
 
@@ -24,28 +21,20 @@ EDGE_S = 0.03  # a recording's ends, where no filter knows what comes
 SEARCH_S = 0.15  # farther off, an event is another one
 INNER_S = 0.06  # inside a measured stance, where no event may be
 
-RECORDINGS = {
-    "walk_rajagopal2015": ["walk"],
-    "walk_gait2354_subject01": ["walk1"],
-    "walk_treadmill_stepwidth": ["example1"],
-    "opencap_subject4": ["walking1", "walkingTO1"],
-    "opencap_subject6": ["walking1"],
-    "overground_falisse_AdDB": ["Gait_7"],
-    "overground_camargo2021_AB06": ["levelground_ccw_fast_01_01"],
-    "c3d_lab_trials/lasem_FAILT01": ["Walk01"],
-    "anomalies/tiziana2019_lencioni": ["trial"],
-    "synthetic_arnold2013_subject01": ["trial"],
-    "run_treadmill_hamner2013_subject04": ["run400"],
-    "sprint_overground_dorn2012_JA1_9ms": ["run0900cms", "JA1Gait35"],
+RECORDINGS = {  # with the trials that are taken, where not all are
+    "walk_rajagopal2015": None,
+    "walk_gait2354_subject01": None,
+    "walk_treadmill_stepwidth": None,
+    "opencap_subject4": ("walking1", "walkingTO1"),
+    "opencap_subject6": ("walking1",),
+    "overground_falisse_AdDB": None,
+    "overground_camargo2021_AB06": None,
+    "c3d_lab_trials/lasem_FAILT01": ("Walk01",),
+    "anomalies/tiziana2019_lencioni": None,
+    "synthetic_arnold2013_subject01": None,
+    "run_treadmill_hamner2013_subject04": None,
+    "sprint_overground_dorn2012_JA1_9ms": None,
 }
-
-
-@cache
-def fitted(folder, *names):
-    """Markers alone: no force has a say in the motion."""
-    settings = settings_for(folder)
-    alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
-    return solve(open_subject(folder), alone, trials=names)
 
 
 def middles_of_soles(trial, gait, skeleton):
@@ -93,11 +82,8 @@ def rms(errors):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("recording", RECORDINGS)
-def test_feet_alone_against_raw_plates(real_data, recording, stances_on_plates):
-    folder = real_data / recording
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, *RECORDINGS[recording])
+def test_feet_alone_against_raw_plates(recorded_fit, recording, stances_on_plates):
+    fit = recorded_fit(recording, MARKERS_ALONE, RECORDINGS[recording])
     counted = 0
     for trial in fit.trials:
         gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
@@ -116,12 +102,9 @@ def test_feet_alone_against_raw_plates(real_data, recording, stances_on_plates):
     assert counted
 
 
-def test_with_plates_their_crossings_are_the_events(real_data, stances_on_plates):
+def test_with_plates_their_crossings_are_the_events(recorded_fit, stances_on_plates):
     """At the plates' own rate, to a tenth of a millisecond, and each once."""
-    folder = real_data / "walk_treadmill_stepwidth"
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, "example1")
+    fit = recorded_fit("walk_treadmill_stepwidth", MARKERS_ALONE)
     (trial,) = fit.trials
     gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING)
     assert gait is not None
@@ -138,12 +121,9 @@ def test_with_plates_their_crossings_are_the_events(real_data, stances_on_plates
     assert len(gait.events) == len(told)
 
 
-def test_figures_of_a_treadmill_walk(real_data):
+def test_figures_of_a_treadmill_walk(recorded_fit):
     """The belt's speed is the walker's; two steps make a stride; widths are a person's."""
-    folder = real_data / "walk_gait2354_subject01"
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, "walk1")
+    fit = recorded_fit("walk_gait2354_subject01", MARKERS_ALONE)
     (trial,) = fit.trials
     gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING)
     assert gait is not None
@@ -168,7 +148,7 @@ def test_figures_of_a_treadmill_walk(real_data):
         ("c3d_lab_trials/lasem_FAILT01", "FAILT01_Walk01.c3d"),
     ],
 )
-def test_events_that_laboratories_stored(real_data, recording, file):
+def test_events_that_laboratories_stored(real_data, recorded_fit, recording, file):
     """Contacts within 20 ms, foot-offs within 30 ms of each; those at the very end nobody can see."""
     folder = real_data / recording
     if not (folder / file).is_file():
@@ -178,7 +158,7 @@ def test_events_that_laboratories_stored(real_data, recording, file):
     points = content["header"]["points"]
     begin = points["first_frame"] / points["frame_rate"]
     times = np.array(stored["TIMES"]["value"])[0] * 60 + np.array(stored["TIMES"]["value"])[1] - begin
-    fit = fitted(folder, file.removesuffix(".c3d").split("_")[-1])
+    fit = recorded_fit(recording, MARKERS_ALONE, (file.removesuffix(".c3d").split("_")[-1],))
     (trial,) = fit.trials
     gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
     assert gait is not None
@@ -195,23 +175,17 @@ def test_events_that_laboratories_stored(real_data, recording, file):
     assert compared_events >= 6
 
 
-def test_a_runner_is_as_fast_as_the_belt_was_set(real_data):
+def test_a_runner_is_as_fast_as_the_belt_was_set(recorded_fit):
     """Hamner & Delp 2013 ran this trial at 4.0 m/s."""
-    folder = real_data / "run_treadmill_hamner2013_subject04"
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, "run400")
+    fit = recorded_fit("run_treadmill_hamner2013_subject04", MARKERS_ALONE)
     gait = gait_of(fit.trials[0], fit.skeleton, GAIT, CONDITIONING)
     assert gait is not None
     assert np.mean([cycle.speed_m_s for cycle in gait.cycles]) == pytest.approx(4.0, rel=0.03)
 
 
-def test_a_foot_out_of_sight_tells_no_event_and_no_cycle(real_data):
+def test_a_foot_out_of_sight_tells_no_event_and_no_cycle(recorded_fit):
     """For 0.3 s about one contact of the right foot, no camera sees that foot."""
-    folder = real_data / "walk_treadmill_stepwidth"
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not there")
-    fit = fitted(folder, "example1")
+    fit = recorded_fit("walk_treadmill_stepwidth", MARKERS_ALONE)
     (trial,) = fit.trials
     seen = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, feet_alone=True)
     assert seen is not None

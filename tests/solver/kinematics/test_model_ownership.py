@@ -9,14 +9,13 @@ from solver.capture.formats.storage import read_storage
 from solver.capture.formats.trc import read_trc
 from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.osim import load_skeleton
+from tests.conftest import MARKERS_ALONE
 
 pytestmark = pytest.mark.real
 S4, S6 = "opencap_subject4", "opencap_subject6"
 OWN = "reference/manually_scaled.osim"
-MARKERS_ALONE = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
 
 
 def fitted(real_data, folder, model, trial, **changes):

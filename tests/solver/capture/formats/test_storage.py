@@ -191,12 +191,6 @@ def test_uneven_steps_are_kept_and_noted(read):
     assert any("irregular" in note for note in storage.notes)
 
 
-def test_rounded_times(tmp_path):
-    times = np.round(np.arange(1501) / 600, 4)
-    write_storage(tmp_path / "x.mot", ["a"], times, np.zeros((1501, 1)))
-    assert read_storage(tmp_path / "x.mot").rate == 600
-
-
 def test_what_is_written_reads_back(tmp_path):
     path = tmp_path / "x.sto"
     values = np.random.default_rng(0).normal(size=(50, 3)) * 1e3

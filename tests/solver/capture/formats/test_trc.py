@@ -161,11 +161,6 @@ def test_placeholders_a_kilometre_away_count_as_not_seen(read):
     assert any("RASI (1 frames)" in note for note in file.notes)
 
 
-def test_e_format(read):
-    cells = [[f"{x:.9E}" for x in row.ravel()] for row in POSITIONS_MM]
-    assert_whole(read(trc(cells)))
-
-
 @pytest.mark.parametrize(
     ("header", "message"),
     [
@@ -249,14 +244,6 @@ def test_missing_units_are_judged_by_the_data_and_unknown_ones_named(read):
     assert "no units; mm assumed" in file.notes[0]
     with pytest.raises(CaptureError, match="unknown units 'furlong'"):
         read(trc(header="100\t100\t5\t3\tfurlong\t100\t1\t5"))
-
-
-def test_rounded_times(read):
-    frames = 151
-    cells = [[f"{x:g}" for x in POSITIONS_MM[0].ravel()]] * frames
-    file = read(trc(cells, header="60\t60\t151\t3\tmm", times=[f"{k / 60:.3f}" for k in range(frames)]))
-    assert file.markers.rate == 60
-    assert file.notes == ()
 
 
 def test_missing_rows_become_frames_without_markers(read):

@@ -9,14 +9,12 @@ import pytest
 
 from solver.capture.capture import Capture, ForcePlate
 from solver.capture.plates.conditioning import condition, plate_loads
-from solver.capture.subject.opened_subject import open_subject
 from solver.contact.assignment import assign
 from solver.contact.sole import soles
 from solver.diagnosis.causes.observed_trial import MarkerScene, PlateScene, Scene
 from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass
-from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
 from solver.simulate.demo_subject import MARKERS
 from solver.simulate.ground_demand import GroundDemand
@@ -26,6 +24,7 @@ from solver.simulate.simulated_trial import Scenario, SyntheticTrial, simulate_t
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
+from tests.conftest import MARKERS_ALONE
 from tests.solver.diagnosis.tracked_markers import record_markers, track
 
 RATE = 100.0  # [Hz]
@@ -256,10 +255,9 @@ def long_squat() -> tuple:
 
 
 @pytest.fixture(scope="session")
-def real_walk(real_data) -> tuple:
+def real_walk(recorded_fit) -> tuple:
     """Markers of a recorded walk, the skeleton scaled to them, and their rate."""
-    alone = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
-    fit = solve(open_subject(real_data / "walk_rajagopal2015"), alone)
+    fit = recorded_fit("walk_rajagopal2015", MARKERS_ALONE)
     recorded, skeleton = fit.trials[0].capture.markers, fit.skeleton
     columns = [recorded.names.index(marker.name) for marker in skeleton.markers]
     return recorded.positions_ground[:, columns], skeleton, recorded.rate

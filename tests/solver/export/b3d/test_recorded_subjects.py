@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d
-from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.pass_frames import dofs_in_order, unlocked
-from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.pinocchio_model import RigidBodyModel
@@ -121,8 +118,8 @@ def test_its_torques_are_ours(sample, model):
 
 
 @pytest.mark.slow
-def test_our_walk_obeys_newton_and_the_review(real_data, tmp_path):
-    fit = solve(open_subject(real_data / "walk_rajagopal2015"), Settings())
+def test_our_walk_obeys_newton_and_the_review(recorded_fit, tmp_path):
+    fit = recorded_fit("walk_rajagopal2015")
     write_b3d(fit_to_b3d(fit), tmp_path / "walk.b3d")
     b3d = read_b3d(tmp_path / "walk.b3d")
     (trial,) = b3d.trials
