@@ -15,14 +15,11 @@ from solver.capture.formats.b3d.b3d_fields import (
     SensorFrames,
     TrialHeader,
 )
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 from solver.skeleton.functions import Constant, Linear, Polynomial
 from solver.skeleton.rotations import body_fixed_xyz
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
+from tests.measured_walk import WOMAN, measured_walk
 
 PI = np.pi
 
@@ -185,10 +182,6 @@ def small_b3d() -> B3dFile:
 @pytest.fixture(scope="session")
 def walking_woman(tmp_path_factory):
     """A simulated subject's folder, for those who write nothing into it."""
-    who, duration = Person(sex="female"), 2.3
-    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=duration), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, duration))
     folder = tmp_path_factory.mktemp("walker")
-    write_subject(folder, who, [measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng)])
+    write_subject(folder, WOMAN, [measured_walk()])
     return folder

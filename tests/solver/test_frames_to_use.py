@@ -15,13 +15,10 @@ from solver.capture.trial import read_trial
 from solver.common.true_runs import runs
 from solver.contact.mask import ERRONEOUS, OUTSIDE_RANGES
 from solver.fitting.pipeline import can_resolve, resolve, solve
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 from tests.conftest import MARKERS_ALONE
 from tests.flagged import flagged
+from tests.measured_walk import WOMAN, measured_walk
 
 DURATION_S = 4.0
 FIRST, LAST = 1.0, 3.5  # [s] trialRanges
@@ -30,13 +27,9 @@ FIRST, LAST = 1.0, 3.5  # [s] trialRanges
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """The walker's folder, whose recording lacks one stance before the range and one inside it."""
-    who = Person(sex="female")
-    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=DURATION_S), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, DURATION_S))
-    recorded = measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng)
+    recorded = measured_walk(seconds=DURATION_S)
     made = tmp_path_factory.mktemp("walker")
-    write_subject(made, who, [replace(recorded, plates=_two_stances_lost(recorded.plates))])
+    write_subject(made, WOMAN, [replace(recorded, plates=_two_stances_lost(recorded.plates))])
     about = made / "_subject.json"
     entries = json.loads(about.read_text(encoding="utf-8")) | {"trialRanges": {"walk": [FIRST, LAST]}}
     about.write_text(json.dumps(entries), encoding="utf-8")

@@ -21,17 +21,14 @@ from solver.fitting.results.store import load_fit, save_fit
 from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, Exchange
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
+from tests.conftest import MARKERS_ALONE
 from tests.flagged import flagged
+from tests.measured_walk import WOMAN, measured_walk
 
 pytestmark = pytest.mark.slow  # their fixtures take long
 
-ALONE = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
-UNREPAIRED = replace(ALONE, label_repair=replace(ALONE.label_repair, enabled=False))
+UNREPAIRED = replace(MARKERS_ALONE, label_repair=replace(MARKERS_ALONE.label_repair, enabled=False))
 SAME_DEG = 1e-3
 MASKED_DEG = 1.5  # without a label the others' skin says more: largest change of any angle on any frame
 
@@ -58,17 +55,12 @@ PAIR, SWAPPED, CRASH, ONTO, CRASHED = ("RTH1", "RTH3"), (60, 130), "LASI", "LPSI
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
     """A walker's folder, and the same with an exchanged pair and a label on another one's trajectory."""
-    who = Person(sex="female")
-    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=2.3), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, 2.3))
-    quiet = replace(MeasurementSettings(), gaps_per_marker_minute=0.0)
-    recorded = measure(trial, plates, MARKERS, quiet, noise_rng)
+    recorded = measured_walk(gaps_per_marker_minute=0.0)
     faulty = replace(recorded, markers=spoilt(recorded.markers, PAIR, SWAPPED, (CRASH, ONTO), CRASHED))
     made = []
     for name, capture in (("sound", recorded), ("faulty", faulty)):
         folder = tmp_path_factory.mktemp(name)
-        write_subject(folder, who, [capture])
+        write_subject(folder, WOMAN, [capture])
         made.append(open_subject(folder))
     return made
 
@@ -76,7 +68,7 @@ def folders(tmp_path_factory):
 @pytest.fixture(scope="module")
 def fits(folders):
     sound, faulty = folders
-    return solve(sound, ALONE), solve(faulty, ALONE), solve(faulty, UNREPAIRED)
+    return solve(sound, MARKERS_ALONE), solve(faulty, MARKERS_ALONE), solve(faulty, UNREPAIRED)
 
 
 def test_sound_labels_are_left_alone(fits):
@@ -111,7 +103,7 @@ def test_kept_with_the_fit_and_through_an_edit(fits, tmp_path):
     save_fit(corrected, tmp_path)
     kept = load_fit(tmp_path, corrected.subject.folder)
     assert kept.trials[0].label_faults == corrected.trials[0].label_faults
-    again = resolve(kept, {"walk": flagged((0, 20, None, "manualReview"))}, ALONE)
+    again = resolve(kept, {"walk": flagged((0, 20, None, "manualReview"))}, MARKERS_ALONE)
     assert again.trials[0].label_faults == corrected.trials[0].label_faults
     assert angles_apart_deg(again, corrected) < SAME_DEG
 
@@ -146,10 +138,10 @@ def test_in_a_recorded_walk(real_data):
     (files,) = subject.trials
     capture = read_trial(files)
     fault = spoilt(capture.markers, ("R.ASIS", "L.ASIS"), (70, 120), ("L.TH2", "L.TH3"), (140, 175))
-    sound = solve(subject, ALONE)
+    sound = solve(subject, MARKERS_ALONE)
     corrected, unrepaired = (
         solve(subject, settings, captures={files.name: replace(capture, markers=fault)})
-        for settings in (ALONE, UNREPAIRED)
+        for settings in (MARKERS_ALONE, UNREPAIRED)
     )
     assert sound.trials[0].label_faults == ()
     swap, crash = corrected.trials[0].label_faults
@@ -162,6 +154,6 @@ def test_in_a_recorded_walk(real_data):
 def test_a_flickering_label_of_a_recording_is_masked_and_nothing_else(real_data):
     """R_ASIS leaves the pelvis on three frames of a second in which it comes and goes, 8 cm in the mean."""
     subject = open_subject(real_data / "overground_camargo2021_AB06")
-    (trial,) = solve(subject, ALONE).trials
+    (trial,) = solve(subject, MARKERS_ALONE).trials
     (fault,) = trial.label_faults
     assert (fault.labels, fault.start, fault.end, fault.frames) == (("R_ASIS",), 293, 302, 3)

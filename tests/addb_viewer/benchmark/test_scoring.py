@@ -19,11 +19,12 @@ from addb_viewer.benchmark.scoring import (
     scores_of,
 )
 from addb_viewer.benchmark.task import BenchmarkError, Measured, Predicted
-from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.contact.wrenches import FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
 from solver.kinematics.motion import Motion
 from tests.addb_viewer.benchmark.simulated_release import GRAVITY, NAMES, RATE, example, truth
+from tests.contacts import contacts_of
 
 
 @pytest.fixture(scope="module")
@@ -49,15 +50,7 @@ def test_torques_are_those_of_the_solvers_inverse_dynamics(walk):
     said = Predicted(force, moment, acceleration=motion.acceleration, velocity=motion.velocity)
     whole = completed(walk.seen, said)
     wrench = np.concatenate([force, moment + np.cross(feet, force)], axis=2)
-    contacts = ContactWrenches(
-        NAMES,
-        wrench,
-        cop_ground=np.full((len(q), 2, 3), np.nan),
-        observed=np.ones(len(q), dtype=bool),
-        in_contact=force[..., 1] > 20,
-        plate=np.zeros((len(q), 0), dtype=int),
-        wrench_raw_ground=wrench,
-    )
+    contacts = contacts_of(NAMES, wrench, in_contact=force[..., 1] > 20)
     everything = FrameMask(np.ones((len(q), 2), bool))
     solved = inverse_dynamics(skeleton, motion, contacts, everything, DynamicsSettings())
     np.testing.assert_allclose(whole.torque, solved.joint_torques, atol=1e-6)

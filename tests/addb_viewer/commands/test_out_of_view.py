@@ -17,11 +17,9 @@ from addb_viewer.trial_view.replay import BodySize
 from addb_viewer.trial_view.replay_of_fit import fitted_replay
 from solver.fitting.result_stage import without_impossible
 from solver.fitting.seen_part import without_guesses
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
+from solver.simulate.person import Person
 from solver.simulate.subject_folder import write_subject
+from tests.measured_walk import measured_walk
 
 pytestmark = pytest.mark.slow  # their fixtures take long
 
@@ -41,10 +39,7 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     who = Person(sex="male")
-    body_rng, motion_rng, noise_rng = np.random.default_rng(8).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=SECONDS), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, SECONDS))
-    walk = measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng)
+    walk = measured_walk(who, seconds=SECONDS, seed=8)
     x = walk.markers.positions_ground.copy()
     for start, end in UNSEEN:
         x[start:end] = np.nan

@@ -15,9 +15,10 @@ from addb_viewer.dataset.ground_forces import (
     with_pressure_points,
 )
 from solver.common.filters import low_pass
-from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.contact.wrenches import FrameMask
 from solver.dynamics.trajectory.spline_basis import spline_at, spline_basis
 from solver.kinematics.motion import Motion, resampled
+from tests.contacts import contacts_of
 
 RATES = (60.0, 120.0, 200.0, 250.0)
 
@@ -112,13 +113,6 @@ def test_the_fitted_spline_at_any_time_is_de_boors():
     np.testing.assert_allclose(spline_at(c, width, inner, 1), slope, rtol=1e-5, atol=1e-3)
 
 
-def contacts(wrench, observed, plate):
-    frames, feet = wrench.shape[:2]
-    nothing = np.full((frames, feet, 3), np.nan)
-    flags = np.zeros((frames, feet), bool)
-    return ContactWrenches(("r", "l"), wrench, nothing, observed, flags, plate, wrench)
-
-
 @pytest.mark.parametrize("rate", RATES)
 def test_wrenches_are_splines_and_zero_between_zeros(rate):
     frames = 100
@@ -126,15 +120,15 @@ def test_wrenches_are_splines_and_zero_between_zeros(rate):
     time_history = np.hstack([cubic(times) + 5, cubic(times) - 5])
     wrench = np.stack([time_history, np.where((np.arange(frames) >= 50)[:, None], time_history, 0.0)], axis=1)
     grid = grid_of(frames, rate, 0.0, 100.0)
-    given = contacts(wrench, np.ones(frames, bool), np.zeros((frames, 1), int))
+    given = contacts_of(("r", "l"), wrench, plate=np.zeros((frames, 1), int))
     got = contacts_on_grid(given, grid).wrench_ground
     expected = np.hstack([cubic(grid.seconds) + 5, cubic(grid.seconds) - 5])
     np.testing.assert_allclose(got[:, 0], expected, atol=1e-9)
     for k, place in enumerate(grid.seconds * rate):
         is_zero = int(np.ceil(place - 1e-6)) < 50
         assert (got[k, 1] == 0.0).all() == is_zero, k
-    parts = contacts(wrench[:, :1] * [[[0.25]]], given.observed, given.plate)
-    rest = contacts(wrench[:, :1] * [[[0.75]]], given.observed, given.plate)
+    parts = contacts_of(("r", "l"), wrench[:, :1] * [[[0.25]]], plate=given.plate)
+    rest = contacts_of(("r", "l"), wrench[:, :1] * [[[0.75]]], plate=given.plate)
     total = contacts_on_grid(parts, grid).wrench_ground + contacts_on_grid(rest, grid).wrench_ground
     np.testing.assert_allclose(total, got[:, :1], atol=1e-9)  # no force is made or lost
 
@@ -151,7 +145,7 @@ def test_pressure_points_are_where_the_moment_is_along_the_normal():
     point = place + (rng.normal(size=(frames, 2)) * 0.1) @ tangents
     free = rng.normal(size=frames) * 5
     moment = np.array([np.cross(p, f) + m * normal for p, f, m in zip(point, force, free, strict=True)])
-    given = contacts(np.hstack([force, moment])[:, None], np.ones(frames, bool), np.zeros((frames, 1), int))
+    given = contacts_of(("r", "l"), np.hstack([force, moment])[:, None], plate=np.zeros((frames, 1), int))
     surfaces = Surfaces(np.tile(place, (frames, 1, 1)), np.tile(normal, (frames, 1, 1)))
     got = with_pressure_points(given, surfaces, 20.0)
     assert np.isnan(got.cop_ground[:5]).all()

@@ -12,7 +12,7 @@ from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialF
 from solver.capture.formats.analog_channels import AnalogChannels
 from solver.common.notes import Kind, noted
 from solver.contact.detected_ranges import Proposal
-from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.contact.wrenches import FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.export.c3d_file import C3dRecording, write_c3d
 from solver.fitting.fit_result import Fit, KinematicsOnly, TrialFit
@@ -23,6 +23,7 @@ from solver.skeleton.forward import marker_positions
 from solver.skeleton.functions import Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
 from tests.addb_viewer.told_diagnosis import told
+from tests.contacts import contacts_of
 
 FRAMES, RATE, START = 40, 50.0, 0.35
 FORCE_RATE = 5 * RATE
@@ -127,14 +128,12 @@ def _trial(name, skeleton, q):
         motion=motion,
         marker_errors=MarkerErrors(names, distance),
         model_markers_ground=model,
-        contacts=ContactWrenches(
-            foot_bodies=("calcn_r",),
-            wrench_ground=wrench,
+        contacts=contacts_of(
+            ("calcn_r",),
+            wrench,
             cop_ground=np.zeros((FRAMES, 1, 3)),
-            observed=np.ones(FRAMES, dtype=bool),
             in_contact=np.ones((FRAMES, 1), dtype=bool),
             plate=plate,
-            wrench_raw_ground=wrench,
         ),
         mask=FrameMask(counts, ((*MISSING, "calcn_r", "notOverForcePlate"),), source="review"),
         proposals=(Proposal((5, 9), "calcn_r", "forceDiscrepancy", 0.4, {}),),

@@ -1,6 +1,6 @@
 """A walk whose forces were recorded 25 ms late, beside the same walk recorded with one clock."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from solver.diagnosis.search.terms import Solved
 from solver.fitting.fit_result import Fit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
+from tests.conftest import MARKERS_ALONE
+from tests.measured_walk import WOMAN, measured_walk
 
 LATE_S = 0.025  # on three held-out blocks a few milliseconds drown in what no fit predicts
 SETTINGS = Settings()
@@ -39,14 +37,8 @@ class Case:
 
 
 def case_of(folder, delay_s) -> Case:
-    who, duration = Person(sex="female"), 2.3
-    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=duration), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, duration))
-    measured = measure(trial, plates, MARKERS, MeasurementSettings(force_delay_s=delay_s), noise_rng)
-    write_subject(folder, who, [measured])
-    alone = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, enabled=False))
-    fit = solve(open_subject(folder), alone)
+    write_subject(folder, WOMAN, [measured_walk(force_delay_s=delay_s)])
+    fit = solve(open_subject(folder), MARKERS_ALONE)
     return Case(fit, balance_of(fit, scenes_of(fit, SETTINGS, {}), SETTINGS.diagnosis))
 
 

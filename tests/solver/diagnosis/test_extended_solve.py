@@ -13,12 +13,9 @@ from solver.fitting.held_out_stage import predict_held_out
 from solver.fitting.pipeline import can_resolve, resolve, solve
 from solver.fitting.provenance import other_recordings, provenance_of
 from solver.fitting.settings import Settings
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 from tests.flagged import flagged
+from tests.measured_walk import WOMAN, measured_walk
 
 pytestmark = pytest.mark.slow  # their fixtures take long
 
@@ -29,13 +26,8 @@ SETTINGS = Settings()
 
 @pytest.fixture(scope="module")
 def subject(tmp_path_factory):
-    who, duration = Person(sex="female"), 2.3
-    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=duration), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, duration))
-    measured = measure(trial, plates, MARKERS, MeasurementSettings(force_delay_s=LATE_S), noise_rng)
     folder = tmp_path_factory.mktemp("late")
-    write_subject(folder, who, [measured])
+    write_subject(folder, WOMAN, [measured_walk(force_delay_s=LATE_S)])
     return open_subject(folder)
 
 

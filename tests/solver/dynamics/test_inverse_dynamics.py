@@ -14,6 +14,7 @@ from solver.skeleton.forward import body_poses
 from solver.skeleton.functions import Constant, Linear
 from solver.skeleton.rotations import body_fixed_xyz, skew
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Skeleton
+from tests.contacts import contacts_of
 
 RATE = 250.0  # [Hz]
 SETTINGS = DynamicsSettings()
@@ -66,15 +67,8 @@ def _motion(skeleton: Skeleton, seconds: float = 1.2) -> Motion:
 
 def _contacts(frames: int, wrench: np.ndarray | None = None) -> ContactWrenches:
     wrenches = np.zeros((frames, 1, 6)) if wrench is None else wrench
-    return ContactWrenches(
-        foot_bodies=("foot",),
-        wrench_ground=wrenches,
-        cop_ground=np.full((frames, 1, 3), np.nan),
-        observed=np.ones(frames, dtype=bool),
-        in_contact=np.ones((frames, 1), dtype=bool),
-        plate=np.zeros((frames, 1), dtype=int),
-        wrench_raw_ground=1.5 * wrenches,
-    )
+    there = np.ones((frames, 1), dtype=bool)
+    return contacts_of(("foot",), wrenches, in_contact=there, wrench_raw_ground=1.5 * wrenches)
 
 
 def _counting(frames: int) -> FrameMask:

@@ -15,6 +15,7 @@ from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
+from tests.contacts import contacts_of
 
 RATE = 50.0
 LOADED = slice(20, 60)
@@ -37,15 +38,8 @@ def contacts(crane_q) -> ContactWrenches:
     force[60:65, 1], moment[60:65, 0] = [9, 5, 2, 1, 0.3], [1, 0.7, 0.3, 0.1, 0.0]
     wrench = np.hstack([force, moment])[:, None]
     loaded = np.isfinite(cop[..., 0])
-    return ContactWrenches(
-        foot_bodies=("foot_r",),
-        wrench_ground=wrench,
-        cop_ground=cop,
-        observed=np.ones(frames, dtype=bool),
-        in_contact=loaded,
-        plate=np.zeros((frames, 1), dtype=int),
-        wrench_raw_ground=wrench,
-    )
+    plate = np.zeros((frames, 1), dtype=int)
+    return contacts_of(("foot_r",), wrench, cop_ground=cop, in_contact=loaded, plate=plate)
 
 
 @pytest.fixture

@@ -16,11 +16,8 @@ from solver.fitting.summary import all_notes, summary
 from solver.gait.settings import GAIT
 from solver.gait.trial_gait import gait_of
 from solver.kinematics.determined import left_open
-from solver.simulate.demo_subject import MARKERS
-from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
-from solver.simulate.person import Person, body_of
-from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
+from tests.measured_walk import WOMAN, measured_walk
 
 pytestmark = pytest.mark.slow  # their fixtures take long
 
@@ -30,12 +27,8 @@ SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, held_ou
 
 @pytest.fixture(scope="module")
 def subject(tmp_path_factory):
-    who = Person(sex="female")
-    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
-    trial = simulate_trial(Scenario("walk", "walk", duration=SECONDS), body_of(who, body_rng), motion_rng)
-    plates = plates_under(trial.contacts, (0.0, SECONDS))
     folder = tmp_path_factory.mktemp("walker")
-    write_subject(folder, who, [measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng)])
+    write_subject(folder, WOMAN, [measured_walk(seconds=SECONDS)])
     return open_subject(folder)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.contact.wrenches import FrameMask
 from solver.dynamics.force_prediction.missing_wrench import (
     with_joint_torques,
     wrenches_by_motion,
@@ -15,6 +15,7 @@ from solver.dynamics.settings import DynamicsSettings
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.default_body import default_skeleton
+from tests.contacts import contacts_of
 
 FRAMES, RATE = 120, 100.0
 FEET = ("calcn_r", "calcn_l")
@@ -38,32 +39,22 @@ def motion(body):
     return Motion(body.dofs, q, RATE)
 
 
-def contacts_of(wrench_ground):
-    return ContactWrenches(
-        foot_bodies=FEET,
-        wrench_ground=wrench_ground,
-        cop_ground=np.full((FRAMES, 2, 3), np.nan),
-        observed=np.ones(FRAMES, dtype=bool),
-        in_contact=WHOLE,
-        plate=np.zeros((FRAMES, 2), dtype=int),
-        wrench_raw_ground=wrench_ground,
-    )
-
-
 @pytest.fixture(scope="module")
 def measured(body, motion):
     """Plates that tell the truth: the demand, all of it divided in a way that the rule does not know."""
-    nothing = contacts_of(np.zeros((FRAMES, 2, 6)))
+    nothing = contacts_of(FEET, np.zeros((FRAMES, 2, 6)))
     none = FrameMask(~WHOLE)
     demand = wrenches_by_motion(
         body, inverse_dynamics(body, motion, nothing, none, SETTINGS), nothing, none
     ).sum(axis=1)
     right = (0.5 + 0.2 * np.sin(np.arange(FRAMES) / 15.0))[:, None]
-    return contacts_of(np.stack([right * demand, (1 - right) * demand], axis=1))
+    return contacts_of(FEET, np.stack([right * demand, (1 - right) * demand], axis=1))
 
 
 def root_forces(body, motion, wrenches):
-    return inverse_dynamics(body, motion, contacts_of(wrenches), FrameMask(WHOLE), SETTINGS).residual_root
+    return inverse_dynamics(
+        body, motion, contacts_of(FEET, wrenches), FrameMask(WHOLE), SETTINGS
+    ).residual_root
 
 
 @pytest.mark.parametrize("feet", [[0], [1], [0, 1]], ids=["right", "left", "both"])
@@ -119,7 +110,7 @@ def test_torques_are_those_of_inverse_dynamics_under_these_wrenches(body, motion
     mask = FrameMask(counts)
     dynamics = inverse_dynamics(body, motion, measured, mask, SETTINGS)
     wrenches = wrenches_by_motion(body, dynamics, measured, mask)
-    expected = inverse_dynamics(body, motion, contacts_of(wrenches), FrameMask(WHOLE), SETTINGS)
+    expected = inverse_dynamics(body, motion, contacts_of(FEET, wrenches), FrameMask(WHOLE), SETTINGS)
     ours = with_joint_torques(body, dynamics, measured, mask)
     np.testing.assert_allclose(ours.joint_torques, expected.joint_torques, atol=1e-9)
     np.testing.assert_array_equal(ours.wrench_is_predicted, ~counts)

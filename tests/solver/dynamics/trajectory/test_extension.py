@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.contact.wrenches import FrameMask
 from solver.dynamics.force_prediction.missing_wrench import with_joint_torques
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
@@ -15,6 +15,7 @@ from solver.dynamics.trajectory.extension import (
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.kinematics.label_faults.fault import Exchange
 from solver.kinematics.motion import Motion
+from tests.contacts import contacts_of
 
 FRAMES = 30
 
@@ -22,19 +23,6 @@ FRAMES = 30
 @pytest.fixture
 def motion(crane, crane_q):
     return Motion(crane.dofs, crane_q[:FRAMES], 50.0)
-
-
-def contacts_of(bodies, wrenches):
-    feet = len(bodies)
-    return ContactWrenches(
-        tuple(bodies),
-        wrenches,
-        np.zeros((FRAMES, feet, 3)),
-        np.ones(FRAMES, dtype=bool),
-        np.ones((FRAMES, feet), dtype=bool),
-        np.zeros((FRAMES, feet), dtype=int),
-        wrenches,
-    )
 
 
 @pytest.fixture
