@@ -30,7 +30,7 @@ LONG = 500  # lines above which a module has two subjects
 
 MOST = {
     "Lines of the product": 122_225,
-    "Lines of tests": 73_510,
+    "Lines of tests": 73_437,
     "Lines of benchmarks": 11_275,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,

@@ -8,30 +8,23 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-MARKERS = ("RASI", "LASI", "SACR")
+from solver.capture.capture import Markers
+from solver.capture.formats.trc import write_trc
+
 EXTERNAL_ENTITY = """<?xml version="1.0"?>
 <!DOCTYPE m [<!ENTITY secret SYSTEM "file:///etc/hostname">]>
 <OpenSimDocument Version="30000"><Model name="&secret;"></Model></OpenSimDocument>
 """
 
 
-def trc() -> str:
+def write_walk(folder: Path, names: tuple[str, ...] = ("RASI", "LASI", "SACR")) -> Path:
     """Three markers that move 1 mm a frame at 100 Hz."""
-    frames = 30
-    names = "\t\t\t".join(MARKERS)
-    axes = "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, 4))
-    head = (
-        "PathFileType\t4\t(X/Y/Z)\twalk.trc\n"
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n"
-        f"100\t100\t{frames}\t3\tmm\t100\t1\t{frames}\n"
-        f"Frame#\tTime\t{names}\t\t\n\t\t{axes}\n\n"
-    )
-    rows = [
-        f"{i + 1}\t{i / 100:.2f}\t" + "\t".join(f"{100 * c + i:.3f}" for c in range(9)) for i in range(frames)
-    ]
-    return head + "\n".join(rows) + "\n"
+    places = 0.1 * np.arange(9).reshape(3, 3) + 0.001 * np.arange(30)[:, None, None]
+    write_trc(folder / "walk.trc", Markers(names, places, 100.0))
+    return folder / "walk.trc"
 
 
 @pytest.fixture
@@ -66,13 +59,14 @@ def assert_refused(folder: Path, *said: str) -> None:
 
 
 def test_a_trc_cut_off_inside_a_row(folder):
-    whole = trc()
-    (folder / "walk.trc").write_text(whole[: whole.rindex("\t")])
+    path = write_walk(folder)
+    whole = path.read_text()
+    path.write_text(whole[: whole.rindex("\t")])
     assert_refused(folder, "walk.trc", "line")
 
 
 def test_a_model_that_asks_for_another_files_content(folder):
-    (folder / "walk.trc").write_text(trc())
+    write_walk(folder)
     (folder / "model.osim").write_text(EXTERNAL_ENTITY)
     (folder / "subject.toml").write_text('model = "model.osim"\n[trials.walk]\nmarkers = "walk.trc"\n')
     assert_refused(folder, "model.osim")
@@ -83,8 +77,7 @@ def test_a_folder_without_trials(folder):
 
 
 def test_a_folder_that_is_a_file(folder):
-    (folder / "walk.trc").write_text(trc())
-    status, _, error = fit(folder / "walk.trc")
+    status, _, error = fit(write_walk(folder))
     assert status == 1
     assert error.count("\n") == 1
     assert "walk.trc" in error
@@ -92,9 +85,7 @@ def test_a_folder_that_is_a_file(folder):
 
 def test_spaces_and_accents_reach_the_data(folder):
     """The path opens; what fails is that no model knows three markers called so."""
-    (folder / "walk.trc").write_text(
-        trc().replace("RASI", "Épaule").replace("LASI", "Café").replace("SACR", "Où")
-    )
+    write_walk(folder, ("Épaule", "Café", "Où"))
     status, _, error = fit(folder)
     assert status == 1
     assert error.count("\n") == 1

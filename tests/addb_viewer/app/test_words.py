@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.app.shell.actions import Select, entry
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.text.evidence_words import plain
 from addb_viewer.text.plain_words import in_plain_words
@@ -149,7 +148,3 @@ def test_no_activity_has_a_word_twice():
             words = activity_words(activity, subclass).split()
             assert len(words) == len(set(words))
             assert activity in words
-
-
-def test_frames_are_typed_as_lists_show_them_or_as_the_command_line_has_them():
-    assert entry("120–179") == entry("120-179") == entry("120 - 179") == entry("120:180") == Select(120, 180)

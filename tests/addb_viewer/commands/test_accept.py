@@ -136,7 +136,9 @@ def test_a_lead_is_accepted_only_where_nothing_else_is_named(command_line, diagn
     assert [set(causes) for causes in asked] == [{("clock_offset", "all")}, {("plate_position", "plate_1")}]
 
 
-def test_what_it_gains_is_told_and_kept_beside_the_decision(command_line, diagnosed, asked, tmp_path):
+def test_what_it_gains_is_told_and_kept_beside_the_decision_until_that_is_rejected(
+    command_line, diagnosed, asked, tmp_path
+):
     folder, answer = command_line.subject.folder, tmp_path / "gain.json"
     diagnosed(CLOCK)
     run = command_line("accept", folder, "--author", "Anna", "--json", answer)
@@ -154,8 +156,12 @@ def test_what_it_gains_is_told_and_kept_beside_the_decision(command_line, diagno
     assert cause["parameters"]["odd"] == {"value": 0.0, "std": None}
     (decision,) = decisions(folder / "results")
     assert plain(kept_gain(decision, folder / "results")) == told
-    command_line("reject", folder, "--author", "Bo")
+    run = command_line("reject", folder, "--author", "Bo")
+    assert "rejected by Bo: clock_offset (all)" in run.stdout
     assert kept_gain(decisions(folder / "results")[-1], folder / "results") is None
+    assert [d.by for d in decisions(folder / "results")] == ["Anna", "Bo"]
+    command_line("fit", folder)
+    assert command_line.extensions == [None]
 
 
 def test_a_place_that_is_not_there_is_refused_before_the_work(command_line, diagnosed, asked, tmp_path):
@@ -163,18 +169,6 @@ def test_a_place_that_is_not_there_is_refused_before_the_work(command_line, diag
     run = command_line("accept", command_line.subject.folder, "--json", tmp_path / "none" / "a.json")
     assert run.exit_code == 2
     assert not asked
-
-
-def test_a_rejected_one_does_not(command_line, diagnosed, asked):
-    folder = command_line.subject.folder
-    diagnosed(CLOCK)
-    command_line("accept", folder, "--author", "Anna")
-    run = command_line("reject", folder, "--author", "Bo")
-    assert run.exit_code == 0, run.output
-    assert "rejected by Bo: clock_offset (all)" in run.stdout
-    command_line("fit", folder)
-    assert command_line.extensions == [None]
-    assert [d.by for d in decisions(folder / "results")] == ["Anna", "Bo"]
 
 
 def test_causes_in_the_markers_are_left_out_and_that_is_said(command_line, diagnosed, asked):

@@ -12,33 +12,20 @@ from addb_viewer.commands.cli import app
 from addb_viewer.commands.decide import foot_named
 from annotations.events import AcceptProposal, ImportLabels, Proposal, RejectProposal, SetActivity
 from annotations.log import ReviewLog
+from solver.capture.capture import Markers
+from solver.capture.formats.trc import write_trc
 from solver.contact.detected_ranges import Proposal as Found
 from solver.fitting.results.kept_trials import KeptTrial
 
 FRAMES = 40
 
 
-def write_trc(path):
-    t = np.arange(FRAMES) / 100
-    points = {"HEAD": (0.1 * t, 1.7 + 0 * t, 0 * t), "R.Heel": (0.1 * t, 0.05 + 0 * t, 0 * t)}
-    head = [
-        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
-        f"100\t100\t{FRAMES}\t{len(points)}\tm\t100\t1\t{FRAMES}",
-        "Frame#\tTime\t" + "\t\t\t".join(points),
-        "\t\t" + "\t".join(f"{axis}{k}" for k in (1, 2) for axis in "XYZ"),
-        "",
-    ]
-    columns = np.column_stack([np.arange(1, FRAMES + 1), t, *(np.stack(p, 1) for p in points.values())])
-    rows = ["\t".join(f"{value:g}" for value in row) for row in columns]
-    path.write_text("\n".join(head + rows) + "\n")
-
-
 @pytest.fixture
 def folder(tmp_path):
     """A subject of two trials; a review.json of `walk` says that its first ten frames lack force."""
+    places = np.tile([[0.0, 1.7, 0.0], [0.1, 0.05, 0.0]], (FRAMES, 1, 1))
     for trial in ("walk", "run"):
-        write_trc(tmp_path / f"{trial}.trc")
+        write_trc(tmp_path / f"{trial}.trc", Markers(("HEAD", "R.Heel"), places, 100.0))
     (tmp_path / "segment_1").mkdir()
     labels = [t < 10 for t in range(FRAMES)]
     (tmp_path / "segment_1" / "review.json").write_text(json.dumps({"missing_grf_data": labels}))

@@ -3,7 +3,6 @@
 import json
 import shutil
 
-import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
@@ -12,23 +11,14 @@ from addb_viewer.dataset.check.against import TOLERANCES, differences
 from addb_viewer.dataset.release_subject import BuildOptions
 from addb_viewer.dataset.release_tables import TABLES
 from tests.addb_viewer.dataset.builds import TERMS, Here
+from tests.addb_viewer.dataset.test_check import FRAMES, TRIAL, change
 from tests.addb_viewer.shell import run
-
-FRAMES = "frames/Lab__at_100.parquet"
-TRIAL = "Lab/at_100/walk"
 
 
 @pytest.fixture
 def copy(release, tmp_path):
     shutil.copytree(release, tmp_path / "copy")
     return tmp_path / "copy"
-
-
-def change(folder, path, name, new):
-    table = pq.read_table(folder / path)
-    at, field = table.column_names.index(name), table.schema.field(name)
-    values = new(table[name].to_pylist())
-    pq.write_table(table.set_column(at, field, pa.array(values, field.type)), folder / path)
 
 
 def added(by, row=30):
@@ -47,10 +37,10 @@ def test_a_release_is_the_same_as_its_copy(release, copy):
 
 
 def test_last_digits_are_no_difference_and_more_is(release, copy):
-    change(copy, FRAMES, "tau_knee_angle_r", added(0.01))
+    change(copy, FRAMES, tau_knee_angle_r=added(0.01))
     assert told(release, copy) == []
-    change(copy, FRAMES, "tau_knee_angle_r", added(0.5))
-    change(copy, FRAMES, "com_y_m", added(0.0005))
+    change(copy, FRAMES, tau_knee_angle_r=added(0.5))
+    change(copy, FRAMES, com_y_m=added(0.0005))
     ((level, where, said),) = told(release, copy)
     assert (level, where) == ("error", TRIAL)
     assert said.startswith("frames: tau_knee_angle_r is ")
@@ -61,9 +51,9 @@ def test_last_digits_are_no_difference_and_more_is(release, copy):
 
 
 def test_other_words_nulls_and_rows_are_told(release, copy):
-    change(copy, FRAMES, "activity", lambda values: ["run", *values[1:]])
+    change(copy, FRAMES, activity=lambda values: ["run", *values[1:]])
     assert told(release, copy) == [("error", TRIAL, "frames: activity is walk, there run, on 1 of 121 rows")]
-    change(copy, FRAMES, "cop_l_x_m", lambda values: [None] * len(values))
+    change(copy, FRAMES, cop_l_x_m=lambda values: [None] * len(values))
     assert "frames: cop_l_x_m is null on other rows; 1 more columns" in told(release, copy)[0][2]
     table = pq.read_table(copy / FRAMES)
     pq.write_table(table.slice(3), copy / FRAMES)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -11,6 +12,8 @@ from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.review_store import FILE, as_proposal, open_log, subject_key
 from annotations.events import ClearRange, FlagRange, Proposal
 from annotations.review_errors import ReviewError
+from solver.capture.capture import Markers
+from solver.capture.formats.trc import write_trc
 from solver.contact.detected_ranges import Proposal as Found
 from tests.annotations.postgresql_server import postgresql  # noqa: F401 (a fixture)
 from tests.flagged import flagged
@@ -156,11 +159,5 @@ class CommandOn:
 def command_on(tmp_path):
     folder = tmp_path / "S04"
     folder.mkdir()
-    (folder / "walk.trc").write_text(
-        "PathFileType\t4\t(X/Y/Z)\twalk.trc\n"
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n"
-        "100\t100\t2\t1\tm\t100\t1\t2\n"
-        "Frame#\tTime\tHEAD\n\t\tX1\tY1\tZ1\n\n"
-        "1\t0.00\t0\t1.7\t0\n2\t0.01\t0\t1.7\t0\n"
-    )
+    write_trc(folder / "walk.trc", Markers(("HEAD",), np.full((2, 1, 3), 1.7), 100.0))
     return CommandOn(folder)

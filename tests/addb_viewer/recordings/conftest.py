@@ -22,7 +22,6 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.functions import Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
-from tests.addb_viewer.told_diagnosis import told
 from tests.contacts import contacts_of
 
 FRAMES, RATE, START = 40, 50.0, 0.35
@@ -153,19 +152,9 @@ def _trial(name, skeleton, q):
 
 
 @pytest.fixture
-def diagnosis():
+def diagnosis(effect, figures):
     """One cause, acting twice."""
-    effect = {
-        "id": "clock_offset",
-        "target": "all",
-        "parameters": {"offset_s": {"value": 0.012, "std": 0.001}},
-        "confidence": 0.98,
-        "trial": "walk",
-        "frames": [[2, 12], [20, 40]],
-        "sentence": "The forces were recorded late.",
-        "remedy": "Check the trigger.",
-    }
-    return told({"verdict": "explained", "effects": [effect]})
+    return figures(effect("clock_offset", "all", ((2, 12), (20, 40)), offset_s=0.012))
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ import pytest
 from addb_viewer.report.frames_kept import kept_frames
 from addb_viewer.report.motion_part import moments_of
 from addb_viewer.trial_view.replay import RequiredForce
-from tests.addb_viewer.told_diagnosis import told_cause
 
 
 @pytest.fixture
@@ -54,18 +53,9 @@ def test_no_picture_is_of_a_frame_that_shows_nobody(replay):
     ]
 
 
-def test_a_named_force_takes_the_place_of_an_ordinary_frame(replay, diagnosis):
-    contact = {
-        "id": "external_contact",
-        "target": "pelvis",
-        "parameters": {f"force_{a}_N": {"value": 50.0, "std": 1.0} for a in "xyz"},
-        "frames": [[5, 9]],
-        "trial": "walk",
-        "time_histories": [],
-    }
-    assert [m.heading for m in shown(replay, replace(diagnosis, effects=(told_cause(contact),)))][
-        -1
-    ] == "The named cause"
+def test_a_named_force_takes_the_place_of_an_ordinary_frame(replay, effect, figures):
+    contact = effect("external_contact", "pelvis", ((5, 9),), force_x_N=50.0, force_y_N=50.0, force_z_N=50.0)
+    assert shown(replay, figures(contact))[-1].heading == "The named cause"
 
 
 def test_without_forces_the_worst_marker_is_shown(replay):

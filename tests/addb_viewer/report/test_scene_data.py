@@ -13,7 +13,6 @@ from addb_viewer.report.frames_kept import kept_frames
 from addb_viewer.report.scene_data import Packed, arrows_of, grid, plates_of, scene_of, unpacked, walked_floor
 from addb_viewer.trial_view.palette import CAUSE, GREEN, RESIDUAL
 from addb_viewer.trial_view.replay import RequiredForce
-from tests.addb_viewer.told_diagnosis import told_cause
 
 
 @pytest.fixture
@@ -156,19 +155,8 @@ def test_what_the_motion_demands_is_told_apart_from_what_was_measured(replay):
     np.testing.assert_array_equal(np.isfinite(arrow.force[:, 1]), ~replay.residual.used)
 
 
-def test_a_named_force_is_there_while_it_acts(replay, diagnosis):
-    contact = {
-        "id": "external_contact",
-        "target": "pelvis",
-        "parameters": {
-            f"force_{a}_N": {"value": v, "std": 1.0} for a, v in zip("xyz", (0, 50, 0), strict=True)
-        },
-        "frames": [[5, 9]],
-        "trial": "walk",
-        "time_histories": [],
-    }
-    (arrow,) = [
-        a for a in arrows_of(replay, replace(diagnosis, effects=(told_cause(contact),))) if a.color == CAUSE
-    ]
+def test_a_named_force_is_there_while_it_acts(replay, effect, figures):
+    contact = effect("external_contact", "pelvis", ((5, 9),), force_x_N=0.0, force_y_N=50.0, force_z_N=0.0)
+    (arrow,) = [a for a in arrows_of(replay, figures(contact)) if a.color == CAUSE]
     assert np.flatnonzero(np.isfinite(arrow.force[:, 1])).tolist() == [5, 6, 7, 8]
     np.testing.assert_allclose(arrow.force[5], [0, 50, 0])

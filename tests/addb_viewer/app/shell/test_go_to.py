@@ -5,7 +5,12 @@ from addb_viewer.app.shell.actions import GoTo, OpenRow, Select, entry
 
 @pytest.mark.parametrize(
     ("text", "meant"),
-    [("57", GoTo(57)), (" 0 ", GoTo(0)), ("120:180", Select(120, 180)), ("#3", OpenRow(3))],
+    [
+        ("57", GoTo(57)),
+        (" 0 ", GoTo(0)),
+        ("#3", OpenRow(3)),
+        *((typed, Select(120, 180)) for typed in ("120:180", "120–179", "120-179", "120 - 179")),
+    ],
 )
 def test_what_is_written_whole_is_understood(text, meant):
     assert entry(text) == meant
