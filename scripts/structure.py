@@ -29,8 +29,8 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 122_225,
-    "Lines of tests": 73_437,
+    "Lines of the product": 122_555,
+    "Lines of tests": 73_505,
     "Lines of benchmarks": 11_275,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,

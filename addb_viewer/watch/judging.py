@@ -36,6 +36,7 @@ from solver.fitting.fit_summary import TrialFigures
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import write_json
 from solver.fitting.settings import settings_for
+from solver.fitting.state import KeptModel, Session
 from solver.fitting.summary import summary
 from solver.gait.gait_events import Source, Stance, side_of
 from solver.skeleton.forward import body_poses
@@ -90,6 +91,15 @@ class FitLook:
     figures: TrialFigures
     steps: tuple[Step, ...]
     activity: str
+    model: KeptModel | None = None  # the person's, for the next trial
+
+
+@dataclass(frozen=True)
+class DiagnosisLook:
+    """After the diagnosis."""
+
+    report: DiagnosisReport
+    model: KeptModel | None  # the person's, for the next diagnosis
 
 
 def begin_worker() -> None:
@@ -136,33 +146,53 @@ def first_look(folder: Path, name: str, former: Sequence[str]) -> FirstLook:
     return FirstLook(_look(captures[-1]), own, tuple(_unborne_s(measured, subject.mass_kg)))
 
 
-def fit_look(folder: Path, name: str) -> FitLook:
-    """The fit of one trial; held-out forces are not predicted, and nothing is kept.
+def fit_look(folder: Path, name: str, model: KeptModel | None = None) -> FitLook:
+    """The fit of one trial; held-out forces are not predicted, and nothing is kept on disk.
+
+    Args:
+        folder: of the subject.
+        name: of the trial.
+        model: the person's, as the trial before left it.
 
     Raises:
         SolverError: it cannot be fitted.
     """
+    session = Session(model)
     job = job_for(folder, trials=[name], without_extension=True, awaits=True)
-    fit = solve(job.subject, job.settings, trials=job.trials, reviews=job.reviews, held_out=False)
+    fit = solve(
+        job.subject, job.settings, trials=job.trials, reviews=job.reviews, held_out=False, session=session
+    )
     trial, figures = fit.trials[0], summary(fit).trials[0]
     activities = suggestions_of(trial, fit.skeleton)
     longest = max(activities, key=lambda one: one.end - one.start, default=None)
     return FitLook(
-        _look(trial.capture), figures, tuple(_steps(fit, trial)), longest.activity if longest else ""
+        _look(trial.capture),
+        figures,
+        tuple(_steps(fit, trial)),
+        longest.activity if longest else "",
+        session.next,
     )
 
 
-def diagnosis_of(folder: Path, name: str, place: Path) -> DiagnosisReport:
+def diagnosis_of(folder: Path, name: str, place: Path, model: KeptModel | None = None) -> DiagnosisLook:
     """The diagnosis of one trial, which is kept in a folder for whoever wants to read all of it.
+
+    Args:
+        folder: of the subject.
+        name: of the trial.
+        place: where it is kept.
+        model: the person's, as the diagnosis before left it: that has markers repaired by itself.
 
     Raises:
         SolverError: there is nothing to diagnose.
     """
+    session = Session(model)
     job = job_for(folder, trials=[name], without_extension=True, awaits=True)
-    found = report(diagnose(job.subject, job.settings, trials=job.trials, reviews=job.reviews))
+    said = diagnose(job.subject, job.settings, trials=job.trials, reviews=job.reviews, session=session)
+    found = report(said)
     with contextlib.suppress(SolverError):  # the verdict does not rest on it
         write_json(made_folder(place) / f"{name}.json", found.as_json())
-    return found
+    return DiagnosisLook(found, session.next)
 
 
 Changed = tuple[tuple[int, int], ...]  # size [bytes] and time of the last change [ns] of each file

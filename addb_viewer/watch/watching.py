@@ -32,6 +32,7 @@ from solver.capture.formats.text_table import some_of
 from solver.common.errors import ResultsError, SolverError
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.results.store import default_folder
+from solver.fitting.state import KeptModel
 
 PROCESSES = 4  # fit, diagnosis, the next trial's first look, and a former diagnosis that takes long
 FIT_ALONE_S = 8.0  # after so long since its files rested a trial gets the fit's word without the diagnosis
@@ -86,6 +87,9 @@ class Session:
         self._broken: set[str] = set()  # files at which a process broke down once
         self._refused: tuple[str, ...] = ()  # why nothing can be written
         self._others: dict[WrittenTrial, float] = {}  # trials that another watcher has, and when to ask again
+        self._models: dict[
+            Path, tuple[KeptModel | None, KeptModel | None]
+        ] = {}  # persons', of fit and diagnosis
         self._logs: dict[Path, tuple[int, int]] = {}  # size and time of each log when it was read
         self._again = self._renewed = self._looked = 0.0
         self._news = clock()
@@ -211,8 +215,9 @@ class Session:
         if ready and all(one.fit is None or one.fit_is_told for one in self._judging):
             one = max(ready, key=lambda one: one.trial.rested)
             folder, name = one.trial.subject, one.trial.name
-            one.fit = self._submit(judging.fit_look, folder, name)
-            one.diagnosis = self._submit(judging.diagnosis_of, folder, name, self._log(folder))
+            of_fit, of_diagnosis = self._models.get(folder, (None, None))
+            one.fit = self._submit(judging.fit_look, folder, name, of_fit)
+            one.diagnosis = self._submit(judging.diagnosis_of, folder, name, self._log(folder), of_diagnosis)
 
     def _collect(self, one: _Judging, now: float) -> None:
         """Say what is known by now; end where that is all, or the files are others by now."""
@@ -247,8 +252,11 @@ class Session:
             return False
         fit, report = one.fit.result(), None
         if one.diagnosis.done():
+            of_diagnosis = self._models.get(one.trial.subject, (None, None))[1]
             with suppress(SolverError):  # no forces, or too few: the fit says so
-                report = one.diagnosis.result()
+                looked: judging.DiagnosisLook = one.diagnosis.result()
+                report, of_diagnosis = looked.report, looked.model
+            self._models[one.trial.subject] = fit.model, of_diagnosis
             self._add(one.trial, Stage.VERDICT, told(fit, report, former, kept), fit, report)
         elif now - one.trial.rested >= FIT_ALONE_S and not one.fit_is_told:
             one.fit_is_told = True

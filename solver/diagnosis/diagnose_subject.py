@@ -39,6 +39,7 @@ from solver.fitting.failing_trials import Failed, together, without_failing
 from solver.fitting.fit_result import Fit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, settings_for
+from solver.fitting.state import Session
 from solver.fitting.summary import all_notes
 
 NINE_IN_TEN = 1.28  # standard deviations by which an estimate falls short at most
@@ -53,6 +54,7 @@ def diagnose(
     *,
     trials: Sequence[str] | None = None,
     reviews: Mapping[str, ForceReview] | None = None,
+    session: Session | None = None,
     progress: Progress = silent,
 ) -> Diagnosis:
     """Say what is wrong with a subject's recordings, and why.
@@ -64,6 +66,7 @@ def diagnose(
         settings: of the solve; its table `diagnosis` has noise, model errors and thresholds.
         trials: names of the trials to look at together; None for all.
         reviews: by trial, what people flagged.
+        session: as for `solve`, from one diagnosis to the next.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -72,8 +75,9 @@ def diagnose(
     """
 
     def answer(names: Sequence[str]) -> Diagnosis:
+        looked = part(progress, 0.0, FITTED)
         found = look_at(
-            subject, settings, trials=names, reviews=reviews or {}, progress=part(progress, 0.0, FITTED)
+            subject, settings, trials=names, reviews=reviews or {}, session=session, progress=looked
         )
         return diagnosis_from(found, part(progress, FITTED, 1.0))
 
@@ -101,11 +105,12 @@ def look_at(
     *,
     trials: Sequence[str] | None,
     reviews: Mapping[str, ForceReview],
+    session: Session | None = None,
     progress: Progress,
 ) -> LookedAt:
     """All of a diagnosis that comes before its search; arguments and errors as in `diagnose`."""
     balance, seen, fit = repaired_balance(
-        subject, settings, trials=trials, reviews=reviews, progress=progress
+        subject, settings, trials=trials, reviews=reviews, session=session, progress=progress
     )
     trials_measured = measure_trials(_as_recorded(fit, settings), settings.reading)
     return LookedAt(balance, seen, fit, trials_measured, subject.mass_kg)
@@ -175,6 +180,7 @@ def repaired_balance(
     *,
     trials: Sequence[str] | None,
     reviews: Mapping[str, ForceReview],
+    session: Session | None = None,
     progress: Progress,
 ) -> tuple[Balance, SeenInMarkers, Fit]:
     """Fit the markers alone, repair them, and set up the wrench balance.
@@ -200,6 +206,7 @@ def repaired_balance(
             trials=trials,
             reviews=reviews,
             captures=repaired,
+            session=session,
             progress=progress,
         )
 

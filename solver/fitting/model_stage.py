@@ -24,11 +24,13 @@ from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.failing_trials import about
 from solver.fitting.fit_result import Groundwork
+from solver.fitting.provenance import provenance_of
 from solver.fitting.settings import Settings
-from solver.fitting.state import FitState, Recordings
+from solver.fitting.state import FitState, KeptModel, Recordings
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.hip_width import expected_hip_width
 from solver.kinematics.inverse_kinematics import inverse_kinematics
+from solver.kinematics.kept_calibration import kept_calibration
 from solver.kinematics.label_faults.repair import repair_labels_of
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.marker_naming import name_markers
@@ -168,11 +170,24 @@ def scale_model(state: FitState, settings: Settings, progress: Progress) -> FitS
             progress=progress,
         )
     notes = (*state.groundwork.notes, *ownership.notes, *calibration.notes)
+    if state.session is not None:
+        kept = kept_calibration(calibration, subject.mass_kg, notes)
+        state.session.next = KeptModel(kept, made_for(state, settings))
     return replace(
         state,
         groundwork=replace(state.groundwork, skeleton=calibration.skeleton, notes=notes),
         skeleton=calibration.skeleton,
         seconds={**state.seconds, **cpu_timer.seconds},
+    )
+
+
+def made_for(state: FitState, settings: Settings) -> tuple[object, ...]:
+    """What has to be the same for a kept model to be of use: all that scaling goes by but the trials."""
+    return (
+        tuple(provenance_of(state.subject, ()).items()),
+        state.skeleton.marker_names,
+        state.recordings.landmarks,
+        settings.kinematics,
     )
 
 

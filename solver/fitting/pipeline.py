@@ -38,9 +38,14 @@ from solver.fitting.review_stage import (
     is_mass_guessed,
 )
 from solver.fitting.settings import Settings, decide_the_same_fit
-from solver.fitting.state import FitState
+from solver.fitting.state import FitState, Session
 from solver.fitting.torques_stage import compute_torques, estimate_std
-from solver.fitting.tracking_stage import assign_forces, former_marker_fit, track_markers
+from solver.fitting.tracking_stage import (
+    assign_forces,
+    former_marker_fit,
+    track_markers,
+    track_with_kept_model,
+)
 from solver.fitting.trajectory_stage import collect_data, fit_before_prediction, fit_motions, take_motions
 from solver.skeleton.skeleton import Skeleton
 
@@ -57,6 +62,7 @@ def solve(
     extension: Extension | None = None,
     before_fitting: Callable[[Skeleton, Sequence[Capture]], None] | None = None,
     held_out: bool = True,
+    session: Session | None = None,
     progress: Progress = silent,
 ) -> Fit:
     """Scale the model to the subject, fit every trial's motion, and compute its dynamics.
@@ -73,6 +79,8 @@ def solve(
         before_fitting: given the model with the markers to be fitted, and the recordings as read; what it
             raises stops the solve before any time is spent on it.
         held_out: whether held-out forces are predicted as well; else they are left due.
+        session: what former trials left of the person's model, and where this solve leaves it; None: the
+            model is scaled to these trials alone.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -80,7 +88,9 @@ def solve(
             and what to do. A trial that cannot be read or fitted beside others is left out, and told.
     """
     solve_some = partial(_solve, subject, settings, reviews or {}, captures or {}, extension=extension)
-    doing = partial(solve_some, before_fitting=before_fitting, held_out=held_out, progress=progress)
+    doing = partial(
+        solve_some, before_fitting=before_fitting, held_out=held_out, session=session, progress=progress
+    )
     return without_failing(subject, trials, doing)
 
 
@@ -95,6 +105,7 @@ def _solve(
     extension: Extension | None,
     before_fitting: Callable[[Skeleton, Sequence[Capture]], None] | None,
     held_out: bool,
+    session: Session | None,
     progress: Progress,
 ) -> Fit:
     """These trials together, told which failed before."""
@@ -103,7 +114,7 @@ def _solve(
     )
     if before_fitting is not None:
         before_fitting(state.skeleton, state.recordings.captures)
-    state = fit_markers(replace(state, reviews=reviews), settings, progress)
+    state = fit_markers(replace(state, reviews=reviews, session=session), settings, progress)
     fit = together(
         state.trials,
         lambda trial: trial.capture.name,
@@ -126,9 +137,11 @@ def fit_markers(state: FitState, settings: Settings, progress: Progress) -> FitS
     """
     _refuse_what_does_not_fit(state.recordings.captures, state, settings)
     state = repair_labels(state, settings)
-    state = scale_model(state, settings, part(progress, 0.0, SCALED))
-    state = weigh_who_stands(state, settings)
-    state = track_markers(state, settings, part(progress, SCALED, TRACKED))
+    tracked = track_with_kept_model(state, settings, part(progress, SCALED, TRACKED))
+    if tracked is None:
+        state = scale_model(state, settings, part(progress, 0.0, SCALED))
+        tracked = track_markers(state, settings, part(progress, SCALED, TRACKED))
+    state = weigh_who_stands(tracked, settings)
     return assign_forces(state, settings)
 
 

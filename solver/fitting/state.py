@@ -17,6 +17,7 @@ from solver.dynamics.trajectory.near_edits import InertiasBefore
 from solver.dynamics.trajectory.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.fitting.fit_result import Groundwork, SettledFit, TrialFit
+from solver.kinematics.kept_calibration import KeptCalibration
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
@@ -77,6 +78,22 @@ class Edit:
 
 
 @dataclass(frozen=True)
+class KeptModel:
+    """A person's model, and what it was made for."""
+
+    calibration: KeptCalibration
+    made_for: tuple[object, ...]  # description, files that trials share, markers, settings
+
+
+@dataclass
+class Session:
+    """A person's model from one solve to the next, each of a further trial."""
+
+    former: KeptModel | None = None  # None: nothing was solved
+    next: KeptModel | None = None  # as this solve leaves it
+
+
+@dataclass(frozen=True)
 class FitState:
     """Inputs, and what the stages so far have found; `solver/fitting/pipeline.py` says in which order."""
 
@@ -85,6 +102,7 @@ class FitState:
     skeleton: Skeleton  # that of the groundwork, once known with the person's mass
     reviews: Mapping[str, ForceReview] = field(default_factory=dict)  # by trial
     extension: Extension | None = None  # what acts beside the recorded forces
+    session: Session | None = None  # None: the model is scaled to these trials alone
     read: Recordings | None = None  # None in a re-solve, which has the marker fits of the former solve
     seconds: Mapping[str, float] = field(default_factory=dict)  # CPU, by stage, of all trials together
     trials: tuple[TrialFit, ...] = ()

@@ -19,9 +19,11 @@ from solver.contact.wrenches import without_measured_forces
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.fitting.failing_trials import about
 from solver.fitting.fit_result import Groundwork, TrialFit
+from solver.fitting.model_stage import made_for
 from solver.fitting.seen_part import in_whole, seen_part
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState
+from solver.kinematics.calibration import choose_frames
 from solver.kinematics.determined import left_open
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import marker_errors
@@ -54,6 +56,32 @@ def track_markers(state: FitState, settings: Settings, progress: Progress) -> Fi
     ]
     notes = (*state.groundwork.notes, *leaning)
     return replace(state, trials=tuple(tracked), groundwork=replace(state.groundwork, notes=notes))
+
+
+def track_with_kept_model(state: FitState, settings: Settings, progress: Progress) -> FitState | None:
+    """Inverse kinematics with the model that former trials left, which these refine for the next ones.
+
+    Returns:
+        None where there is no such model, or the trials speak of other markers or of another body.
+
+    Raises:
+        TrialFailedError: from what a trial alone does.
+    """
+    session = state.session
+    if session is None or session.former is None or session.former.made_for != made_for(state, settings):
+        return None
+    kept = session.former.calibration
+    groundwork = replace(state.groundwork, skeleton=kept.skeleton, notes=kept.notes)
+    tracked = track_markers(replace(state, groundwork=groundwork, skeleton=kept.skeleton), settings, progress)
+    observed = [groundwork.match.observed(trial.capture.markers) for trial in tracked.trials]
+    frames = choose_frames(observed, None, settings.kinematics)
+    q = np.concatenate([t.motion.q[some] for t, some in zip(tracked.trials, frames.places, strict=True)])
+    posed = np.isfinite(q).all(axis=1)
+    refined = kept.refined(frames.some(posed), q[posed], settings.kinematics) if posed.any() else None
+    if refined is None:
+        return None
+    session.next = replace(session.former, calibration=refined)
+    return tracked
 
 
 def assign_forces(state: FitState, settings: Settings) -> FitState:

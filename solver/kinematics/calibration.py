@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
+from scipy.linalg import block_diag
 from threadpoolctl import threadpool_limits
 
 from solver.common.notes import Kind, Note, noted
@@ -52,13 +53,74 @@ FREE_HIPS_STD = 0.5  # log: where the hips' distance is expected by itself, the 
 
 
 @dataclass(frozen=True)
+class Shared:
+    """What all frames have in common."""
+
+    log_scale: Float[np.ndarray, " scales"]
+    offsets: Float[np.ndarray, "markers 3"]  # [m] added to the scaled model's marker positions
+
+    @property
+    def vector(self) -> Float[np.ndarray, " parameters"]:
+        """Scales, then offsets."""
+        return np.concatenate([self.log_scale, self.offsets.ravel()])
+
+    def moved(self, step: Float[np.ndarray, " parameters"]) -> "Shared":
+        """By a step of that vector."""
+        scales = len(self.log_scale)
+        return Shared(self.log_scale + step[:scales], self.offsets + step[scales:].reshape(-1, 3))
+
+    def skeleton(self, generic: Skeleton, groups: ScaleGroups, mass_kg: float | None = None) -> Skeleton:
+        """The unscaled skeleton with these; with `mass_kg`, of that mass [kg]."""
+        return with_offsets(groups.resized(generic, self.log_scale, mass_kg), self.offsets)
+
+
+@dataclass(frozen=True)
+class SharedPrior:
+    """Gaussian, of scales and offsets: what is known of them before a marker is seen."""
+
+    mean: Shared
+    precision: Float[np.ndarray, "parameters parameters"]
+
+
+@dataclass(frozen=True)
 class Calibration:
     """The scaled skeleton, and how it came about."""
 
     skeleton: Skeleton
-    factors: Float[np.ndarray, "bodies 3"]
-    offsets_body: Float[np.ndarray, "markers 3"]  # [m] added to the scaled model's marker positions
+    shared: Shared
+    prior: SharedPrior
     notes: tuple[Note, ...]
+    solver: "BorderedSolver"
+    q: Float[np.ndarray, "frames dofs"]  # of the frames [rad or m]
+
+    @property
+    def factors(self) -> Float[np.ndarray, "bodies 3"]:
+        """Scale factors along the axes of each body."""
+        return self.solver.groups.factors(self.shared.log_scale)
+
+    @property
+    def offsets_body(self) -> Float[np.ndarray, "markers 3"]:
+        """Added to the scaled model's marker positions [m]."""
+        return self.shared.offsets
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Half the cost of some frames about a place, their poses eliminated: gᵀδ + ½ δᵀAδ."""
+
+    gradient: Float[np.ndarray, " parameters"]
+    precision: Float[np.ndarray, "parameters parameters"]
+
+    def beside(self, other: "Evidence", share: float) -> "Evidence":
+        """Of both, this one's share and the other's that is left."""
+        return Evidence(
+            share * self.gradient + (1 - share) * other.gradient,
+            share * self.precision + (1 - share) * other.precision,
+        )
+
+    def seen_from(self, step: Float[np.ndarray, " parameters"]) -> "Evidence":
+        """The same about a place so far away."""
+        return Evidence(self.gradient + self.precision @ step, self.precision)
 
 
 @dataclass(frozen=True)
@@ -67,6 +129,11 @@ class CalibrationFrames:
 
     observed_ground: Float[np.ndarray, "frames markers 3"]
     weight: Float[np.ndarray, " frames"]
+    places: tuple[Int[np.ndarray, " chosen"], ...] = ()  # by trial, which frames of it; static ones come last
+
+    def some(self, which: slice | Bool[np.ndarray, " frames"]) -> "CalibrationFrames":
+        """A part of them."""
+        return CalibrationFrames(self.observed_ground[which], self.weight[which])
 
 
 def choose_frames(
@@ -78,18 +145,19 @@ def choose_frames(
     seen = [np.isfinite(t).all(axis=2).sum(axis=1) for t in trials]
     enough = [s >= 0.8 * max(1, s.max(initial=0)) for s in seen]
     total = max(1, sum(int(e.sum()) for e in enough))
-    chosen = []
-    for trial, well in zip(trials, enough, strict=True):
+    places = []
+    for well in enough:
         candidates = np.flatnonzero(well)
         share = min(len(candidates), max(4, round(settings.calibration_frames * len(candidates) / total)))
-        chosen.append(trial[_spread(candidates, share)])
+        places.append(_spread(candidates, share))
+    chosen = [trial[some] for trial, some in zip(trials, places, strict=True)]
     moving = sum(len(c) for c in chosen)
     weight = [np.full(moving, EFFECTIVE_FRAMES / max(1, moving))]
     if static is not None:
         quiet = static[_spread(np.arange(len(static)), 5)]
         chosen.append(quiet)
         weight.append(np.full(len(quiet), EFFECTIVE_STATIC_FRAMES / len(quiet)))
-    return CalibrationFrames(np.concatenate(chosen), np.concatenate(weight))
+    return CalibrationFrames(np.concatenate(chosen), np.concatenate(weight), tuple(places))
 
 
 def _spread(candidates: Int[np.ndarray, " candidates"], count: int) -> Int[np.ndarray, " chosen"]:
@@ -137,16 +205,6 @@ def calibrate(
         if sized:
             mean[: 3 * groups.count] = np.log(height_m / model_height)  # type: ignore[operator]
         size_std = settings.height_scale_std if sized else settings.scale_std
-        solver = _BorderedSolver(
-            generic,
-            frames,
-            groups,
-            settings,
-            _offset_precision(
-                offset_std(generic.markers) if registered_std is None else registered_std,
-                pitch_of_spines,
-            ),
-        )
         on_pelvis = HIPS_ON_PELVIS_STD if hip_width_m is None else FREE_HIPS_STD
         prior = LogScalePrior(mean, log_scale_precision(groups, size_std, hips_std=on_pelvis))
         if kept:
@@ -154,22 +212,26 @@ def calibrate(
         elif hip_width_m is not None and groups.hips is not None:
             log_ratio = float(np.log(hip_width_m / groups.hips.width(generic)))
             prior = prior.with_hip_width(groups, log_ratio, HIP_WIDTH_STD_M / hip_width_m)
-        start = _Shared(prior.mean.copy(), np.zeros((len(generic.markers), 3)))
-        skeleton = solver.skeleton(start)
-        problem = PoseProblem(skeleton, frames.observed_ground, settings, CALIBRATION_ROBUST_SCALE_M)
-        every = np.arange(len(frames.observed_ground))
+        of_offsets = _offset_precision(
+            offset_std(generic.markers) if registered_std is None else registered_std, pitch_of_spines
+        )
+        start = Shared(prior.mean.copy(), np.zeros((len(generic.markers), 3)))
+        usual = SharedPrior(start, block_diag(prior.precision, of_offsets))
+        solver = BorderedSolver(generic, frames, groups, settings)
         progress("scaling", 0.02)
-        q, _ = initial_poses(problem, root_joint(skeleton), every)
-        solver.prior(prior.mean, prior.precision)
-        shared, q = solver.solve(start, q, progress)
+        problem = solver.problem(start)
+        every = np.arange(len(frames.observed_ground))
+        q, _ = initial_poses(problem, root_joint(problem.kinematics.skeleton), every)
+        shared, q = solver.solve(start, q, usual, progress)
         if kept:
-            shared = _Shared(mean, shared.offsets)
-        fitted = groups.resized(generic, shared.log_scale, mass_kg)
+            shared = Shared(mean, shared.offsets)
         return Calibration(
-            skeleton=with_offsets(fitted, shared.offsets),
-            factors=groups.factors(shared.log_scale),
-            offsets_body=shared.offsets,
+            skeleton=shared.skeleton(generic, groups, mass_kg),
+            shared=shared,
+            prior=usual,
             notes=_notes(generic, groups, shared),
+            solver=solver,
+            q=q,
         )
 
 
@@ -184,54 +246,36 @@ def _offset_precision(
     return precision
 
 
-@dataclass(frozen=True)
-class _Shared:
-    log_scale: Float[np.ndarray, " scales"]
-    offsets: Float[np.ndarray, "markers 3"]
-
-
-class _BorderedSolver:
+class BorderedSolver:
     """Levenberg-Marquardt on poses and shared parameters together."""
 
     def __init__(
-        self,
-        generic: Skeleton,
-        frames: CalibrationFrames,
-        groups: ScaleGroups,
-        settings: KinematicsSettings,
-        offset_precision: Float[np.ndarray, "offsets offsets"],
+        self, generic: Skeleton, frames: CalibrationFrames, groups: ScaleGroups, settings: KinematicsSettings
     ) -> None:
+        """Of an unscaled skeleton whose markers are those of the frames, in the same order."""
         self.generic, self.frames, self.groups, self.settings = generic, frames, groups, settings
-        self.offset_precision = offset_precision
 
-    def prior(
-        self, mean: Float[np.ndarray, " scales"], precision: Float[np.ndarray, "scales scales"]
-    ) -> None:
-        """Set the Gaussian prior of the log factors."""
-        self.mean, self.precision = mean, precision
-
-    def skeleton(self, shared: _Shared) -> Skeleton:
-        """The generic skeleton at these parameters."""
-        return with_offsets(self.groups.resized(self.generic, shared.log_scale), shared.offsets)
+    def evidence(self, shared: Shared, q: Float[np.ndarray, "frames dofs"]) -> Evidence:
+        """What the frames say of the shared parameters, about these and near these poses."""
+        border, gradient, _, _ = self._reduced(self.problem(shared), q, damping=0.0)
+        return Evidence(gradient, border)
 
     def solve(
-        self, shared: _Shared, q: Float[np.ndarray, "frames dofs"], progress: Progress
-    ) -> tuple[_Shared, Float[np.ndarray, "frames dofs"]]:
+        self, shared: Shared, q: Float[np.ndarray, "frames dofs"], prior: SharedPrior, progress: Progress
+    ) -> tuple[Shared, Float[np.ndarray, "frames dofs"]]:
+        """The least cost from there, and the poses there."""
         every = np.arange(len(q))
-        problem = self._problem(shared)
+        problem = self.problem(shared)
         q, _ = solve_frames(problem, q, every)
-        cost = self._cost(problem, q, every, shared)
+        cost = self._cost(problem, q, shared, prior)
         damping = 1e-3
         for iteration in range(MAX_STEPS):
             progress("scaling", 0.1 + 0.9 * iteration / MAX_STEPS)
-            step_q, step = self._step(problem, q, shared, damping)
-            tried_shared = _Shared(
-                shared.log_scale + step[: len(shared.log_scale)],
-                shared.offsets + step[len(shared.log_scale) :].reshape(-1, 3),
-            )
-            tried_problem = self._problem(tried_shared)
+            step_q, step = self._step(problem, q, shared, prior, damping)
+            tried_shared = shared.moved(step)
+            tried_problem = self.problem(tried_shared)
             tried_q, _ = solve_frames(tried_problem, q + step_q, every, max_iterations=2)
-            tried_cost = self._cost(tried_problem, tried_q, every, tried_shared)
+            tried_cost = self._cost(tried_problem, tried_q, tried_shared, prior)
             if tried_cost >= cost:
                 damping *= 10
                 if damping > 1e6:
@@ -244,30 +288,48 @@ class _BorderedSolver:
         progress("scaling", 1.0)
         return shared, q
 
-    def _problem(self, shared: _Shared) -> PoseProblem:
+    def problem(self, shared: Shared) -> PoseProblem:
+        """The frames' poses at these."""
         return PoseProblem(
-            self.skeleton(shared),
+            shared.skeleton(self.generic, self.groups),
             self.frames.observed_ground,
             self.settings,
             CALIBRATION_ROBUST_SCALE_M,
         )
 
     def _cost(
+        self, problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], shared: Shared, prior: SharedPrior
+    ) -> float:
+        deviation = shared.vector - prior.mean.vector
+        of_frames = self.frames.weight @ problem.evaluate(q, np.arange(len(q))).cost
+        return float(of_frames + deviation @ prior.precision @ deviation)
+
+    def _step(
         self,
         problem: PoseProblem,
         q: Float[np.ndarray, "frames dofs"],
-        every: Int[np.ndarray, " frames"],
-        shared: _Shared,
-    ) -> float:
-        deviation = shared.log_scale - self.mean
-        prior = deviation @ self.precision @ deviation
-        prior += shared.offsets.ravel() @ self.offset_precision @ shared.offsets.ravel()
-        return float(self.frames.weight @ problem.evaluate(q, every).cost + prior)
-
-    def _step(
-        self, problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], shared: _Shared, damping: float
+        shared: Shared,
+        prior: SharedPrior,
+        damping: float,
     ) -> tuple[Float[np.ndarray, "frames dofs"], Float[np.ndarray, " parameters"]]:
-        """Eliminate the poses, solve the border, and substitute back."""
+        """Solve the border, and substitute back."""
+        border, gradient, solved_coupling, solved_g = self._reduced(problem, q, damping)
+        border += prior.precision
+        gradient += prior.precision @ (shared.vector - prior.mean.vector)
+        everything = np.arange(len(border))
+        border[everything, everything] *= 1 + damping
+        step = -np.linalg.solve(border, gradient)
+        return -solved_g - solved_coupling @ step, step
+
+    def _reduced(
+        self, problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], damping: float
+    ) -> tuple[
+        Float[np.ndarray, "parameters parameters"],
+        Float[np.ndarray, " parameters"],
+        Float[np.ndarray, "frames dofs parameters"],
+        Float[np.ndarray, "frames dofs"],
+    ]:
+        """Eliminate the poses: the border, its gradient, and the poses' solved coupling and gradient."""
         every = np.arange(len(q))
         terms = problem.evaluate(q, every)
         kinematics = problem.kinematics
@@ -299,18 +361,10 @@ class _BorderedSolver:
         solved_coupling, solved_g = solved[:, :, :-1], solved[:, :, -1]
         border -= np.einsum("t,tij,tik->jk", self.frames.weight, coupling, solved_coupling, optimize=True)
         gradient -= np.einsum("t,tij,ti->j", self.frames.weight, coupling, solved_g, optimize=True)
-        scales = len(shared.log_scale)
-        border[:scales, :scales] += self.precision
-        gradient[:scales] += self.precision @ (shared.log_scale - self.mean)
-        border[scales:, scales:] += self.offset_precision
-        gradient[scales:] += self.offset_precision @ shared.offsets.ravel()
-        everything = np.arange(len(border))
-        border[everything, everything] *= 1 + damping
-        step = -np.linalg.solve(border, gradient)
-        return -solved_g - solved_coupling @ step, step
+        return border, gradient, solved_coupling, solved_g
 
 
-def _notes(generic: Skeleton, groups: ScaleGroups, shared: _Shared) -> tuple[Note, ...]:
+def _notes(generic: Skeleton, groups: ScaleGroups, shared: Shared) -> tuple[Note, ...]:
     """Scales and offsets far from what was expected, named."""
     notes: list[Note] = []
     factors = groups.axes(shared.log_scale)

@@ -57,7 +57,7 @@ def judges(monkeypatch):
         asked.append(("first", name))
         return FirstLook(SOUND, (), ())
 
-    def fit(folder, name):
+    def fit(folder, name, model):
         asked.append(("fit", name))
         if name == "bad":
             raise FitError("no markers shared with the model")
@@ -65,7 +65,7 @@ def judges(monkeypatch):
             SOUND, of_trial(name=name, marker_rms_m=0.01, linear_residual=force(9.0, 0.01)), (), "walk"
         )
 
-    def diagnosis(folder, name, place):
+    def diagnosis(folder, name, place, model):
         raise FitError("nothing can be diagnosed")
 
     for name, judge in (("first_look", first), ("fit_look", fit), ("diagnosis_of", diagnosis)):
