@@ -1,5 +1,6 @@
 """A subject, fitted: its figures, its trials, and what can be made of them."""
 
+import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -76,6 +77,11 @@ class Fit:
         return self.solved.mass_kg
 
     @property
+    def mass_std_kg(self) -> float:
+        """How far it may be off: standard deviation [kg]; NaN where no force tells it."""
+        return self.solved.mass_std.body_kg if self.solved.mass_std else math.nan
+
+    @property
     def height_m(self) -> float:
         """Height that residuals are scaled with [m]."""
         return self.solved.height_m
@@ -97,13 +103,20 @@ class Fit:
 
     @cached_property
     def bodies(self) -> Table:
-        """The skeleton's bodies: name, mass [kg], centre of mass in the body's frame [m]."""
-        bodies = self.solved.skeleton.bodies
+        """The skeleton's bodies: name, mass and how far it may be off [kg], centre of mass in its frame [m].
+
+        `mass_std_untold_kg` is how far it might be off had this recording told nothing of it; NaN where no
+        force tells masses.
+        """
+        bodies, off = self.solved.skeleton.bodies, self.solved.mass_std
+        unknown = np.full(len(bodies), np.nan)
         centres = np.array([body.com_body for body in bodies])
         return Table(
             {
                 "body": np.array([body.name for body in bodies], dtype=object),
                 "mass_kg": np.array([body.mass for body in bodies]),
+                "mass_std_kg": unknown if off is None else off.segments_kg,
+                "mass_std_untold_kg": unknown if off is None else off.untold_kg,
                 **{f"com_{axis}_m": centres[:, a] for a, axis in enumerate("xyz")},
             }
         )

@@ -259,6 +259,7 @@ def on_grid(
             kinematics_only=KinematicsOnly(k.motion, k.errors) if d else None,
             spline=None,
             prediction_spline=None,
+            std=None,
         ),
         filtered=KinematicsOnly(f.motion, f.errors),
         verdicts=verdicts,

@@ -7,10 +7,12 @@ import re
 import numpy as np
 
 from addb_viewer.report.markup import Safe, element, joined, pairs, table
+from addb_viewer.text.amounts import TO_95, kilograms
 from addb_viewer.trial_view.drawn_curves import SMALLEST_N
 from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from addb_viewer.trial_view.replay import PlateReplay
 from solver.capture.capture import Subject
+from solver.dynamics.dynamics import MassStd
 from solver.fitting.fit_result import Fit
 from solver.fitting.settings import Settings, as_dict, as_toml, by_name, from_dict
 
@@ -25,6 +27,7 @@ def recorded(recording: Recording) -> Safe:
     person = [
         *person_rows(fit),
         ("Model", f"{model}: {len(fit.skeleton.bodies)} bodies, {len(fit.skeleton.dofs)} degrees of freedom"),
+        *([("Segments", segment_masses(fit, fit.mass_std))] if fit.mass_std else []),
     ]
     head = ("Trial", "Length", "Markers", "Seen", "Force plates, how long loaded", "Files")
     return joined((pairs(person), table(head, [_row(record, fit.subject) for record in recording.trials])))
@@ -33,11 +36,24 @@ def recorded(recording: Recording) -> Safe:
 def person_rows(fit: Fit) -> list[tuple[str, str]]:
     """What is known of the person."""
     entered = fit.subject.mass_kg
-    mass = f"{fit.mass_kg:.1f} kg fitted" + ("" if entered is None else f" ({entered:.1f} kg entered)")
+    mass = f"{kilograms(fit.mass_kg, fit.mass_std.body_kg if fit.mass_std else None)} fitted"
+    mass += "" if entered is None else f" ({entered:.1f} kg entered)"
     height = f"{fit.height_m:.2f} m" + ("" if fit.subject.height_m is not None else " (not entered)")
     known = (("Mass", mass, fit.mass_kg), ("Height", height, fit.height_m))
     rows = [(name, words if math.isfinite(value) else "unknown") for name, words, value in known]
     return [*rows, *_told(fit.subject)]
+
+
+def segment_masses(fit: Fit, off: MassStd) -> str:
+    """Whose mass this recording told, to within what; the band of all others is as wide as that of tables."""
+    told = {}
+    for body, *std in zip(fit.skeleton.bodies, off.segments_kg, off.untold_kg, strict=True):
+        known, without = (f"{100 * TO_95 * of / body.mass:.0f}" for of in std)
+        if known != without:
+            name = re.sub(r"_[rl]$", "", body.name)
+            told[name] = f"{name} {body.mass:.1f} kg ± {known} % (by tables {without} %)"
+    others = "masses of other segments" if told else "masses of segments"
+    return "; ".join([*told.values(), f"{others} are not told by this recording"])
 
 
 def _told(subject: Subject) -> list[tuple[str, str]]:

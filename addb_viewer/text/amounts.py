@@ -13,6 +13,16 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
+def kilograms(mass_kg: float, std_kg: float | None) -> str:
+    """With the 95 % band, as in "71.2 ± 2.1 kg".
+
+    Args:
+        mass_kg: of something.
+        std_kg: its standard deviation; None: unknown.
+    """
+    return f"{mass_kg:.1f} kg" if std_kg is None else f"{mass_kg:.1f} ± {TO_95 * std_kg:.1f} kg"
+
+
 def lasting(hours: float) -> str:
     """As in "12.3 h", "4.5 min", "18 s" and "0.5 s".
 

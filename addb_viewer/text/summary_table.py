@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from addb_viewer.text.amounts import kilograms
 from addb_viewer.text.change_words import change_sentence
 from addb_viewer.text.held_out_words import cutoff_words, held_out_words, worse_words
 from addb_viewer.text.note_words import by_kind
@@ -132,7 +133,9 @@ def _subject_line(figures: FitSummary) -> Text:
     subject, model = figures.subject, figures.model
     entered = subject.mass_entered_kg
     of_scale = f" ({entered:.1f} kg entered)" if entered is not None else ""
-    mass = f"{subject.mass_kg:.1f} kg" if subject.mass_kg is not None else "mass unknown"
+    mass = "mass unknown"
+    if subject.mass_kg is not None:
+        mass = kilograms(subject.mass_kg, subject.mass_std_kg)
     height = f"{subject.height_m:.2f} m" if subject.height_m is not None else "height unknown"
     return Text(f"{mass}{of_scale}, {height}; {model.bodies} bodies, {model.dofs} degrees of freedom")
 

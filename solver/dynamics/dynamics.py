@@ -32,6 +32,18 @@ class TrialStd:
 
 
 @dataclass(frozen=True)
+class MassStd:
+    """How far the fitted masses may be off: standard deviations [kg].
+
+    `untold_kg` is what it would be had the recording told nothing of how the mass is shared out.
+    """
+
+    body_kg: float
+    segments_kg: Float[np.ndarray, " bodies"]
+    untold_kg: Float[np.ndarray, " bodies"]
+
+
+@dataclass(frozen=True)
 class Dynamics:
     """Inverse dynamics of one trial.
 

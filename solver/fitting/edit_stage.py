@@ -10,8 +10,12 @@ import numpy as np
 
 from solver.common.true_runs import runs
 from solver.dynamics.cross_validation.held_out_layouts import frames_of
+from solver.dynamics.dynamics import MassStd
 from solver.dynamics.trajectory.extension import Extension
 from solver.dynamics.trajectory.near_edits import InertiasBefore, spans_near
+from solver.dynamics.trajectory.trajectory_search import Border
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory.uncertainty import mass_std
 from solver.fitting.fit_result import Groundwork, SettledFit, TrialFit
 from solver.fitting.prediction_stage import learnt_before, misses_a_force
 from solver.fitting.seen_part import seen_part
@@ -143,7 +147,7 @@ def _mass_to_all(settled: SettledFit) -> float:
     return settled.mass_to_all_kg or settled.mass_kg
 
 
-def settled_fit(state: FitState) -> SettledFit:
+def settled_fit(state: FitState, settings: TrajectorySettings) -> SettledFit:
     """What the next re-solve goes by."""
     assert state.result is not None
     assert state.weighed is not None
@@ -159,4 +163,14 @@ def settled_fit(state: FitState) -> SettledFit:
         known=known,
         known_to_all=known if state.edit is None else state.edit.settled.known_to_all,
         mass_to_all_kg=None if state.edit is None else _mass_to_all(state.edit.settled),
+        mass_std=_mass_std(state.edit, state.result.border, state.weighed, settings),
     )
+
+
+def _mass_std(
+    edit: Edit | None, border: Border | None, weighed: MassAndGains, settings: TrajectorySettings
+) -> MassStd | None:
+    """After a small edit that of the former fit, whose inertias stay."""
+    if edit is not None or border is None:
+        return edit.settled.mass_std if edit else None
+    return mass_std(border, weighed.std_kg / weighed.mass_kg, settings)

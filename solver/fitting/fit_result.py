@@ -12,7 +12,7 @@ from solver.contact.detected_ranges import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.com_trajectory import Standing
 from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout
-from solver.dynamics.dynamics import Dynamics, TrialStd
+from solver.dynamics.dynamics import Dynamics, MassStd, TrialStd
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
@@ -80,6 +80,7 @@ class SettledFit:
     known: Mapping[str, tuple[tuple[int, int], ...]]  # by trial, stretches of known forces
     known_to_all: Mapping[str, tuple[tuple[int, int], ...]]  # likewise, at the last fit of all frames
     mass_to_all_kg: float | None = None  # likewise, the mass; None: `mass_kg`
+    mass_std: MassStd | None = None  # None: inertias were not fitted, or by an older version
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,12 @@ class Fit:
     def unread(self) -> tuple[UnreadTrial, ...]:
         """Trials that were wanted and could not be read."""
         return self.groundwork.unread if self.groundwork else ()
+
+    @property
+    def mass_std(self) -> MassStd | None:
+        """How far the masses may be off; None where no force told them."""
+        settled = self.groundwork.settled if self.groundwork else None
+        return settled.mass_std if settled else None
 
     @property
     def unused(self) -> tuple[UnusedFile, ...]:

@@ -260,6 +260,7 @@ class PersonFigures:
     mass_kg: float | None
     mass_entered_kg: float | None
     height_m: float | None
+    mass_std_kg: float | None = None  # None: no force told it
 
 
 @final

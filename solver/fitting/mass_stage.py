@@ -37,14 +37,22 @@ def weigh_body(state: FitState, settings: Settings) -> FitState:
     state = replace(state, fitted=fitted)
     if not fitted:
         return state
+    own_std = settings.com.plate_gain_std  # where plates weighed the person
+    if state.subject.mass_kg is not None:
+        own_std = settings.trajectory.body_mass_std
     weighed = estimate_mass_and_gains(
-        state.members, state.skeleton, settings, extended=state.extension is not None
+        state.members, state.skeleton, settings, extended=state.extension is not None, own_std=own_std
     )
     return replace(state, weighed=weighed)
 
 
 def estimate_mass_and_gains(
-    fits: Sequence[TrialFit], skeleton: Skeleton, settings: Settings, *, extended: bool = False
+    fits: Sequence[TrialFit],
+    skeleton: Skeleton,
+    settings: Settings,
+    *,
+    extended: bool = False,
+    own_std: float = 0.0,
 ) -> MassAndGains:
     """One body has one mass, and the fit follows every trial's forces in shape only.
 
@@ -58,9 +66,10 @@ def estimate_mass_and_gains(
         settings: of every stage.
         extended: something acts beside the recorded forces, which may be what the plates read too much: the
             mass stays, and one trial alone has nothing to differ from.
+        own_std: relative, of the skeleton's mass.
     """
     weights, own_mass = settings.trajectory, skeleton.mass
-    nothing = MassAndGains(own_mass, (1.0,) * len(fits))
+    nothing = MassAndGains(own_mass, (1.0,) * len(fits), std_kg=own_std * own_mass)
     if extended and len(fits) < 2:
         return nothing
     trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
@@ -69,9 +78,11 @@ def estimate_mass_and_gains(
     pooled = mass_from_forces([t for t, kept in zip(trials, agree, strict=True) if kept], settings.com)
     if pooled is None:
         return nothing
-    reference = pooled.mass_kg
+    reference, std_kg = pooled.mass_kg, own_std * own_mass
     if not extended:
-        reference = own_mass * (1 + _moved(pooled, own_mass, weights))
+        trust = _trust(pooled, own_mass, weights)
+        off = float(np.clip(trust * (pooled.mass_kg / own_mass - 1), -NOTABLE_MASS, NOTABLE_MASS))
+        reference, std_kg = own_mass * (1 + off), float(np.hypot((1 - trust) * std_kg, trust * pooled.std_kg))
     gains, notes = [], list[Note]()
     against = "the other trials" if len(fits) > 1 else "the body's mass"
     for fit, own, kept in zip(fits, estimates, agree, strict=True):
@@ -90,7 +101,7 @@ def estimate_mass_and_gains(
         elif abs(gain - 1) > NOTABLE_GAIN:
             text = f"plates read {100 * (gain - 1):+.1f} % compared with {against}"
             notes.append(Note(Kind.FORCES_AGAINST_BODY, text, trial=fit.capture.name))
-    return MassAndGains(own_mass if extended else reference, tuple(gains), tuple(notes))
+    return MassAndGains(own_mass if extended else reference, tuple(gains), tuple(notes), std_kg)
 
 
 def agreeing(estimates: Sequence[MassEstimate | None], own_mass: float, tolerance: float) -> list[bool]:
@@ -110,10 +121,9 @@ def agreeing(estimates: Sequence[MassEstimate | None], own_mass: float, toleranc
     )
 
 
-def _moved(pooled: MassEstimate, own_mass: float, weights: TrajectorySettings) -> float:
-    """Of the body's mass, by the plates: as far as they are sure, and within what a scale's reading errs."""
-    trust = 1 / (1 + (pooled.sampling_std_kg / (weights.body_mass_std * own_mass)) ** 2)
-    return float(np.clip(trust * (pooled.mass_kg / own_mass - 1), -NOTABLE_MASS, NOTABLE_MASS))
+def _trust(pooled: MassEstimate, own_mass: float, weights: TrajectorySettings) -> float:
+    """Share of the way to what the plates say that the body's mass goes, by how sure they are."""
+    return 1 / (1 + (pooled.sampling_std_kg / (weights.body_mass_std * own_mass)) ** 2)
 
 
 def mass_notes(nominal: Skeleton, fit: TrajectoryFit, settings: TrajectorySettings) -> tuple[Note, ...]:

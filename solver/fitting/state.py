@@ -57,6 +57,7 @@ class MassAndGains:
     mass_kg: float
     gains: tuple[float, ...]  # by trial: that its forces are divided by
     notes: tuple[Note, ...] = ()
+    std_kg: float = 0.0  # how far the mass may be off
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,12 @@ def summary(fit: Fit, files: Sequence[str] = ()) -> FitSummary:
         files: names of the files that hold it.
     """
     return FitSummary(
-        subject=PersonFigures(_number(fit.mass_kg), fit.subject.mass_kg, _number(fit.height_m)),
+        subject=PersonFigures(
+            _number(fit.mass_kg),
+            fit.subject.mass_kg,
+            _number(fit.height_m),
+            _number(fit.mass_std.body_kg) if fit.mass_std else None,
+        ),
         model=ModelFigures(len(fit.skeleton.bodies), len(fit.skeleton.dofs)),
         trials=tuple(_trial(trial, fit) for trial in fit.trials),
         files=tuple(files),

@@ -136,7 +136,7 @@ def take_motions(state: FitState, settings: Settings) -> FitState:
             *mass_notes(state.skeleton, result, settings.trajectory),
         ),
         learnt_on=learnt_on,
-        settled=settled_fit(state),
+        settled=settled_fit(state, settings.trajectory),
     )
 
 

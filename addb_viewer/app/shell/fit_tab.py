@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import viser
 
 from addb_viewer.app.subjects.library import Library
+from addb_viewer.text.amounts import kilograms
 from addb_viewer.text.change_words import (
     READING,
     band_in_words,
@@ -57,6 +58,8 @@ class FitTab:
         fit, subject = library.fit, library.subject
         mass, height = (fit.mass_kg, fit.height_m) if fit else (subject.mass_kg, subject.height_m)
         person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
+        if fit and fit.mass_std:
+            person["mass_std_kg"] = fit.mass_std.body_kg
         figures = library.figures(replay.name)
         self.summary.content = summary_html(figures, person, replay)
         self.of_change.visible = figures is not None
@@ -74,8 +77,12 @@ def summary_html(figures: TrialFigures | None, person: dict[str, float], replay:
 
 def person_rows(person: dict[str, float]) -> list[tuple[str, str]]:
     """Mass and height."""
-    units = {"mass_kg": ("Mass", "{:.1f} kg"), "height_m": ("Height", "{:.2f} m")}
-    return [(units[k][0], units[k][1].format(v)) for k, v in person.items() if k in units and v is not None]
+    told = {}
+    if "mass_kg" in person:
+        told["Mass"] = kilograms(person["mass_kg"], person.get("mass_std_kg"))
+    if "height_m" in person:
+        told["Height"] = f"{person['height_m']:.2f} m"
+    return list(told.items())
 
 
 def change_html(change: ChangeFigures | None) -> str:

@@ -38,7 +38,7 @@ from solver.dynamics.root_wrench import about_point, root_centre
 from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient
 from solver.dynamics.trajectory.frame_spans import Span, are_long, teaching_spans, windows
 from solver.dynamics.trajectory.terms.term import REFERENCE_RATE_HZ, SharedParameters
-from solver.dynamics.trajectory.trajectory_search import TrajectoryFit, searched
+from solver.dynamics.trajectory.trajectory_search import Border, TrajectoryFit, searched
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import (
     State,
@@ -159,7 +159,7 @@ class WindowedFit:
             own_corner, own_gradient = self._border_of(self._part(trials[span.trial], span), at)
             corner += once * own_corner
             gradient += once * own_gradient
-        cautious, plain = of_all.priors[0], of_all.uncautious
+        cautious, plain = of_all.cautious, of_all.uncautious
         asked_corner = corner + plain.curvature(at) - cautious.curvature(at)
         asked_gradient = gradient + plain.gradient(at) - cautious.gradient(at)
         moved = at.moved(-np.linalg.solve(corner, gradient))
@@ -171,6 +171,7 @@ class WindowedFit:
             asked_phi=at.moved(-np.linalg.solve(asked_corner, asked_gradient)).phi,
             extra=moved.x,
             extra_covariance=np.linalg.inv(corner)[free:, free:] if len(at.x) else taught.extra_covariance,
+            border=Border(corner, at, of_all) if free else None,
         )
 
     def _border_of(

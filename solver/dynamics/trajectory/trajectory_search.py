@@ -10,8 +10,9 @@ from threadpoolctl import threadpool_limits
 from solver.common.notes import Kind, Note, noted
 from solver.common.progress import Progress
 from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient, SharedChoice, Step
+from solver.dynamics.trajectory.terms.term import SharedParameters
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.dynamics.trajectory.trajectory_solver import State, TrajectorySolver, refuse
+from solver.dynamics.trajectory.trajectory_solver import SharedPriors, State, TrajectorySolver, refuse
 from solver.dynamics.trajectory.trial_data import ExtraParameters, TrialData
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
@@ -27,6 +28,15 @@ EDITED_TOLERANCE_SHARE = 0.1  # times the tolerance: so closely the motion follo
 MOST_FOLLOWING = 25  # steps after an edit with one factor
 TRIES, SHORTER = 4, 0.25  # of such a step, and how long each is against the one before
 LAST_DIGITS = 1e-12  # of the cost, which is a sum of many: no step is told by less
+
+
+@dataclass(frozen=True)
+class Border:
+    """The fit's quadratic model of φ and x near its end, the trajectories eliminated."""
+
+    curvature: Float[np.ndarray, "shared shared"]  # of half the cost, priors included
+    at: SharedParameters
+    priors: SharedPriors
 
 
 @dataclass(frozen=True)
@@ -47,6 +57,7 @@ class TrajectoryFit:
     # Of x, with trajectories and inertias free: from the border after all trials' bands are eliminated. The
     # weights take frames as independent, so it is rather too small.
     extra_covariance: Float[np.ndarray, "extra extra"] = field(default_factory=lambda: np.zeros((0, 0)))
+    border: Border | None = None  # None: φ stayed
 
 
 def searched(
@@ -69,7 +80,7 @@ def searched(
     state = solver.begun(phi)
     damping, converged, iteration = FIRST_DAMPING, False, 0
     costs: list[float] = []
-    asked = state.shared.phi
+    asked, border = state.shared.phi, None
     while iteration < solver.settings.iterations and not converged and damping < MOST_DAMPING:
         progress("dynamics", iteration / solver.settings.iterations)
         iteration += 1
@@ -90,6 +101,8 @@ def searched(
             break
         if arrived and tried_cost >= cost:
             tried, tried_cost = state, cost
+        if state.shared.free_inertias:
+            border = Border(factor.corner, state.shared, solver.shared_priors)
         costs += [tried_cost] if costs else [cost, tried_cost]
         gained, least = cost - tried_cost, solver.settings.tolerance * cost
         undamped = damping <= FIRST_DAMPING
@@ -130,6 +143,7 @@ def searched(
         costs=tuple(float(c) for c in costs),
         extra=shared.x,
         extra_covariance=extra_covariance(solver, state),
+        border=border,
     )
 
 

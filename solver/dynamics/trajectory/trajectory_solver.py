@@ -173,8 +173,14 @@ def prior_weight(trials: Sequence[TrialData], settings: TrajectorySettings) -> f
 class SharedPriors:
     """Of what all trials share: inertias first, then x; and that of the inertias without caution."""
 
-    priors: tuple[SharedTerm, ...]
+    cautious: InertiaPrior
+    of_extra: ExtraPrior
     uncautious: InertiaPrior
+
+    @property
+    def priors(self) -> tuple[SharedTerm, ...]:
+        """Those that the fit is held by."""
+        return self.cautious, self.of_extra
 
 
 def shared_priors(
@@ -189,7 +195,7 @@ def shared_priors(
     """As heavy as the trials' known forces make them; arguments as of the fit."""
     plain = prior_weight(trials, settings)
     cautious = InertiaPrior(inertias, caution * plain, settings, caution * plain if mass_is_fitted else plain)
-    return SharedPriors((cautious, ExtraPrior(extra)), InertiaPrior(inertias, plain, settings))
+    return SharedPriors(cautious, ExtraPrior(extra), InertiaPrior(inertias, plain, settings))
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,10 +224,10 @@ class TrajectorySolver:
         self.inertias = inertia_parameters(skeleton)
         width = len(self.extra.prior_std)
         self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
-        shared = shared_priors(
+        self.shared_priors = shared_priors(
             self.inertias, trials, settings, self.extra, caution, mass_is_fitted=mass_is_fitted
         )
-        self.uncautious, self.priors = shared.uncautious, shared.priors
+        self.uncautious, self.priors = self.shared_priors.uncautious, self.shared_priors.priors
 
     def skeleton(self, state: State) -> Skeleton:
         """With the inertias of a state."""

@@ -19,14 +19,16 @@ from threadpoolctl import threadpool_limits
 
 from solver.common.filters import low_pass
 from solver.common.frames_at_once import joined
-from solver.dynamics.dynamics import BodyLoad, TrialStd
+from solver.dynamics.dynamics import BodyLoad, MassStd, TrialStd
 from solver.dynamics.inertia_parameters import PER_BODY, inertia_parameters, prior_std, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.trajectory.block_tridiagonal import BandCholesky
 from solver.dynamics.trajectory.frame_spans import windows
 from solver.dynamics.trajectory.spline_basis import SplineBasis
 from solver.dynamics.trajectory.terms.markers import Markers, SubtreeTerms
+from solver.dynamics.trajectory.terms.priors import masses_by_phi
 from solver.dynamics.trajectory.terms.term import SharedParameters
+from solver.dynamics.trajectory.trajectory_search import Border
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import TrialCost, knot_spacing, trial_levels
 from solver.dynamics.trajectory.trial_data import TrialData
@@ -40,6 +42,7 @@ FASTEST_HZ = 20.0  # what is faster is not told: simulated people ring with thei
 LEAST_TURNING_RAD = 1e-3  # of a joint that moves at all
 LEAST_RADIUS_M = 0.05  # of a segment's markers about their centre, where few of them tell it
 STATES = 3  # q, q̇ and q̈
+SEGMENT_MASS_SCATTER = 0.06  # of people about tables: 3 to 10 %
 WINDOW_FRAMES, OVERLAP_FRAMES = 320, 96  # worked out together: draws take a hundred times a motion's memory
 
 
@@ -93,6 +96,41 @@ def trial_std(
     for of_dofs in std[:-1]:
         of_dofs[:, unknown] = np.nan
     return TrialStd(*std)
+
+
+def mass_std(border: Border, body_std: float, settings: TrajectorySettings) -> MassStd:
+    """Of the masses where a fit ended, by its border.
+
+    With S the curvature, D the data's part of it, P the tables' and Σ how far people are from tables: the
+    covariance of φ is S⁻¹ (o D + P Σ P) S⁻¹. Data overrate what they say of inertias by o, by which the
+    tables' weight is more than that of a short recording with errors of the fit's own size. The body's mass
+    and the plates' gains err together, which no residual shows: that scales all masses.
+
+    Args:
+        border: of the fit.
+        body_std: of the mass that the fit was given, relative.
+        settings: of the fit.
+    """
+    at, priors = border.at, border.priors
+    inertias, free = at.inertias, at.free_inertias
+    by_tables = prior_std(inertias, settings)
+    overrated = priors.cautious.precision[0] * by_tables[0] ** 2
+    by_tables[PER_BODY - 1 :: PER_BODY] = SEGMENT_MASS_SCATTER / 2
+    prior_errors = priors.of_extra.curvature(at)
+    prior_errors[:free, :free] += np.diag((priors.cautious.precision * by_tables) ** 2)
+    held = priors.cautious.curvature(at) + priors.of_extra.curvature(at)
+    by_phi = masses_by_phi(at)
+    mass = np.array([body.mass for body in at.skeleton.bodies])
+    kept = np.where(inertias.group < 0, SEGMENT_MASS_SCATTER * mass, 0.0)
+
+    def std(curvature: Float[np.ndarray, "shared shared"]) -> Float[np.ndarray, " bodies_and_whole"]:
+        errors = overrated * (curvature - held) + prior_errors
+        rows = np.vstack([by_phi, by_phi.sum(axis=0)]) @ np.linalg.inv(curvature)[:free]
+        own = np.sqrt(np.einsum("bi,ij,bj->b", rows, errors, rows))
+        return np.hypot(np.hypot(own, [*kept, 0.0]), body_std * np.array([*mass, mass.sum()]))
+
+    told = std(border.curvature)
+    return MassStd(float(told[-1]), told[:-1], std(held)[:-1])
 
 
 def dofs_above(skeleton: Skeleton, body_name: str) -> Bool[np.ndarray, " dofs"]:

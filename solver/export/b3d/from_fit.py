@@ -66,6 +66,7 @@ NEAREST = {
 UNNAMED = "unmeasuredExternalForceDetected"  # the force doesn't count, and nobody said why
 # Users take the first as input and the last as labels.
 PASS_ORDER = (PassType.KINEMATICS, PassType.LOW_PASS_FILTER, PassType.DYNAMICS)
+STD_OF = {"pos": "angle", "vel": "speed", "acc": "acceleration", "tau": "torque"}  # as `TrialStd` calls them
 
 
 @dataclass(frozen=True)
@@ -210,6 +211,7 @@ def fit_to_b3d(
     bodies = _contact_bodies(fit)
     names = marker_names([trial.capture for trial in fit.trials])
     plates = max((len(trial.capture.plates) for trial in fit.trials), default=0)
+    has_std = any(trial.std is not None for trial in fit.trials)
     models = {
         kind: with_unfitted_masses(fit) if kind is PassType.KINEMATICS else fit.skeleton
         for kind in PASS_ORDER
@@ -225,12 +227,32 @@ def fit_to_b3d(
         sensors = sensor_frames(trial.capture, names, plates, from_dict(fit.settings).conditioning)
         if scratch is not None and isinstance(frames[0].pos, SeriesOnDisk):
             sensors = replace(sensors, marker_obs=on_disk(sensors.marker_obs, scratch))
+        if has_std:
+            sensors = replace(sensors, custom_values=_std(trial, fit.skeleton))
         trials.append(B3dTrial(_trial_header(trial, headers), sensors, frames))
     made = {about.type for trial in trials for about in trial.header.processing_pass_header}
     types = [kind for kind in PASS_ORDER if kind in made]
-    return B3dFile(
-        _header(fit, bodies, names, [(kind, models[kind]) for kind in types], trials), tuple(trials)
-    )
+    header = _header(fit, bodies, names, [(kind, models[kind]) for kind in types], trials)
+    if has_std:
+        lengths = np.array([header.num_dofs] * len(STD_OF) + [3], np.int32)
+        std_names = tuple(f"{name}_std" for name in (*STD_OF, "com_pos"))
+        header = replace(header, custom_value_name=std_names, custom_value_length=lengths)
+    return B3dFile(header, tuple(trials))
+
+
+def _std(trial: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "frames n"]:
+    """Standard deviations of the last pass' coordinates and centre of mass, NaN where none is known.
+
+    `tau` has none on frames whose force does not count: it lacks that force.
+    """
+    dofs, frames = dofs_in_order(skeleton), trial.motion.frames
+    of_dofs, of_com = np.full((len(STD_OF), frames, len(dofs)), np.nan), np.full((frames, 3), np.nan)
+    if trial.std is not None:
+        free = [dofs.index(name) for name in skeleton.dofs]
+        of_dofs[:, :, free] = [getattr(trial.std, name) for name in STD_OF.values()]
+        of_dofs[list(STD_OF).index("tau"), ~trial.forces_known] = np.nan
+        of_com[:] = trial.std.com_ground
+    return np.hstack([*of_dofs, of_com])
 
 
 def with_unfitted_masses(fit: Fit) -> Skeleton:

@@ -11,8 +11,9 @@ import pytest
 from addb_viewer import Fit, Subject
 from addb_viewer.api.fitted_trial import FittedTrial
 from solver.capture.capture import Capture, Markers
+from solver.dynamics.dynamics import MassStd
 from solver.export.trial_table import export_csv
-from solver.fitting.fit_result import TrialFit
+from solver.fitting.fit_result import Groundwork, SettledFit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.default_body import default_skeleton
@@ -114,6 +115,17 @@ def test_figures_and_summary_are_those_of_the_command_line(fit, small_fit):
     assert text.startswith("100.0 kg (98.5 kg entered), 2.00 m; 1 bodies, 1 degrees of freedom")
     assert "3 of 4" in text
     assert fit.bodies["mass_kg"].tolist() == [100.0]
+    assert np.isnan([fit.mass_std_kg, fit.bodies["mass_std_kg"][0]]).all()
+
+
+def test_masses_have_bands(small_fit, tmp_path):
+    off = MassStd(1.5, np.array([1.2]), np.array([4.0]))
+    settled = SettledFit(100.0, {}, np.zeros(0), (), {}, {}, mass_std=off)
+    solved = replace(small_fit, groundwork=Groundwork(small_fit.skeleton, None, (), settled=settled))
+    fit = Fit(solved, tmp_path)
+    assert str(fit).startswith("100.0 ± 2.9 kg (98.5 kg entered)")
+    assert fit.figures["subject"]["mass_std_kg"] == fit.mass_std_kg == 1.5
+    assert (fit.bodies["mass_std_kg"][0], fit.bodies["mass_std_untold_kg"][0]) == (1.2, 4.0)
 
 
 def test_export_writes_into_the_results_or_another_folder(fit, tmp_path):

@@ -128,7 +128,12 @@ def test_a_trial_whose_markers_were_never_seen_has_no_marker_figures(small_fit):
 
 def test_an_unknown_height_leaves_body_weight_heights_out_and_the_json_strict(small_fit):
     figures = plain(summary(replace(small_fit, height_m=float("nan"))))
-    assert figures["subject"] == {"mass_kg": 100.0, "mass_entered_kg": 98.5, "height_m": None}
+    assert figures["subject"] == {
+        "mass_kg": 100.0,
+        "mass_entered_kg": 98.5,
+        "height_m": None,
+        "mass_std_kg": None,
+    }
     assert figures["trials"][0]["angular_residual"]["rms_BWh"] is None
     json.dumps(figures, allow_nan=False)
 

@@ -8,7 +8,7 @@ is not asked again.
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.dynamics.inertia_parameters import InertiaParameters, prior_std
+from solver.dynamics.inertia_parameters import PER_BODY, InertiaParameters, prior_std
 from solver.dynamics.trajectory.bordered_system import TrialGradient, TrialSystem
 from solver.dynamics.trajectory.spline_basis import DEGREE
 from solver.dynamics.trajectory.terms.term import SharedParameters, TrialPoint
@@ -191,14 +191,14 @@ class InertiaPrior:
     def gradient(self, shared: SharedParameters) -> Float[np.ndarray, " shared"]:
         """By φ, where it is free."""
         by_phi = self.precision * shared.phi
-        by_phi += self.mass_precision * self._excess(shared) * self._mass_by_phi(shared)
+        by_phi += self.mass_precision * self._excess(shared) * mass_by_phi(shared)
         gradient, free = np.zeros(shared.count), shared.free_inertias
         gradient[:free] = by_phi[:free]
         return gradient
 
     def curvature(self, shared: SharedParameters) -> Float[np.ndarray, "shared shared"]:
         """Of the mass, to first order in φ."""
-        slope, free = self._mass_by_phi(shared), shared.free_inertias
+        slope, free = mass_by_phi(shared), shared.free_inertias
         by_phi = np.diag(self.precision) + self.mass_precision * np.outer(slope, slope)
         curvature = np.zeros((shared.count, shared.count))
         curvature[:free, :free] = by_phi[:free, :free]
@@ -211,12 +211,19 @@ class InertiaPrior:
         kept = sum(b.mass for b, g in zip(inertias.skeleton.bodies, inertias.group, strict=True) if g < 0)
         return float(moved + kept - self.entered_mass)
 
-    def _mass_by_phi(self, shared: SharedParameters) -> Float[np.ndarray, " parameters"]:
-        slope = np.zeros(len(shared.phi))
-        for body, group in enumerate(shared.inertias.group):
-            if group >= 0:
-                slope[10 * group : 10 * group + 10] += shared.by_phi[body, :, 3, 3]
-        return slope
+
+def masses_by_phi(shared: SharedParameters) -> Float[np.ndarray, "bodies parameters"]:
+    """Derivative of every body's mass by φ [kg]; zero for bodies that keep theirs."""
+    slopes = np.zeros((len(shared.inertias.group), len(shared.phi)))
+    for body, group in enumerate(shared.inertias.group):
+        if group >= 0:
+            slopes[body, PER_BODY * group : PER_BODY * (group + 1)] = shared.by_phi[body, :, 3, 3]
+    return slopes
+
+
+def mass_by_phi(shared: SharedParameters) -> Float[np.ndarray, " parameters"]:
+    """Likewise of the whole body's."""
+    return np.asarray(masses_by_phi(shared).sum(axis=0))
 
 
 class ExtraPrior:

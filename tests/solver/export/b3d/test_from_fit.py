@@ -15,10 +15,12 @@ from solver.common.notes import Kind, noted
 from solver.contact import mask as contact_mask
 from solver.contact.wrenches import DETECTION, PERSON, RECORDING, SOURCES, FrameMask
 from solver.export.b3d.from_fit import NEAREST, export_b3d, fit_to_b3d, reason_number, reasons_per_frame
+from solver.export.b3d.pass_frames import dofs_in_order
 from solver.fitting.fit_result import KinematicsOnly
 from solver.fitting.settings import Settings, as_dict
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.skeleton.osim import load_skeleton
+from tests.made_std import made_std
 
 
 @pytest.fixture
@@ -85,6 +87,36 @@ def test_a_trial(fit):
     assert header.missing_GRF_reason.tolist() == [0] * 90
     assert not header.has_manual_GRF_annotation.any()
     assert header.trial_type == 3
+
+
+def test_standard_deviations_are_custom_values_of_each_frame(fit, standing_still, tmp_path):
+    std, dofs = made_std(90, len(fit.skeleton.dofs)), list(fit.skeleton.dofs)
+    std.angle[:] = np.arange(len(dofs))
+    counts = np.ones((90, 1), dtype=bool)
+    counts[30:40] = False
+    mask = FrameMask(counts, ((30, 40, "foot_r", "notOverForcePlate"),), source="review")
+    walk = replace(fit.trials[0], std=std, mask=mask)
+    (path,) = export_b3d(replace(fit, trials=(walk, standing_still)), tmp_path)
+    b3d = read_b3d(path)
+    names, lengths = b3d.header.custom_value_name, b3d.header.custom_value_length
+    assert names == ("pos_std", "vel_std", "acc_std", "tau_std", "com_pos_std")
+    first, other = (
+        dict(zip(names, np.split(trial.sensors.custom_values, np.cumsum(lengths)[:-1], axis=1), strict=True))
+        for trial in b3d.trials
+    )
+    order = dofs_in_order(fit.skeleton)
+    for column, name in enumerate(order):
+        expected = dofs.index(name) if name in dofs else np.nan  # locked
+        np.testing.assert_array_equal(first["pos_std"][:, column], expected)
+    free = [name in dofs for name in order]
+    np.testing.assert_array_equal(first["vel_std"][:, free], 0.02)
+    np.testing.assert_array_equal(first["acc_std"][:, free], 0.03)
+    unknown = np.isin(np.arange(90), [0, *range(30, 40)])
+    np.testing.assert_array_equal(first["tau_std"][unknown], np.nan)
+    np.testing.assert_array_equal(first["tau_std"][~unknown][:, free], 0.04)
+    np.testing.assert_array_equal(first["com_pos_std"], 0.001)
+    assert all(np.isnan(values).all() for values in other.values())
+    assert fit_to_b3d(fit).header.custom_value_name == ()
 
 
 def test_a_reviewed_trial(fit):
