@@ -12,7 +12,7 @@ import numpy as np
 
 from addb_viewer.api.cycle_curves import RESTS_ON_FORCES, CycleCurves, curves, foot_of
 from addb_viewer.api.fitted_trial import FittedTrial
-from addb_viewer.api.labelled import Table, UnknownNameError
+from addb_viewer.api.labelled import Table, UnknownNameError, read_only
 from addb_viewer.jobs.accepted_extension import extension_of
 from solver.common.notes import Note
 from solver.common.typed_json import plain
@@ -148,6 +148,32 @@ class Fit:
                 "std": np.array([f.std for f in found], dtype=float),
             }
         )
+
+    def torque_covariance(self, trial: str, frame: int, names: Sequence[str] = ()) -> np.ndarray:
+        """How errors of one frame's torques go together: joint covariance [N·m or N, squared].
+
+        Its diagonal is `torques.std` squared; NaN where a torque has no band.
+
+        Args:
+            trial: its name.
+            frame: of the trial, from 0.
+            names: of coordinates, in the order wanted; all of `torques.names` if there are none.
+
+        Raises:
+            KeyError: no such trial or coordinate.
+            SolverError: there are no bands or no such frame; or causes that the fit took are kept no longer.
+        """
+        from solver.fitting.torque_covariance import torque_covariance  # noqa: PLC0415 (few ask)
+
+        solved, dofs = self.solved, self.solved.skeleton.dofs
+        if trial not in self.trials:
+            raise UnknownNameError(trial, self.trials, "trial")
+        for name in names:
+            if name not in dofs:
+                raise UnknownNameError(name, dofs, "coordinate")
+        rows, own = [dofs.index(name) for name in names or dofs], solved.trials[self.trials.index(trial)]
+        settings, extension = from_dict(solved.settings), extension_of(solved, self.results)
+        return read_only(torque_covariance(solved, own, frame, settings, extension)[np.ix_(rows, rows)])
 
     @cached_property
     def events(self) -> Table:

@@ -9,12 +9,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.ndimage import binary_erosion
 from scipy.special import stdtrit
 
 from solver.dynamics.cross_validation.held_out import HeldOutLayout
 from solver.dynamics.cross_validation.held_out_layouts import STEPS
+from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory.uncertainty import dofs_above
 from solver.fitting.fit_result import Fit, TrialFit
@@ -57,7 +58,6 @@ def _of_trial(trial: TrialFit, skeleton: Skeleton, layouts: Sequence[HeldOutLayo
     assert dynamics is not None
     assert contacts is not None
     assert dynamics.wrench_is_predicted is not None
-    assert dynamics.wrench_predicted_ground is not None
     feet, missing = contacts.foot_bodies, dynamics.wrench_is_predicted
     force = np.where(missing[:, :, None], np.nan, 0.0).repeat(3, axis=2)
     by_wrench = np.zeros_like(std.torque)
@@ -65,24 +65,16 @@ def _of_trial(trial: TrialFit, skeleton: Skeleton, layouts: Sequence[HeldOutLayo
         by_wrench[np.ix_(missing[:, f], dofs_above(skeleton, foot))] = np.nan
     covariance = wrench_errors(layouts, trial.capture.name)
     if covariance is not None:
-        alone = _bears_alone(missing, dynamics.wrench_predicted_ground[:, :, 1], dynamics.motion.rate)
-        bears: Bool[np.ndarray, "frames feet"] = np.logical_and(alone, trial.motion.posed[:, None])
+        bears = _bearing(trial)
         spared = np.any(bears, axis=1, keepdims=True) & ~bears  # another foot bears all
-        sizes, directions = np.linalg.eigh(covariance)
-        modes_root = (directions * np.sqrt(np.maximum(sizes, 0.0))).T
-        model = RigidBodyModel(skeleton)
         for f, foot in enumerate(feet):
-            leg, some = dofs_above(skeleton, foot), np.flatnonzero(bears[:, f])
-            by_wrench[np.ix_(spared[:, f], leg)] = 0.0
+            by_wrench[np.ix_(spared[:, f], dofs_above(skeleton, foot))] = 0.0
             force[spared[:, f], f] = 0.0
+        for f, foot in enumerate(feet):  # the root is above all feet: who bears has the last word
+            leg, some = dofs_above(skeleton, foot), np.flatnonzero(bears[:, f])
             force[some, f] = np.sqrt(np.diagonal(covariance)[:3])
-            q, squares = dynamics.motion.q[some], np.zeros((len(some), by_wrench.shape[1]))
-            rest, body = np.zeros_like(q), [skeleton.body_index(foot)]
-            unloaded = model.inverse_dynamics(q, rest, rest)
-            for mode in modes_root:
-                ground = about_point(np.tile(mode, (len(some), 1)), -dynamics.root_ground[some])
-                squares += (model.inverse_dynamics(q, rest, rest, ground[:, None], body) - unloaded) ** 2
-            by_wrench[np.ix_(some, leg)] = np.sqrt(squares[:, leg])
+            errors = _errors_by_wrench(dynamics, skeleton, foot, some, covariance)
+            by_wrench[np.ix_(some, leg)] = np.sqrt((errors**2).sum(axis=0))[:, leg]
     return replace(
         trial,
         std=replace(
@@ -92,6 +84,57 @@ def _of_trial(trial: TrialFit, skeleton: Skeleton, layouts: Sequence[HeldOutLayo
             predicted_force_ground=force,
         ),
     )
+
+
+def torque_errors_by_prediction(
+    trial: TrialFit, skeleton: Skeleton, layouts: Sequence[HeldOutLayout], frame: int
+) -> Float[np.ndarray, "dofs errors"]:
+    """Independent errors of one frame's torques by predicted wrenches, a column each, if any rest on one.
+
+    Args:
+        trial: with bands.
+        skeleton: of the fit.
+        layouts: that the fit was judged on.
+        frame: of the trial.
+    """
+    errors: list[Float[np.ndarray, "dofs errors"]] = [np.zeros((len(skeleton.dofs), 0))]
+    covariance = wrench_errors(layouts, trial.capture.name)
+    if covariance is not None and trial.std is not None and trial.std.torque_by_motion is not None:
+        assert trial.contacts is not None
+        assert trial.dynamics is not None
+        for foot in np.array(trial.contacts.foot_bodies)[_bearing(trial)[frame]]:
+            own = _errors_by_wrench(trial.dynamics, skeleton, foot, np.array([frame]), covariance)
+            errors.append(np.where(dofs_above(skeleton, foot)[:, None], own[:, 0].T, 0.0))
+    return np.hstack(errors)
+
+
+def _bearing(trial: TrialFit) -> Bool[np.ndarray, "frames feet"]:
+    """Feet without a force that carry all, where there is a pose."""
+    dynamics = trial.dynamics
+    assert dynamics is not None
+    assert dynamics.wrench_is_predicted is not None
+    assert dynamics.wrench_predicted_ground is not None
+    vertical = dynamics.wrench_predicted_ground[:, :, 1]
+    alone = _bears_alone(dynamics.wrench_is_predicted, vertical, dynamics.motion.rate)
+    return np.logical_and(alone, trial.motion.posed[:, None])
+
+
+def _errors_by_wrench(
+    dynamics: Dynamics,
+    skeleton: Skeleton,
+    foot: str,
+    frames: Int[np.ndarray, " some"],
+    covariance: Float[np.ndarray, "6 6"],
+) -> Float[np.ndarray, "modes some dofs"]:
+    """By what each mode of the wrench's error on a foot changes the torques of these frames."""
+    sizes, directions = np.linalg.eigh(covariance)
+    q, model, body = dynamics.motion.q[frames], RigidBodyModel(skeleton), [skeleton.body_index(foot)]
+    rest = np.zeros_like(q)
+    unloaded, errors = model.inverse_dynamics(q, rest, rest), []
+    for mode in (directions * np.sqrt(np.maximum(sizes, 0.0))).T:
+        ground = about_point(np.tile(mode, (len(frames), 1)), -dynamics.root_ground[frames])
+        errors.append(model.inverse_dynamics(q, rest, rest, ground[:, None], body) - unloaded)
+    return np.array(errors)
 
 
 def _bears_alone(

@@ -1,12 +1,12 @@
 """Torques and residuals of a trial under the forces that count, measured or predicted."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import uniform_filter1d
 
+from solver.capture.capture import Subject
 from solver.capture.plates.conditioning import shared_cutoff
 from solver.common.cpu_timer import CpuTimer
 from solver.common.notes import Kind, Note, noted
@@ -73,7 +73,7 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
     if state.result is None:
         return state
     trials = list(state.trials)
-    sizes = ErrorSizes() if state.subject.model is None else ErrorSizes(landmarks_m=0.0)
+    sizes = error_sizes(state.subject)
     for k, i in enumerate(state.fitted):
         fit, extra = trials[i], extra_of(trials[i], state.extension)
         if fit.std is not None:  # an edit left the trial as it was
@@ -82,21 +82,16 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
         assert dynamics is not None
         assert contacts is not None
         assert mask is not None
-        wrenches = counted_wrenches(contacts.wrench_ground, mask)
-        if dynamics.wrench_predicted_ground is not None:
-            wrenches = wrenches + dynamics.wrench_predicted_ground
-        loads = [(foot, wrenches[:, f]) for f, foot in enumerate(contacts.foot_bodies)]
-        loads += extra.loads(state.result.extra) if extra is not None else []
+        wrenches, loads = loads_of(fit, extra, state.result.extra)
         data = state.data[k].with_fixed_extra(state.result.extra)
         cpu_timer = CpuTimer()
         with cpu_timer("dynamics"):
             std = trial_std(
                 state.fitted_skeleton, data, state.result.splines[k], loads, settings.trajectory, sizes=sizes
             )
-        residual = np.where(fit.forces_known[:, None], dynamics.residual_root, 0.0)
-        by_plates = _torques_of_remainder(
-            replace(dynamics, residual_root=residual), wrenches, contacts.foot_bodies, state.fitted_skeleton
-        )
+        by_plates = _torques_of_remainder(fit, wrenches, state.fitted_skeleton)
+        frames = _frames_of_remainder(dynamics.motion)
+        by_plates = np.sqrt(np.maximum(uniform_filter1d(by_plates**2, frames, axis=0), 0.0))
         np.hypot(std.torque, by_plates, out=std.torque)
         np.hypot(std.power, dynamics.motion.velocity * by_plates, out=std.power)
         if not mask.counts.all():
@@ -110,26 +105,76 @@ def estimate_std(state: FitState, settings: Settings) -> FitState:
     return replace(state, trials=tuple(trials))
 
 
-def _torques_of_remainder(
-    dynamics: Dynamics,
-    wrenches_ground: Float[np.ndarray, "frames feet 6"],
-    foot_bodies: Sequence[str],
-    skeleton: Skeleton,
-) -> Float[np.ndarray, "frames dofs"]:
-    """Sizes of what torques would change if the residual wrench were an error of the plates.
+def error_sizes(subject: Subject) -> ErrorSizes:
+    """Of a subject whose own model, if there is one, is taken to be right."""
+    return ErrorSizes() if subject.model is None else ErrorSizes(landmarks_m=0.0)
 
-    Each foot's in proportion to its load; the root mean square of `REMAINDER_S` around the frame.
+
+def loads_of(
+    fit: TrialFit, extra: TrialExtension | None, x: Float[np.ndarray, " extra"]
+) -> tuple[Float[np.ndarray, "frames feet 6"], list[BodyLoad]]:
+    """Wrenches on the feet, measured or predicted, that a trial's torques are under; all loads on bodies.
+
+    Args:
+        fit: with dynamics.
+        extra: what acts beside the recorded forces.
+        x: its parameters.
     """
+    assert fit.contacts is not None
+    assert fit.mask is not None
+    assert fit.dynamics is not None
+    wrenches = counted_wrenches(fit.contacts.wrench_ground, fit.mask)
+    if fit.dynamics.wrench_predicted_ground is not None:
+        wrenches = wrenches + fit.dynamics.wrench_predicted_ground
+    loads: list[BodyLoad] = [(foot, wrenches[:, f]) for f, foot in enumerate(fit.contacts.foot_bodies)]
+    return wrenches, [*loads, *(extra.loads(x) if extra is not None else [])]
+
+
+def torque_errors_by_plates(
+    fit: TrialFit, wrenches_ground: Float[np.ndarray, "frames feet 6"], skeleton: Skeleton, frame: int
+) -> Float[np.ndarray, "dofs errors"]:
+    """Of a frame's torques, if the residual wrench around it is an error of the plates; a column each.
+
+    Args:
+        fit: with dynamics.
+        wrenches_ground: on its feet.
+        skeleton: of the fit.
+        frame: of the trial.
+    """
+    assert fit.dynamics is not None
+    motion = fit.dynamics.motion
+    frames = _frames_of_remainder(motion)
+    weights = np.zeros(motion.frames)
+    for k in range(frame - frames // 2, frame - frames // 2 + frames):
+        weights[min(-1 - k if k < 0 else k, 2 * motion.frames - 1 - k)] += 1 / frames  # as the filter's ends
+    near = np.flatnonzero(weights)
+    errors = _torques_of_remainder(fit, wrenches_ground, skeleton)[near]
+    return np.asarray((errors * np.sqrt(weights[near, None])).T)
+
+
+def _frames_of_remainder(motion: Motion) -> int:
+    return max(1, round(REMAINDER_S * motion.rate))
+
+
+def _torques_of_remainder(
+    fit: TrialFit, wrenches_ground: Float[np.ndarray, "frames feet 6"], skeleton: Skeleton
+) -> Float[np.ndarray, "frames dofs"]:
+    """What torques would change if the residual wrench were an error of the plates.
+
+    Each foot's in proportion to its load; none where a force is missing.
+    """
+    dynamics, contacts = fit.dynamics, fit.contacts
+    assert dynamics is not None
+    assert contacts is not None
     load = np.maximum(wrenches_ground[:, :, 1], 0.0)
     total = load.sum(axis=1, keepdims=True)
     share = np.divide(load, total, out=np.zeros_like(load), where=total > 0)
-    residual_ground = about_point(dynamics.residual_root, -dynamics.root_ground)
+    residual_root = np.where(fit.forces_known[:, None], dynamics.residual_root, 0.0)
+    residual_ground = about_point(residual_root, -dynamics.root_ground)
     q, model = dynamics.motion.q, RigidBodyModel(skeleton)
-    rest, feet = np.zeros_like(q), [skeleton.body_index(name) for name in foot_bodies]
+    rest, feet = np.zeros_like(q), [skeleton.body_index(name) for name in contacts.foot_bodies]
     moved = model.inverse_dynamics(q, rest, rest, share[:, :, None] * residual_ground[:, None], feet)
-    moved -= model.inverse_dynamics(q, rest, rest)
-    frames = max(1, round(REMAINDER_S * dynamics.motion.rate))
-    return np.sqrt(np.maximum(uniform_filter1d(moved**2, frames, axis=0), 0.0))
+    return moved - model.inverse_dynamics(q, rest, rest)
 
 
 def with_dynamics(

@@ -23,7 +23,7 @@ from solver.dynamics.dynamics import BodyLoad, MassStd, TrialStd
 from solver.dynamics.inertia_parameters import PER_BODY, inertia_parameters, prior_std, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.trajectory.block_tridiagonal import BandCholesky
-from solver.dynamics.trajectory.frame_spans import windows
+from solver.dynamics.trajectory.frame_spans import Span, windows
 from solver.dynamics.trajectory.spline_basis import SplineBasis
 from solver.dynamics.trajectory.terms.markers import Markers, SubtreeTerms
 from solver.dynamics.trajectory.terms.priors import masses_by_phi
@@ -42,6 +42,7 @@ FASTEST_HZ = 20.0  # what is faster is not told: simulated people ring with thei
 LEAST_TURNING_RAD = 1e-3  # of a joint that moves at all
 LEAST_RADIUS_M = 0.05  # of a segment's markers about their centre, where few of them tell it
 STATES = 3  # q, q̇ and q̈
+TORQUE = 3  # place in `TrialStd`
 SEGMENT_MASS_SCATTER = 0.06  # of people about tables: 3 to 10 %
 WINDOW_FRAMES, OVERLAP_FRAMES = 320, 96  # worked out together: draws take a hundred times a motion's memory
 
@@ -75,27 +76,66 @@ def trial_std(
         settings: of the fit.
         sizes: of the errors.
     """
-    kinematics = ForwardKinematics(skeleton)
-    levels = data.levels or trial_levels(kinematics, data.observed_ground, data.start, settings)
-    data = replace(data, levels=levels, spline=spline)
-    settings = replace(settings, fit_inertias=False)
-    spacing, unknown = knot_spacing(data.start, settings), undetermined_dofs(skeleton, data.observed_ground)
-    short = replace(settings, window_frames=WINDOW_FRAMES, overlap_frames=OVERLAP_FRAMES)
-    own_windows = windows(0, len(data.counts), spacing, short)
-    parts = []
+    data = _near_the_end(skeleton, data, spline, settings)
+    own_windows = std_windows(data, settings)
     with threadpool_limits(1):
-        for window in own_windows:
-            frames = slice(window.start, window.end)
-            own = data.part(window.start, window.end, spacing)
-            acting = [(body, wrench[frames]) for body, wrench in loads]
-            parts.append(_Linear(skeleton, own, acting, settings).std(sizes))
+        parts = [_linear(skeleton, data, loads, settings, window).std(sizes) for window in own_windows]
     std = [
         joined([part[k] for part in parts], [window.start for window in own_windows])
         for k in range(len(parts[0]))
     ]
     for of_dofs in std[:-1]:
-        of_dofs[:, unknown] = np.nan
+        of_dofs[:, undetermined_dofs(skeleton, data.observed_ground)] = np.nan
     return TrialStd(*std)
+
+
+def torque_errors(
+    skeleton: Skeleton,
+    data: TrialData,
+    spline: Float[np.ndarray, "coefficients dofs"],
+    loads: Sequence[BodyLoad],
+    settings: TrajectorySettings,
+    *,
+    sizes: ErrorSizes,
+    frame: int,
+) -> Float[np.ndarray, "dofs errors"]:
+    """Independent errors of one frame's torques, a column each: E Eᵀ is what `trial_std` has the diagonal of.
+
+    Arguments as of `trial_std`; of two windows that share the frame the one that reaches farther around it.
+    """
+    data = _near_the_end(skeleton, data, spline, settings)
+    window = max(std_windows(data, settings), key=lambda own: min(frame - own.start, own.end - 1 - frame))
+    with threadpool_limits(1):
+        return _linear(skeleton, data, loads, settings, window).torque_errors(sizes, frame - window.start)
+
+
+def std_windows(data: TrialData, settings: TrajectorySettings) -> list[Span]:
+    """Stretches of a trial that are worked out by themselves."""
+    short = replace(settings, window_frames=WINDOW_FRAMES, overlap_frames=OVERLAP_FRAMES)
+    return windows(0, len(data.counts), knot_spacing(data.start, settings), short)
+
+
+def _near_the_end(
+    skeleton: Skeleton,
+    data: TrialData,
+    spline: Float[np.ndarray, "coefficients dofs"],
+    settings: TrajectorySettings,
+) -> TrialData:
+    kinematics = ForwardKinematics(skeleton)
+    levels = data.levels or trial_levels(kinematics, data.observed_ground, data.start, settings)
+    return replace(data, levels=levels, spline=spline)
+
+
+def _linear(
+    skeleton: Skeleton,
+    data: TrialData,
+    loads: Sequence[BodyLoad],
+    settings: TrajectorySettings,
+    window: Span,
+) -> "_Linear":
+    own = data.part(window.start, window.end, knot_spacing(data.start, settings))
+    acting = [(body, wrench[window.start : window.end]) for body, wrench in loads]
+    return _Linear(skeleton, own, acting, replace(settings, fit_inertias=False))
 
 
 def mass_std(border: Border, body_std: float, settings: TrajectorySettings) -> MassStd:
@@ -170,16 +210,26 @@ class _Linear:
 
     def std(self, sizes: ErrorSizes) -> list[Float[np.ndarray, "frames some"]]:
         """In the order of `TrialStd`."""
+        variances = [np.mean(of**2, axis=2) for of in self._drawn(sizes)]
+        by_tables = sizes.tables**2 * (self._by_tables() ** 2).sum(axis=2)
+        variances[TORQUE] += by_tables
+        variances[TORQUE + 1] += self.speed**2 * by_tables
+        return [np.sqrt(variance) for variance in variances]
+
+    def torque_errors(self, sizes: ErrorSizes, frame: int) -> Float[np.ndarray, "dofs errors"]:
+        """Of a frame's torques: by draws, and by each number of the tables."""
+        by_draws = self._drawn(sizes)[TORQUE][frame] / np.sqrt(DRAWS)
+        return np.hstack([by_draws, sizes.tables * self._by_tables()[frame]])
+
+    def _drawn(self, sizes: ErrorSizes) -> list[Float[np.ndarray, "frames some draws"]]:
+        """Errors by markers, in the order of `TrialStd`."""
         rng = np.random.default_rng(0)
         pulls = self.markers.pulls_of_errors(
             self.point, (self._marker_errors(rng, sizes) for _ in range(DRAWS))
         )
         half = self.factor.half_solve_in_place(pulls)
         half += sizes.noise * rng.normal(size=half.shape)  # U⁻¹ of it has the covariance A⁻¹
-        variances = [np.mean(of**2, axis=2) for of in self._moved(self.factor.back_solve(half))]
-        variances[3] += sizes.tables**2 * (by_tables := self._by_tables())
-        variances[4] += sizes.tables**2 * self.speed**2 * by_tables
-        return [np.sqrt(variance) for variance in variances]
+        return self._moved(self.factor.back_solve(half))
 
     def _moved(
         self, splines: Float[np.ndarray, "coefficients dofs draws"]
@@ -193,8 +243,8 @@ class _Linear:
         power = self.speed[:, :, None] * torque + self.torque[:, :, None] * v
         return [q - q.mean(axis=0), v, a, torque, power, self.com_rows @ q]
 
-    def _by_tables(self) -> Float[np.ndarray, "frames dofs"]:
-        """Variance of torques by what tables leave open of segments' masses, centres of mass and inertias."""
+    def _by_tables(self) -> Float[np.ndarray, "frames dofs parameters"]:
+        """Of torques, by what tables leave open of segments' masses, centres of mass and inertias."""
         point, inertias = self.point, self.point.shared.inertias
         skeleton, frames = inertias.skeleton, self.point.q.shape[0]
         tree = SubtreeTerms(point.kinematics, np.arange(len(skeleton.bodies)))
@@ -211,7 +261,7 @@ class _Linear:
                     own[:, :, group] += tree.carried[:, body, None] * moved * scatter[group]
         for axis, dof in enumerate(tree.extra_dof, tree.dofs):
             by_torque[:, dof] += by_torque[:, axis]
-        return (by_torque[:, : tree.dofs] ** 2).sum(axis=(2, 3))
+        return by_torque[:, : tree.dofs].reshape(frames, tree.dofs, -1)
 
     def _marker_errors(
         self, rng: np.random.Generator, sizes: ErrorSizes

@@ -11,6 +11,7 @@ import pytest
 from addb_viewer import Fit, Subject
 from addb_viewer.api.fitted_trial import FittedTrial
 from solver.capture.capture import Capture, Markers
+from solver.common.errors import FitError
 from solver.dynamics.dynamics import MassStd
 from solver.export.trial_table import export_csv
 from solver.fitting.fit_result import Groundwork, SettledFit, TrialFit
@@ -126,6 +127,17 @@ def test_masses_have_bands(small_fit, tmp_path):
     assert str(fit).startswith("100.0 ± 2.9 kg (98.5 kg entered)")
     assert fit.figures["subject"]["mass_std_kg"] == fit.mass_std_kg == 1.5
     assert (fit.bodies["mass_std_kg"][0], fit.bodies["mass_std_untold_kg"][0]) == (1.2, 4.0)
+
+
+def test_a_covariance_of_what_is_not_there_says_so(fit):
+    with pytest.raises(KeyError, match="no trial 'run'"):
+        fit.torque_covariance("run", 0)
+    with pytest.raises(KeyError, match="no coordinate 'hip_flex'; nearest: hip_flexion"):
+        fit.torque_covariance("walk", 0, ["hip_flex"])
+    with pytest.raises(FitError, match="has frames 0 to 3; frame 4 is none"):
+        fit.torque_covariance("walk", 4)
+    with pytest.raises(FitError, match="its torques have no bands"):
+        fit.torque_covariance("walk", 0)
 
 
 def test_export_writes_into_the_results_or_another_folder(fit, tmp_path):

@@ -14,9 +14,10 @@ from solver.dynamics.trajectory.trajectory_search import Border
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver
 from solver.dynamics.trajectory.trial_data import TrialData
-from solver.dynamics.trajectory.uncertainty import ErrorSizes, mass_std, trial_std
+from solver.dynamics.trajectory.uncertainty import ErrorSizes, mass_std, torque_errors, trial_std
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings
+from solver.fitting.torque_covariance import frame_errors, torque_covariance
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.pinocchio_model import RigidBodyModel
@@ -63,17 +64,22 @@ def agree(found, expected, within=0.07):
     assert 0.7 < columns.min() <= columns.max() < 1.4
 
 
-def test_noise_is_the_inverse_of_the_whole_matrix(crane, solved):
-    data, spline, loads = solved
-    std = trial_std(crane, data, spline, loads, SETTINGS, sizes=replace(NOTHING, noise=1.0))
-    solver = TrajectorySolver(crane, [data], replace(SETTINGS, fit_inertias=False))
+def dense_covariance(solver, spline):
+    """Of all coefficients: the inverse of the whole matrix."""
     (system,) = solver.linearized(solver.begun(None))
     panels, (count, dofs) = system.band.panels, spline.shape
     dense = np.zeros((count, dofs, count, dofs))
     for a in range(count):
         for k in range(min(panels.shape[2], count - a)):
             dense[a, :, a + k], dense[a + k, :, a] = panels[a, :, k], panels[a, :, k].T
-    covariance = np.linalg.inv(dense.reshape(count * dofs, -1))
+    return np.linalg.inv(dense.reshape(count * dofs, -1))
+
+
+def test_noise_is_the_inverse_of_the_whole_matrix(crane, solved):
+    data, spline, loads = solved
+    std = trial_std(crane, data, spline, loads, SETTINGS, sizes=replace(NOTHING, noise=1.0))
+    solver = TrajectorySolver(crane, [data], replace(SETTINGS, fit_inertias=False))
+    covariance = dense_covariance(solver, spline)
     model, feet, wrench = RigidBodyModel(crane), [crane.body_index("foot_r")], loads[0][1][:, None]
     draws = np.random.default_rng(9).multivariate_normal(np.zeros(len(covariance)), covariance, 1000)
     small, here = 1e-3, states(solver, spline)
@@ -88,6 +94,40 @@ def test_noise_is_the_inverse_of_the_whole_matrix(crane, solved):
     agree(std.power, spread(lambda *x: x[1] * model.inverse_dynamics(*x, wrench, feet)))
     agree(std.com_ground, spread(lambda q, v, a: model.centre_of_mass(q)))
     agree(std.angle, slow_spread([(x[0] - here[0] - (x[0] - here[0]).mean(axis=0)) / small for x in moved]))
+
+
+def test_errors_of_a_frame_go_together_as_the_whole_matrix_says(crane, solved):
+    """Against every column of its root, by finite differences: no draws."""
+    data, spline, loads = solved
+    frame, small, only_noise = 30, 1e-4, replace(NOTHING, noise=1.0)
+    errors = torque_errors(crane, data, spline, loads, SETTINGS, sizes=only_noise, frame=frame)
+    std = trial_std(crane, data, spline, loads, SETTINGS, sizes=only_noise).torque[frame]
+    known = np.isfinite(std)
+    np.testing.assert_allclose((errors**2).sum(axis=1)[known], std[known] ** 2)
+    solver = TrajectorySolver(crane, [data], replace(SETTINGS, fit_inertias=False))
+    root = np.linalg.cholesky(dense_covariance(solver, spline))
+    columns = root.reshape(len(spline), -1)
+    wrench = np.tile(loads[0][1][frame], (len(root), 1, 1))
+    moved = [low_pass(of, RATE, 20.0)[frame].reshape(spline.shape[1], -1).T for of in states(solver, columns)]
+    model, feet = RigidBodyModel(crane), [crane.body_index("foot_r")]
+    ahead, behind = (
+        model.inverse_dynamics(
+            *(
+                here[frame] + sign * small * by
+                for here, by in zip(states(solver, spline), moved, strict=True)
+            ),
+            wrench,
+            feet,
+        )
+        for sign in (1, -1)
+    )
+    by_columns = (ahead - behind)[:, known].T / (2 * small)
+    size = np.linalg.norm(by_columns, axis=1)
+    exact = by_columns @ by_columns.T / np.outer(size, size)
+    found = errors[known] @ errors[known].T / np.outer(std[known], std[known])
+    beside = ~np.eye(known.sum(), dtype=bool)
+    assert np.abs(exact[beside]).max() > 0.7
+    assert np.sqrt(np.mean((found - exact)[beside] ** 2)) < 0.2  # 48 draws tell to 0.14
 
 
 def test_tables_pass_through_the_dynamics(crane, solved):
@@ -216,3 +256,20 @@ def test_a_solve_without_an_edit_keeps_the_bands_and_another_foot_s_flag_makes_t
     assert np.isfinite(before.torque[90:130, left_knee]).all()
     wider = other.std.torque[90:130, left_knee] > 2 * before.torque[90:130, left_knee]
     assert (wider | np.isnan(other.std.torque[90:130, left_knee])).all()
+
+
+@pytest.mark.parametrize("frame", [60, 110])
+def test_the_covariance_of_a_frame_has_the_bands_on_its_diagonal(flagged_walk, frame):
+    """On a frame with known forces, and on one that rests on a predicted wrench."""
+    (trial,), settings = flagged_walk.trials, Settings()
+    std = trial.std.torque[frame]
+    known = np.isfinite(std)
+    assert known.any()
+    covariance = torque_covariance(flagged_walk, trial, frame, settings)
+    np.testing.assert_allclose(np.diag(covariance)[known], std[known] ** 2)
+    assert np.isnan(covariance[~known]).all()
+    assert np.isnan(covariance[:, ~known]).all()
+    sizes = np.linalg.eigvalsh(covariance[np.ix_(known, known)])
+    assert sizes.min() > -1e-9 * sizes.max()
+    errors = frame_errors(flagged_walk, trial, frame, settings)
+    np.testing.assert_allclose(np.linalg.norm(errors[known], axis=1), std[known], rtol=0.01)
