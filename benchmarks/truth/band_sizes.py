@@ -49,7 +49,7 @@ def _lesson(case: tuple[str, bool, float, int]) -> _Lesson:
     assert trial.dynamics is not None
     ours = time_history_of(trial.motion, trial.dynamics.joint_torques)
     true = simulated.true_time_history(truth.trial, trial.motion.rate)
-    stds = [_std(fit, sizes) for sizes in UNITS]
+    stds = [std_of(fit, sizes) for sizes in UNITS]
     on, dofs = inner(len(true.angle), true.rate), list(fit.skeleton.dofs)
     errors = {kind: errors_of(ours, true, kind) for kind in KINDS}
     names = sorted(n for n in errors["torque"] if np.isfinite(stds[0].torque[:, dofs.index(n)]).all())
@@ -63,7 +63,7 @@ def _lesson(case: tuple[str, bool, float, int]) -> _Lesson:
     )
 
 
-def _std(fit: Fit, sizes: ErrorSizes) -> TrialStd:
+def std_of(fit: Fit, sizes: ErrorSizes) -> TrialStd:
     """Of the first trial, whose forces all count."""
     trial, work = fit.trials[0], fit.groundwork
     assert work is not None

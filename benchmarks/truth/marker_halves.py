@@ -3,6 +3,9 @@
 `python -m benchmarks.truth.marker_halves SUBJECT...` prints a row a trial. Segments of fewer than four
 markers keep all of them in both fits. Plates are the same, and so are scaling and masses where they come from
 a static trial and the plates: what differs is noise and skin.
+
+With `--strides`: whether strides of a trial, whose forces all count, spread by no less than the noise that
+bands say. People vary as well, so the ratio is above 1 unless bands of noise are too wide.
 """
 
 import sys
@@ -13,13 +16,18 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.truth.band_sizes import std_of
 from solver.capture.subject.opened_subject import open_subject
+from solver.dynamics.trajectory.uncertainty import ErrorSizes
+from solver.export.gait_tables import trial_gait
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
+from solver.gait.stride_curves import stride_curves
 from solver.kinematics.frame_solver import root_dofs
 
 FEWEST = 4  # markers of a segment that is split
+FEWEST_STRIDES = 3
 KINDS = ("angle", "speed", "torque")
 
 
@@ -80,7 +88,39 @@ def rows(folder: Path) -> Iterator[str]:
         yield f"{subject.name}/{trial.capture.name}: {'; '.join(cells)}"
 
 
+def stride_rows(folder: Path) -> Iterator[str]:
+    """By kind, the spread between strides over the noise: over all joints, and the least."""
+    fit = solve(open_subject(folder), Settings(), held_out=False)
+    trial = fit.trials[0]
+    gait = trial_gait(fit, trial)
+    noise = std_of(fit, ErrorSizes(skin=0.0, landmarks_m=0.0, tables=0.0))
+    assert gait is not None
+    assert trial.dynamics is not None
+    motion, cells, strides = trial.dynamics.motion, [], 0
+    for kind in KINDS:
+        counts = trial.dynamics.used if kind == "torque" else None
+        ratios = {}
+        for column, name in enumerate(fit.skeleton.dofs):
+            foot = next((k for k, foot in enumerate(gait.feet) if foot[-2:] == name[-2:]), None)
+            own = [cycle for cycle in gait.cycles if cycle.foot == foot]
+            of_noise = getattr(noise, kind)[:, column]
+            curves = stride_curves(own, motion.times, values_of(trial, kind)[:, column], counts, of_noise)
+            if len(curves.cycles) >= FEWEST_STRIDES and np.isfinite(of_noise).all():
+                assert curves.std is not None
+                assert curves.within is not None
+                strides = max(strides, len(curves.cycles))
+                ratios[name] = float(np.sqrt((curves.std**2).mean() / (curves.within**2).mean()))
+        if not ratios:
+            continue
+        least = min(ratios, key=lambda name: ratios[name])
+        middle = np.sqrt(np.mean(np.square(list(ratios.values()))))
+        cells.append(f"{kind} {middle:.2f}, least {ratios[least]:.2f} ({least})")
+    yield f"{folder.name}/{trial.capture.name}, {strides} strides: {'; '.join(cells)}"
+
+
 if __name__ == "__main__":
-    for path in sys.argv[1:]:
-        for row in rows(Path(path)):
+    *paths, last = sys.argv[1:]
+    asked, folders = (stride_rows, paths) if last == "--strides" else (rows, sys.argv[1:])
+    for path in folders:
+        for row in asked(Path(path)):
             print(row, flush=True)
