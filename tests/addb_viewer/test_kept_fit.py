@@ -38,6 +38,7 @@ OF_A_FIT = {
     "report": lambda f: f.report(),
     "to_pandas": lambda f: f.to_pandas(),
     "to_polars": lambda f: f.to_polars(),
+    "torque_covariance": lambda f: pytest.raises(SolverError, f.torque_covariance, "walk", 0),
 }
 IN_MEMORY = {
     "Acceptance",
