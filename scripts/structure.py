@@ -29,9 +29,9 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 122_987,
-    "Lines of tests": 73_679,
-    "Lines of benchmarks": 11_508,
+    "Lines of the product": 123_136,
+    "Lines of tests": 73_751,
+    "Lines of benchmarks": 11_709,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
     "Words of docs": 53_850,

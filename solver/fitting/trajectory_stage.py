@@ -202,4 +202,5 @@ def trial_data(fit: TrialFit, match: MarkerMatch, gain: float = 1.0) -> TrialDat
     """
     assert fit.contacts is not None
     wrench = np.where(fit.forces_known[:, None], fit.contacts.wrench_ground.sum(axis=1) / gain, 0.0)
-    return TrialData(match.observed(fit.capture.markers), wrench, fit.forces_known, fit.motion)
+    observed = match.observed(fit.capture.markers)
+    return TrialData(observed, wrench, fit.forces_known, fit.motion, by_video=match.by_video)

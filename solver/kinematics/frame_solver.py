@@ -24,7 +24,11 @@ FLEXED = {"hip_flexion": 1.4, "knee_angle": 1.4, "knee_flexion": 1.4}  # rad; si
 ONE_WAY_RAD = 1.5  # range of a joint that may bend far to one side
 SLIGHTLY_BENT = 0.2  # of that range
 STARTS_REFINED = 2  # starts a frame that are refined to the end
+LUMBAR = "lumbar_extension"
 REACHING = {"arm_flex": 1.2, "arm_add": -0.6, "elbow_flex": 1.2}  # rad; arms up and in front
+LUMBAR_STD_RAD = (
+    0.05  # 3°, of a frame: the distance of hips and shoulders, of which 1 cm would be 24°, has no say
+)
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,8 @@ class PoseProblem:
         self.reference_q = np.tile(skeleton.default_q, (observed_ground.shape[0], 1))
         root = root_dofs(skeleton)
         self.pose_precision = np.where(root, 0.0, settings.pose_std_rad**-2)
+        if pelvis_is_bare(skeleton):
+            self.pose_precision[skeleton.dofs.index(LUMBAR)] = LUMBAR_STD_RAD**-2
         limits = np.array([c.range for c in skeleton.free_coordinates]).reshape(-1, 2)
         self.lower = np.where(root, -np.inf, limits[:, 0])
         self.upper = np.where(root, np.inf, limits[:, 1])
@@ -216,6 +222,12 @@ def root_dofs(skeleton: Skeleton) -> Bool[np.ndarray, " dofs"]:
     """Which of q place the root body in the ground: those of joints whose parent is the ground."""
     names = {a.coordinate for j in skeleton.joints if j.parent < 0 for a in j.axes}
     return np.array([d in names for d in skeleton.dofs])
+
+
+def pelvis_is_bare(skeleton: Skeleton) -> bool:
+    """Whether no marker of its own shows how the pelvis is tilted between the legs and the trunk."""
+    carrying = {skeleton.joints[marker.body].parent for marker in skeleton.markers}
+    return LUMBAR in skeleton.dofs and -1 not in carrying
 
 
 def start_postures(skeleton: Skeleton) -> Float[np.ndarray, "postures dofs"]:

@@ -29,6 +29,7 @@ class MarkerMatch:
     model: tuple[str, ...]
     measured: tuple[tuple[str, ...], ...]
     notes: tuple[Note, ...]
+    by_video: bool = False  # whether a markerless system saw them: errors wander, where skin follows joints
 
     def observed(self, markers: Markers) -> Float[np.ndarray, "frames markers 3"]:
         """The recording's positions of the shared markers [m]; NaN for those this trial lacks."""

@@ -21,6 +21,8 @@ from solver.kinematics.own_model_naming import in_own_model, is_bare
 from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.unnamed.settings import NAMING
 from solver.markers.atlas import atlas
+from solver.markers.label_families import seen_by_video
+from solver.markers.label_parts import plain
 from solver.markers.understanding import understand
 from solver.skeleton.skeleton import Skeleton
 
@@ -57,7 +59,8 @@ def name_markers(
         gone = sum(target == LEFT_OUT for target in word.values())
         raise FitError(f"{error} The marker map leaves out {gone} labels." if gone else str(error)) from error
     notes = (*found.match.notes, *strangers(word, labels))
-    return replace(found, match=replace(found.match, notes=notes))
+    by_video = any(seen_by_video(plain(markers.names).values()) for markers in recordings)
+    return replace(found, match=replace(found.match, notes=notes, by_video=by_video))
 
 
 def with_computed_centres(model: Skeleton, landmarks: Mapping[str, str]) -> Skeleton:

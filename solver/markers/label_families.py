@@ -29,6 +29,11 @@ NOT_ON_THE_BODY = re.compile(
     r"(proj|virtual).*|mid_?[lr]?(asis|asi|psis|psi|hjc|hip|kjc|ajc|pelvis|top|bottom|front)\w*|usermo\d*|"
     r"(fp|plate)_?\d*_?(corner|origin)_?\d*"
 )
+# Labels of videos. OpenCap's and Pose2Sim's augmented markers stand beside the keypoints they were made of.
+AUGMENTED = "_study"
+_LEGS = frozenset(side + joint for side in "rl" for joint in ("hip", "knee", "ankle"))
+_ONLY_VIDEOS = frozenset(("nose", "rbigtoe", "neck"))
+_HEAD_OR_MIDDLE = re.compile(r"head|neck|nose|[rl](eye|ear)|c?hip")
 FRAMES = 24  # of each recording
 FEWEST_FRAMES = 6
 FLOAT_M = 2e-6  # what single precision leaves of a length of metres, after some arithmetic
@@ -173,11 +178,33 @@ def computed_points(
         known: labels that a table has. Such a marker may define computed points and so be a function of them;
             only the ends of an axis are no marker, whatever they are called.
     """
-    found = _by_name(names)
+    found = _by_name(names) | _keypoints_to_leave(names)
     for markers in recordings:
         for label, why in _by_motion(markers, found, known).items():
             found.setdefault(label, why)
     return found
+
+
+def seen_by_video(labels: Collection[str]) -> bool:
+    """Whether these are a markerless system's keypoints, or markers that were computed from them.
+
+    Args:
+        labels: of a recording, without what all begin with.
+    """
+    names = {label.lower() for label in labels}
+    return any(name.endswith(AUGMENTED) for name in names) or (names >= _LEGS and bool(_ONLY_VIDEOS & names))
+
+
+def _keypoints_to_leave(names: Mapping[str, str]) -> dict[str, str]:
+    """Those that augmented markers were made of; else those of the head and between two others."""
+    if not seen_by_video(names.values()):
+        return {}
+    augmented = {label for label, name in names.items() if name.lower().endswith(AUGMENTED)}
+    if augmented:
+        why = f"a keypoint that the markers called …{AUGMENTED} were computed from"
+        return dict.fromkeys(names.keys() - augmented, why)
+    why = "a keypoint of the head, which keeps its gaze where the trunk leans, or between two others"
+    return {label: why for label, name in names.items() if _HEAD_OR_MIDDLE.fullmatch(name.lower())}
 
 
 def _by_name(names: Mapping[str, str]) -> dict[str, str]:

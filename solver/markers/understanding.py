@@ -9,6 +9,7 @@ from solver.capture.capture import Markers
 from solver.markers.atlas import atlas
 from solver.markers.distances import Candidate, apart_m, weigh_distances
 from solver.markers.label_families import (
+    AUGMENTED,
     WORDS,
     Meaning,
     computed_points,
@@ -108,7 +109,9 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     """
     names = tuple(dict.fromkeys(labels))
     short = plain(names)
-    read = _doubted_without_counterparts({label: readings(short[label]) for label in names})
+    read = _doubted_without_counterparts(
+        {label: readings(short[label].removesuffix(AUGMENTED)) for label in names}
+    )
     paired = counterparts(read, INSIDE)
     meanings = {label: _meanings(read[label], label in paired) for label in names}
     meanings |= {label: _with_inner_places(meanings[label]) for label in names if repeats_a_name(label)}

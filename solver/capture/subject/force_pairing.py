@@ -111,7 +111,7 @@ def pair_forces(folder: Path, markers: Sequence[Path], tables: Sequence[Path]) -
 def _processed(folder: Path, tables: Sequence[Path]) -> dict[Path, Path]:
     """Tables of the same loads and trial: each but the least processed one, and that one."""
     found: dict[Path, Path] = {}
-    by_rawness = sorted(tables, key=lambda path: (_rawness(path), tables.index(path)))
+    by_rawness = sorted(tables, key=lambda path: (rawness(path), tables.index(path)))
     for k, measured in enumerate(by_rawness):
         for table in by_rawness[k + 1 :]:
             if measured in found or table in found:
@@ -122,7 +122,8 @@ def _processed(folder: Path, tables: Sequence[Path]) -> dict[Path, Path]:
     return found
 
 
-def _rawness(path: Path) -> int:
+def rawness(path: Path) -> int:
+    """0 where a file's name says that it is raw, 2 where it says that it was filtered, else 1."""
     words = set(re.split(r"[^a-z]+", path.stem.lower()))
     return 0 if "raw" in words else 2 if words & PROCESSED else 1
 

@@ -18,7 +18,7 @@ from solver.capture.formats.storage import read_columns
 from solver.capture.formats.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.capture.plates.force_columns import find_plates
 from solver.capture.subject.description import Description, read_json
-from solver.capture.subject.force_pairing import holds_forces, pair_forces
+from solver.capture.subject.force_pairing import holds_forces, pair_forces, rawness
 from solver.capture.subject.review import RANGES_KEY, trial_ranges
 from solver.capture.subject.same_motion import (
     counterparts_among,
@@ -28,7 +28,7 @@ from solver.capture.subject.same_motion import (
     moves,
     static_among,
 )
-from solver.capture.subject.trial_names import name_tokens
+from solver.capture.subject.trial_names import Relation, name_tokens, relation
 from solver.common.errors import CaptureError
 from solver.common.notes import Kind, Note, noted
 from solver.common.small_files import kept_while_unchanged
@@ -36,6 +36,7 @@ from solver.common.small_files import kept_while_unchanged
 FORCE_ENDINGS = ("_grf", "_forces", "")
 LEADS_OUT = "a link that leads out of the folder: copy the file into it, or name it in subject.toml"
 COPY = re.compile(r"( ?\(\d+\)| - \w+( \(\d+\))?)+$")  # X (2), X(1), X - Copy, X - Kopie (2)
+AUGMENTED = "_LSTM"  # Pose2Sim's name for a TRC file to which it added computed markers
 STANDING = "forces of the static trial, of which only the markers are used"
 USED_KEYS = ("massKg", "heightM", "sex", "ageYears", "footBodyNames", "subjectTags", RANGES_KEY)
 PROCESSING_KEYS = (  # settings of AddBiomechanics' own server, which mean nothing here
@@ -97,12 +98,16 @@ def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
     copies = copies_among([path for path in everything if path in inside])
     files = [path for path in everything if path not in copies]
     recordings = [p for p in files if is_recording(p) and not (p in inside and holds_no_points(p))]
+    versions = _versions_among(folder, [p for p in recordings if p in inside])
+    recordings = [p for p in recordings if p not in versions]
     statics = static_among(recordings, inside, folder)
     standing = [p for p in (statics.static, *statics.others) if p is not None]
     moving = [p for p in recordings if p not in standing]
     claimed, notes = _by_exact_name(moving, files)
     counterparts, counterpart_notes = _counterparts(moving, inside)
     notes += (*counterpart_notes, *statics.notes)
+    for version, of in versions.items():
+        notes += noted(Kind.LEFT_OUT, f"{version.name}: left out, the trial is read from {of.name}")
     tables = [p for p in files if p in inside and is_force_table(p) and holds_force_columns(p)]
     tables = [p for p in tables if p == force_files(p)[0]]
     forces = dict(claimed)
@@ -129,6 +134,7 @@ def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
         if table not in forces.values()
         for each in force_files(table)
     }
+    left |= {version: f"the same motion as {of.name}, which is read" for version, of in versions.items()}
     left |= {copy: f"a copy of {of.name}, byte for byte" for copy, of in copies.items()}
     kept: list[tuple[Path, Path | None]] = []
     instead = _read_instead(counterparts, forces)
@@ -172,6 +178,26 @@ def copies_among(files: Sequence[Path]) -> dict[Path, Path]:
                 first = first_of.setdefault(hashlib.file_digest(file, "sha256").digest(), path)
             if first != path and first.suffix == path.suffix:
                 found[path] = first
+    return found
+
+
+def _versions_among(folder: Path, recordings: Sequence[Path]) -> dict[Path, Path]:
+    """TRC files of one motion that were processed further, by their names, and the one that is read.
+
+    The one with augmented markers, which hold the keypoints as well, else the least filtered.
+    """
+
+    def rank(path: Path) -> tuple[bool, int]:
+        return AUGMENTED not in path.stem, rawness(path)
+
+    found: dict[Path, Path] = {}
+    tables = sorted((p for p in recordings if p.suffix.lower() == ".trc"), key=rank)
+    for k, read in enumerate(tables):
+        for table in tables[k + 1 :] if read not in found else ():
+            named = relation(read.relative_to(folder), table.relative_to(folder))
+            of_one = rank(read) < rank(table) and named in (Relation.SAME, Relation.PART)
+            if table not in found and of_one and not how_they_differ(table, read):
+                found[table] = read
     return found
 
 

@@ -35,6 +35,17 @@ class MarkerErrorLevels:
     slow_m: Float[np.ndarray, " markers"]  # [m] about the mean
     growth_m: Float[np.ndarray, " markers"]  # [m/√s] √D
 
+    @property
+    def lasts_s(self) -> float:
+        """Of all markers: ℓ of errors whose correlation is ρ(t) = exp(−(t/ℓ)²/2), as growth and size have it.
+
+        Second differences over a lag are then 3 − 4ρ + ρ⁴ times twice the size's square, with ρ of the lag.
+        """
+        growth, slow = np.mean(self.growth_m**2), np.mean(self.slow_m**2)
+        rho = np.linspace(0.01, 0.99, 99)
+        nearest = np.argmin(np.abs(3 - 4 * rho + rho**4 - growth * MARKER_ERROR_LAG_S / slow))
+        return float(MARKER_ERROR_LAG_S / np.sqrt(-2 * np.log(rho[nearest])))
+
 
 def marker_error_levels(
     kinematics: ForwardKinematics,

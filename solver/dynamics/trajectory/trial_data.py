@@ -39,6 +39,7 @@ class TrialData:
     extra_wrench_ground: Float[np.ndarray, "frames 6"] | None = None  # acts beside the feet's; None: nothing
     extra_columns_ground: Float[np.ndarray, "frames 6 extra"] | None = None  # likewise per x; None: zero
     levels: TrialLevels | None = None  # of the trial that this is a part of; None: its own
+    by_video: bool = False  # whether the markers' errors wander, as those of a markerless system do
     held_ends: tuple[bool, bool] = (False, False)  # first, last: whether the spline stays where it is there
 
     def part(self, start: int, end: int, spacing: int, *, held: bool = False) -> "TrialData":

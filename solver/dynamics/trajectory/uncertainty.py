@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.ndimage import gaussian_filter1d
 from threadpoolctl import threadpool_limits
 
 from solver.common.filters import low_pass
@@ -26,13 +27,14 @@ from solver.dynamics.trajectory.block_tridiagonal import BandCholesky
 from solver.dynamics.trajectory.frame_spans import Span, windows
 from solver.dynamics.trajectory.spline_basis import SplineBasis
 from solver.dynamics.trajectory.terms.markers import Markers, SubtreeTerms
-from solver.dynamics.trajectory.terms.priors import masses_by_phi
+from solver.dynamics.trajectory.terms.priors import PosePull, masses_by_phi
 from solver.dynamics.trajectory.terms.term import SharedParameters
 from solver.dynamics.trajectory.trajectory_search import Border
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import TrialCost, knot_spacing, trial_levels
 from solver.dynamics.trajectory.trial_data import TrialData
-from solver.kinematics.frame_solver import root_dofs
+from solver.kinematics.frame_solver import LUMBAR, LUMBAR_STD_RAD, pelvis_is_bare, root_dofs
+from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
@@ -41,6 +43,9 @@ DRAWS = 48  # a standard deviation is right to a tenth
 FASTEST_HZ = 20.0  # what is faster is not told: simulated people ring with their splines' knots there
 LEAST_TURNING_RAD = 1e-3  # of a joint that moves at all
 LEAST_RADIUS_M = 0.05  # of a segment's markers about their centre, where few of them tell it
+BACK_SHARE = 0.5  # of the trunk's lean: as likely the back's as the hips', where no marker is on the pelvis
+BACK_STD_RAD = 0.035  # 2°: by as much a back bends and stretches in gait, where nobody leans
+LEAST_PULL = 1e-6  # that frames without markers have an answer
 STATES = 3  # q, q̇ and q̈
 TORQUE = 3  # place in `TrialStd`
 SEGMENT_MASS_SCATTER = 0.06  # of people about tables: 3 to 10 %
@@ -195,6 +200,8 @@ class _Linear:
         self.markers = next(term for term in cost.terms if isinstance(term, Markers))
         self.settings = settings
         self.slow_m = data.levels.marker_errors.slow_m
+        self.lasts_s = data.levels.marker_errors.lasts_s if data.by_video else None
+        self.pull = next(term for term in cost.terms if isinstance(term, PosePull))
         inertias = inertia_parameters(skeleton)
         known = SharedParameters(inertias, np.zeros(inertias.count), np.zeros(0), inertias_free=False)
         self.point = cost.point(data.spline, known)
@@ -224,9 +231,12 @@ class _Linear:
     def _drawn(self, sizes: ErrorSizes) -> list[Float[np.ndarray, "frames some draws"]]:
         """Errors by markers, in the order of `TrialStd`."""
         rng = np.random.default_rng(0)
-        pulls = self.markers.pulls_of_errors(
-            self.point, (self._marker_errors(rng, sizes) for _ in range(DRAWS))
-        )
+        errors = [self._marker_errors(rng, sizes) for _ in range(DRAWS)]
+        pulls = self.markers.pulls_of_errors(self.point, errors)
+        if self.lasts_s is not None:
+            pulls += self.pull.pulls_of_errors(self.point, self._of_marker_fit(errors))
+        if pelvis_is_bare(self.point.kinematics.skeleton):
+            pulls += self.pull.pulls_of_errors(self.point, self._back_errors(rng))
         half = self.factor.half_solve_in_place(pulls)
         half += sizes.noise * rng.normal(size=half.shape)  # U⁻¹ of it has the covariance A⁻¹
         return self._moved(self.factor.back_solve(half))
@@ -269,16 +279,58 @@ class _Linear:
         """One draw of skin and landmarks.
 
         A marker sits elsewhere on its segment by the segment's slow level, and moves there by as much, as a
-        mixture of the joints' angles does.
+        mixture of the joints' angles does; where a video sees it, as something that forgets.
         """
         markers, joints = len(self.slow_m), self._turning.shape[1]
-        mixture = rng.normal(size=(joints, 3 * markers)) / np.sqrt(max(1, joints))
-        moved = (self._turning @ mixture).reshape(-1, 3, markers) + rng.normal(size=(3, markers))
+        if self.lasts_s is None:
+            mixture = rng.normal(size=(joints, 3 * markers)) / np.sqrt(max(1, joints))
+            moved = (self._turning @ mixture).reshape(-1, 3, markers)
+        else:
+            moved = self._wandering(rng, self.lasts_s).reshape(-1, 3, markers)
+        moved += rng.normal(size=(3, markers))
         moved *= sizes.skin * self.slow_m
         if sizes.landmarks_m:
             moved += sizes.landmarks_m * self._with_segments(rng)
         off = (self._R_ground_segment * moved[:, None]).sum(axis=2)
         return off.transpose(0, 2, 1)
+
+    def _of_marker_fit(
+        self, errors_ground: Sequence[Float[np.ndarray, "frames markers 3"]]
+    ) -> Float[np.ndarray, "frames dofs errors"]:
+        """Where the marker fit, to which the motion is pulled, goes with markers that are so far off."""
+        skeleton, precision, moved = self.point.kinematics.skeleton, KinematicsSettings.marker_std_m**-2, []
+        pull = np.where(root_dofs(skeleton), 0.0, KinematicsSettings.pose_std_rad**-2)
+        if pelvis_is_bare(skeleton):
+            pull[skeleton.dofs.index(LUMBAR)] = LUMBAR_STD_RAD**-2
+        for states in self.point.chunks:
+            S, x = self.markers.tree.twists(states.poses), self.point.kinematics.markers(states.poses)
+            weight = precision * self.markers.seen[states.frames]
+            H = self.markers.tree.same_frame(S, x, weight) + np.diag(pull + LEAST_PULL)
+            g = [
+                self.markers.tree.gradient(S, x, weight[:, :, None] * e[states.frames]) for e in errors_ground
+            ]
+            moved.append(np.linalg.solve(H, np.stack(g, axis=2)))
+        return np.concatenate(moved)
+
+    def _wandering(self, rng: np.random.Generator, lasts_s: float) -> Float[np.ndarray, "frames coordinates"]:
+        """Of unit size, with correlation exp(−(t/lasts)²/2)."""
+        width = lasts_s / np.sqrt(2) * self.basis.rate
+        beyond = int(np.ceil(4 * width))
+        white = rng.normal(size=(len(self.point.q) + 2 * beyond, 3 * len(self.slow_m)))
+        smooth = gaussian_filter1d(white, width, axis=0)[beyond : len(white) - beyond]
+        return smooth * np.sqrt(2 * np.sqrt(np.pi) * width)
+
+    def _back_errors(self, rng: np.random.Generator) -> Float[np.ndarray, "frames dofs draws"]:
+        """Of a back whose share of the trunk's lean no marker shows, where the fit holds it upright."""
+        dofs = self.point.kinematics.skeleton.dofs
+        lumbar = dofs.index(LUMBAR)
+        lean = self.point.q[:, lumbar] + self.point.q[:, dofs.index("pelvis_tilt")]
+        joints = self._turning.shape[1]
+        mixture = BACK_STD_RAD * rng.normal(size=(joints, DRAWS)) / np.sqrt(max(1, joints))
+        errors = np.zeros((*self.point.q.shape, DRAWS))
+        errors[:, lumbar] = self._turning @ mixture
+        errors[:, lumbar] += BACK_SHARE * np.outer(lean - lean.mean(), rng.normal(size=DRAWS))
+        return errors
 
     def _with_segments(self, rng: np.random.Generator) -> Float[np.ndarray, "3 markers"]:
         """Every segment's markers one metre off together, and turned about their centre by as much."""

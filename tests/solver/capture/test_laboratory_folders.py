@@ -209,6 +209,20 @@ FOLDERS = {
         {"walk_kine.trc": "walk_kinetics_raw.mot"},
         {"walk_kinetics_filt.mot": "those of walk_kinetics_raw.mot once more"},
     ),
+    "keypoints, filtered": Folder(
+        {"walk_0-9.trc": WALK, "walk_filt_butterworth_0-9.trc": WALK, "walk_grf.mot": WALK_FORCES},
+        {"walk_0-9.trc": "walk_grf.mot"},
+        {"walk_filt_butterworth_0-9.trc": "the same motion as walk_0-9.trc"},
+    ),
+    "keypoints, filtered, with computed markers": Folder(
+        {f"walk_0-9{how}.trc": WALK for how in ("", "_filt_butterworth", "_filt_butterworth_LSTM")},
+        {"walk_0-9_filt_butterworth_LSTM.trc": None},
+        {f"walk_0-9{how}.trc": "_LSTM.trc, which is read" for how in ("", "_filt_butterworth")},
+    ),
+    "filtered by name, another walk": Folder(
+        {"walk.trc": WALK, "walk_filt_butterworth.trc": LIKE_WALK},
+        {"walk.trc": None, "walk_filt_butterworth.trc": None},
+    ),
     "a folder of processed forces, both kinds in it": Folder(
         {"MarkerData/w1.trc": WALK, "ID/w1_grf.mot": WALK_FORCES, "ID/w1_grf_raw.mot": WALK_FORCES},
         {"MarkerData/w1.trc": "ID/w1_grf_raw.mot"},

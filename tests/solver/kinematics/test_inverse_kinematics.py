@@ -6,6 +6,7 @@ from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
+from solver.skeleton.skeleton import Marker
 
 SETTINGS = KinematicsSettings()
 
@@ -35,6 +36,21 @@ def test_any_heading(crane, crane_q, heading):
     observed = marker_positions(crane, q_true)
     error = np.linalg.norm(marker_positions(crane, solve(crane, observed)) - observed, axis=2)
     assert error.max() < 1e-3
+
+
+def test_hips_and_shoulders_two_centimetres_too_near_bend_no_back():
+    """Of joint centres alone, as videos show them; 10° of lumbar extension, did nothing hold it."""
+    body = default_skeleton(height_m=1.74)
+    joints = [f"{b}_{s}" for s in "rl" for b in ("femur", "tibia", "talus", "humerus", "ulna", "hand")]
+    body = body.with_markers([Marker(b, body.body_index(b), np.zeros(3)) for b in joints])
+    q = np.tile(body.default_q, (5, 1))
+    q[:, body.dofs.index("pelvis_tilt")] = -0.1
+    observed = marker_positions(body, q)
+    observed[:, [joints.index(f"humerus_{s}") for s in "rl"], 1] -= 0.022
+    found = solve(body, observed)
+    for name in ("pelvis_tilt", "hip_flexion_r", "lumbar_extension"):
+        dof = body.dofs.index(name)
+        np.testing.assert_allclose(found[:, dof], q[:, dof], atol=np.radians(2))
 
 
 def test_gaps_are_bridged_without_a_jump(crane, crane_q):

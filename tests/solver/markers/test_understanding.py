@@ -149,6 +149,18 @@ def test_families_are_told_apart_by_all_labels_together(family):
     assert all(rows[label].confidence > 0.5 for label in expected)
 
 
+def test_keypoints_that_others_were_computed_from_and_those_of_a_head_are_no_markers():
+    legs = labels("RHip LHip RKnee LKnee RAnkle LAnkle LBigToe RBigToe RShoulder LShoulder Neck Nose midHip")
+    computed = labels("r.ASIS L.ASIS r_knee L_knee r_mknee L_mknee r_toe L_toe r_calc L_calc C7 RHJC LHJC")
+    rows = understand([*legs, *(f"{label}_study" for label in computed)]).by_label()
+    assert all(rows[label].computed for label in legs)
+    expected = {"r_knee": "knee_lateral_r", "L_calc": "heel_l", "C7": "c7", "RHJC": "hip_centre_r"}
+    assert {label: rows[f"{label}_study"].landmark for label in expected} == expected
+    rows = understand(legs).by_label()
+    assert [label for label in legs if rows[label].computed] == ["Neck", "Nose", "midHip"]
+    assert rows["RKnee"].landmark == "knee_centre_r"
+
+
 def test_the_same_label_means_what_its_family_means():
     sprint = labels(
         "RSH LSH RTHAP LTHAP RTHLD LTHLD RLEPI LLEPI RTIAP LTIAP RLMAL LLMAL RMFS LMFS RP5MT LP5MT RTOE LTOE"

@@ -10,11 +10,12 @@ from jaxtyping import Bool, Float
 
 from solver.dynamics.inertia_parameters import PER_BODY, InertiaParameters, prior_std
 from solver.dynamics.trajectory.bordered_system import TrialGradient, TrialSystem
+from solver.dynamics.trajectory.spline_band import CoefficientBand
 from solver.dynamics.trajectory.spline_basis import DEGREE
 from solver.dynamics.trajectory.terms.term import SharedParameters, TrialPoint
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import ExtraParameters
-from solver.kinematics.frame_solver import root_dofs
+from solver.kinematics.frame_solver import LUMBAR, LUMBAR_STD_RAD, pelvis_is_bare, root_dofs
 from solver.kinematics.motion import Motion
 from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.skeleton import Skeleton
@@ -42,6 +43,8 @@ def pull_precision(
     """
     undetermined = undetermined_dofs(skeleton, observed_ground)
     std = np.where(undetermined, UNDETERMINED_STD_RAD, settings.pose_std_rad)
+    if pelvis_is_bare(skeleton):
+        std[skeleton.dofs.index(LUMBAR)] = LUMBAR_STD_RAD
     return np.where(root_dofs(skeleton), 0.0, std**-2)
 
 
@@ -56,6 +59,14 @@ class PosePull:
             precision: `pull_precision`.
         """
         self.start_q, self.precision = start.q, precision
+
+    def pulls_of_errors(
+        self, at: TrialPoint, errors: Float[np.ndarray, "frames dofs errors"]
+    ) -> Float[np.ndarray, "coefficients dofs errors"]:
+        """Where a marker fit that is so far off pulls the spline."""
+        by_frame = self.precision[:, None] * errors
+        flat = CoefficientBand.gather(at.basis, by_frame.reshape(len(by_frame), -1), 0)
+        return at.frame_weight * flat.reshape(len(flat), *by_frame.shape[1:])
 
     def cost(self, at: TrialPoint) -> float:
         """The sum."""

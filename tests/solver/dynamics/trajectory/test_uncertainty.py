@@ -10,16 +10,17 @@ from solver.common.filters import low_pass
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
 from solver.dynamics.trajectory import uncertainty
+from solver.dynamics.trajectory.marker_error_levels import MARKER_ERROR_LAG_S, MarkerErrorLevels
 from solver.dynamics.trajectory.trajectory_search import Border
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
-from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver
+from solver.dynamics.trajectory.trajectory_solver import TrajectorySolver, trial_levels
 from solver.dynamics.trajectory.trial_data import TrialData
 from solver.dynamics.trajectory.uncertainty import ErrorSizes, mass_std, torque_errors, trial_std
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings
 from solver.fitting.torque_covariance import frame_errors, torque_covariance
 from solver.kinematics.motion import Motion
-from solver.skeleton.forward import marker_positions
+from solver.skeleton.forward import ForwardKinematics, marker_positions
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 RATE = 50.0
@@ -208,6 +209,35 @@ def test_masses_err_as_estimates_of_drawn_people_do(crane, solved):
     np.testing.assert_allclose(told.segments_kg[free], expected[free], rtol=0.05)
     assert told.body_kg == pytest.approx(np.hypot(off.sum(axis=0).std(), body_std * crane.mass), rel=0.05)
     assert (told.segments_kg[free] < told.untold_kg[free]).all()
+
+
+def test_errors_of_a_video_wander_with_the_size_and_correlation_of_the_trial(crane, solved):
+    """Such errors, drawn another way and fitted each time."""
+    data, spline, loads = solved
+    size, lasts, fixed = 0.003, 0.09, replace(SETTINGS, fit_inertias=False)
+    rho = np.exp(-((np.array([1, 2]) * MARKER_ERROR_LAG_S / lasts) ** 2) / 2)
+    growth = size * np.sqrt((3 - 4 * rho[0] + rho[1]) / MARKER_ERROR_LAG_S)
+    markers = len(crane.markers)
+    levels = MarkerErrorLevels(np.full(markers, size), np.full(markers, growth))
+    assert levels.lasts_s == pytest.approx(lasts, rel=0.03)
+    usual = trial_levels(ForwardKinematics(crane), data.observed_ground, data.start, fixed)
+    data = replace(data, by_video=True, levels=replace(usual, marker_errors=levels))
+    std = trial_std(crane, data, spline, loads, SETTINGS, sizes=replace(NOTHING, skin=1.0))
+    solver, rng = TrajectorySolver(crane, [data], fixed), np.random.default_rng(5)
+    state, apart = solver.begun(None), np.subtract.outer(np.arange(60), np.arange(60)) / RATE
+    factor, here = solver.factorized(state, solver.linearized(state)), solver.gradient(state)
+    root = np.linalg.cholesky(np.exp(-((apart / lasts) ** 2) / 2) + 1e-9 * np.eye(60))
+    bodies, small, moved = np.stack([m.body for m in crane.markers]), 0.01, []
+    R = solver.parts[0].kinematics.poses(states(solver, spline)[0]).R_ground_body[:, bodies]
+    for _ in range(200):
+        off = np.einsum("fg,gmi->fmi", root, rng.normal(size=(60, markers, 3))) + rng.normal(
+            size=(markers, 3)
+        )
+        shifted = data.observed_ground + small * size * np.einsum("fmij,fmj->fmi", R, off)
+        there = TrajectorySolver(crane, [replace(data, observed_ground=shifted)], fixed).gradient(state)
+        change = (there.coefficients[0] - here.coefficients[0]) / small
+        moved.append(states(solver, factor.step(replace(there, coefficients=(change,))).coefficients[0])[1])
+    agree(std.speed, slow_spread(moved), within=0.1)
 
 
 def test_windows_agree_with_the_whole(crane, crane_q, monkeypatch):
