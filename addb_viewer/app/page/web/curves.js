@@ -1,5 +1,5 @@
 // Curves of the timeline: each over its bound, with what is not counted shaded, on one canvas.
-const TITLE = 15; // [pixel] above a curve
+const TITLE = 15, LETTERS = 12; // [pixel] above a curve; of a figure beside it
 
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const seen = new Map(); // a colour may be one for light and one for dark pages
@@ -36,7 +36,7 @@ export function drawCurves(canvas, curves, place, x, span) {
   canvas.style.height = `${box.height}px`;
   const pen = canvas.getContext("2d");
   pen.scale(ratio, ratio);
-  pen.font = "12px system-ui, sans-serif";
+  pen.font = `${LETTERS}px system-ui, sans-serif`;
   const each = place.height / Math.max(curves.length, 1);
   curves.forEach((curve, i) => {
     const top = place.top + i * each + TITLE, height = each - TITLE - 2;
@@ -48,8 +48,9 @@ function drawOne(pen, curve, { left, width, top, height }, x, span) {
   const y = (value) => top + height * (1 - (value - curve.low) / (curve.high - curve.low));
   pen.fillStyle = css("--addb-weak");
   pen.textAlign = "right";
-  pen.fillText(told(curve.bound ?? curve.high), left - 6, curve.bound === null ? top + 9 : Math.max(y(curve.bound) + 4, top + 9));
-  pen.fillText(told(curve.low), left - 6, top + height);
+  const toldAt = Math.max(y(curve.bound ?? curve.high) + 4, top + 9), bottom = top + height;
+  pen.fillText(told(curve.bound ?? curve.high), left - 6, toldAt);
+  if (bottom - toldAt >= LETTERS) pen.fillText(told(curve.low), left - 6, bottom);
   pen.textAlign = "left";
   pen.save();
   pen.beginPath();
