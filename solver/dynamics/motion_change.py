@@ -18,6 +18,7 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
 BINS_PER_HERTZ = 8  # bins an hertz of a second's segment, so that a band holds what lies between its edges
+AT_ONCE = 60  # windows
 
 BANDS_HZ = ((0.0, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 10.0), (10.0, np.inf))
 
@@ -79,33 +80,28 @@ def spectra_of(
 ) -> Spectra:
     """Spectra of a motion against another: Hann windows of a second or the whole trial, half overlapping.
 
-    Each window is without its trend. Densities, of one side.
+    Each window is without its trend. SciPy holds the spectra of all windows at once, of a long trial
+    gigabytes: it is given some windows at a time.
 
     Args:
         motion: in any unit.
         reference: on the same frames, in the same unit.
         rate: [Hz].
     """
+    from scipy.signal import csd, welch  # noqa: PLC0415 (slow to load; every reader of a fit leads here)
+
     length = min(len(reference), round(rate))
-    bins = BINS_PER_HERTZ * length
-    taper = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
-    trend = np.linalg.qr(np.vander(np.arange(length), 2))[0]
-
-    def transformed(window: Float[np.ndarray, "frames columns"]) -> Complex[np.ndarray, "bins columns"]:
-        return np.fft.rfft(taper[:, None] * (window - trend @ (trend.T @ window)), bins, axis=0)
-
-    starts = range(0, len(reference) - length + 1, length - length // 2)
+    options = {"fs": rate, "nperseg": length, "nfft": BINS_PER_HERTZ * length, "detrend": "linear", "axis": 0}
+    step = length - length // 2
+    windows = (len(reference) - length) // step + 1
     own, cross = np.zeros(()), np.zeros(())
-    for some in (slice(start, start + length) for start in starts):
-        of_reference = transformed(reference[some])
-        own = own + np.abs(of_reference) ** 2
-        cross = cross + of_reference.conj() * transformed(motion[some])
-    density = np.full(bins // 2 + 1, 2.0)
-    density[0] = density[-1] = 1.0
-    # a window's power is less than one only where it is a single frame, which holds nothing
-    density /= rate * np.maximum(1.0, taper @ taper) * len(starts)
-    frequency = np.arange(len(density)) * rate / bins
-    return Spectra(frequency, density[:, None] * own, density[:, None] * cross)
+    for first in range(0, windows, AT_ONCE):
+        count = min(AT_ONCE, windows - first)
+        some = slice(first * step, (first + count - 1) * step + length)
+        frequency, each = welch(reference[some], **options)
+        own = own + each * count / windows
+        cross = cross + csd(reference[some], motion[some], **options)[1] * count / windows
+    return Spectra(frequency, own, cross)
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,8 @@ def test_nothing_heavy_is_loaded_to_say_what_there_is(words, says):
     assert not {name for name in modules if name.startswith(("solver", "annotations"))}
 
 
-def test_a_fit_loads_neither_what_designs_filters_nor_a_database():
-    assert not loaded_by("fit", "--help")[1] & {"scipy.signal", "scipy.stats", "sqlalchemy"}
+def test_a_fit_loads_no_database():
+    assert "sqlalchemy" not in loaded_by("fit", "--help")[1]
 
 
 def test_reading_flags_loads_no_solver_libraries(tmp_path):

@@ -368,8 +368,9 @@ def vertical_momentum(
     frames = markers.frames
     if frames <= 2 * half:
         return _unsmoothed(plates, markers, conditioning)
-    cubics = np.vander(np.arange(-half, half + 1) / half, 4)
-    second = 2 * np.linalg.pinv(cubics)[1] * (markers.rate / half) ** 2
+    from scipy.signal import savgol_coeffs  # noqa: PLC0415 (slow to load, and rarely needed)
+
+    second = savgol_coeffs(2 * half + 1, 3, deriv=2, delta=1 / markers.rate, use="dot")
     mean = np.cumsum(np.cumsum(second))[:-2]
     mean /= mean.sum()
 

@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.interpolate import BSpline
 from scipy.ndimage import gaussian_filter1d
+from scipy.signal import find_peaks
 
 from solver.common.filters import ORDER, low_pass
 from solver.common.frames_at_once import by_frames
@@ -220,7 +221,7 @@ def footfalls(
     for k in range(len(feet)):
         ahead = frame.points(places[:, k])[:, 0]
         ahead = low_pass(ahead, motion.rate, SWING_CUTOFF_HZ)
-        swung.append(prominent_peaks(ahead, SHORTEST_STRIDE_M))
+        swung.append(find_peaks(ahead, prominence=SHORTEST_STRIDE_M)[0])
         onsets.append(_onsets(in_contact[:, k], known, motion.rate))
     late = [_nearest(o, s) for s, o in zip(swung, onsets, strict=True)]
     matched = np.concatenate([x[np.abs(x) <= APART_S * motion.rate] for x in late])
@@ -233,24 +234,6 @@ def footfalls(
     all_feet = np.repeat(np.arange(len(feet)), [len(t) for t in times])
     order = np.argsort(all_times, kind="stable")
     return Footfalls(all_times[order], all_feet[order])
-
-
-def prominent_peaks(values: Float[np.ndarray, " frames"], prominence: float) -> Int[np.ndarray, " peaks"]:
-    """Frames from which a curve falls by so much before it is higher, and from which it does backwards."""
-    found: list[int] = []
-    low = top = 0
-    is_rising = False
-    for frame, value in enumerate(values):
-        if is_rising and value > values[top]:
-            top = frame
-        elif is_rising and values[top] - value >= prominence:
-            found.append(top)
-            low, is_rising = frame, False
-        elif not is_rising and value < values[low]:
-            low = frame
-        elif not is_rising and value - values[low] >= prominence:
-            top, is_rising = frame, True
-    return np.array(found, dtype=int)
 
 
 def _onsets(

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.signal import butter, sosfiltfilt
 
 from solver.common.filters import low_pass
 
@@ -40,12 +39,3 @@ def test_one_sample_and_cutoffs_beyond_nyquist_are_left():
     assert low_pass(np.ones(1), RATE, CUTOFF) == 1.0
     values = np.random.default_rng(0).normal(size=50)
     np.testing.assert_array_equal(low_pass(values, RATE, 100.0), values)
-
-
-@pytest.mark.parametrize("order", [1, 2, 3, 4])
-@pytest.mark.parametrize("rate", [35.0, 200.0, 2000.0])
-def test_it_is_the_filter_of_scipy(order, rate):
-    values = np.random.default_rng(1).normal(size=(300, 2)).cumsum(axis=0)
-    sections = butter(order, CUTOFF, fs=rate, output="sos")
-    expected = sosfiltfilt(sections, values, axis=0, padlen=3 * (2 * ((order + 1) // 2) + 1))
-    np.testing.assert_allclose(low_pass(values, rate, CUTOFF, order), expected, rtol=1e-8, atol=1e-8)

@@ -1,9 +1,8 @@
 """Times of steps: those of the plates where seen, near them where not, never told by what is hidden."""
 
 import numpy as np
-from scipy.signal import find_peaks
 
-from solver.dynamics.force_prediction.learnt_columns import footfalls, heading_frame, prominent_peaks
+from solver.dynamics.force_prediction.learnt_columns import footfalls, heading_frame
 from tests.solver.dynamics.force_prediction.conftest import FEET
 
 
@@ -56,8 +55,3 @@ def test_what_plates_say_on_hidden_frames_changes_nothing(hidden_wrench_walk):
     one, two = falls(hidden_wrench_walk, known), falls(hidden_wrench_walk, known, other)
     np.testing.assert_array_equal(one.frames, two.frames)
     np.testing.assert_array_equal(one.feet, two.feet)
-
-
-def test_prominent_peaks_are_those_of_scipy():
-    values = np.random.default_rng(3).normal(size=2000).cumsum()
-    np.testing.assert_array_equal(prominent_peaks(values, 5.0), find_peaks(values, prominence=5.0)[0])
