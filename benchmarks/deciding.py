@@ -18,7 +18,8 @@ from solver.common.progress import silent
 from solver.diagnosis.causes.catalogue import MARKER_IDS, catalogue
 from solver.diagnosis.deciding.short_trials import short_trials
 from solver.diagnosis.diagnose_subject import diagnosis_from, look_at
-from solver.diagnosis.diagnosis import Diagnosis, ToBeSure
+from solver.diagnosis.diagnosis import ToBeSure
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.refinement import refine
 from solver.fitting.settings import settings_for
@@ -136,7 +137,7 @@ class Laboratory:
         )
 
 
-def diagnosed(recording: Recording) -> tuple[Diagnosis, Balance]:
+def diagnosed(recording: Recording) -> tuple[DiagnosisReport, Balance]:
     """What the files of a recording say."""
     with tempfile.TemporaryDirectory() as folder:
         write_recording(Path(folder) / "subject", recording)
@@ -151,12 +152,12 @@ def is_right(id: str, target: str, hidden: Hidden) -> bool:
     return id == hidden.id and sorted(target.split("+")) in places
 
 
-def confidence(answer: Diagnosis, hidden: Hidden) -> float:
+def confidence(answer: DiagnosisReport, hidden: Hidden) -> float:
     """Of the right name; 0 where it is not the surest."""
     return next((e.confidence for e in answer.effects[:1] if is_right(e.id, e.target, hidden)), 0.0)
 
 
-def nats_between(balance: Balance, asked: ToBeSure, answer: Diagnosis) -> float:
+def nats_between(balance: Balance, asked: ToBeSure, answer: DiagnosisReport) -> float:
     """Log evidence of a name against its rival, beside the other names; NaN where one cannot be refitted."""
     rest = [(e.id, e.target) for e in answer.effects if (e.id, e.target) != (asked.id, asked.target)]
     rival = [(asked.other_id, asked.other_target)] if asked.other_target else []

@@ -10,17 +10,14 @@ from solver.diagnosis.cause_decisions import Trail, compare_chances, is_only_ten
 from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.deciding.deciding_trial import trial_to_be_sure
-from solver.diagnosis.diagnosis import (
-    CLEAN,
-    EXPLAINED,
-    UNEXPLAINED,
-    Alternative,
-    Diagnosis,
-    Gain,
-    Location,
-    NamedEffect,
-    Remaining,
-    Unlisted,
+from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED, Gain, Location, Remaining, Unlisted
+from solver.diagnosis.diagnosis_report import (
+    Cause,
+    DiagnosisReport,
+    Rival,
+    cause_of,
+    finite,
+    told_decisions,
 )
 from solver.diagnosis.force_histories import force_histories
 from solver.diagnosis.held_out_gain import BlockScores, block_scores, blocks, short_blocks
@@ -53,7 +50,7 @@ MARKER_TEMPER = 10.0  # [nats] of a marker's own likelihood, whose errors are fa
 MOST_ALTERNATIVES = 2  # with the named cause, as many as anybody can look into
 
 
-def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHING_SEEN) -> Diagnosis:
+def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHING_SEEN) -> DiagnosisReport:
     """Verdict, causes with confidence, rivals, gain on held-out blocks, remainder.
 
     Args:
@@ -80,15 +77,16 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     named = [replace(effect, confidence=min(effect.confidence, most)) for effect in named]
     named += [_of_markers(f) for f in _together(seen.findings)]
     named += [_of_reading(balance, c) for c in selection.corrected]
+    effects = tuple(sorted(named, key=lambda e: -e.confidence))
     verdict = UNEXPLAINED if unexplained else EXPLAINED if named else CLEAN
     gains = _gains(before, after) if named else {}
     decisions = selection.trail.listed({(e.id, e.target) for e in named})
     beyond = max(world.unknown_nats, -np.inf if left is None else left.gain)
     if named and np.isfinite(seen.marker_rms_before_m):
         gains["marker_rms_m"] = Gain(seen.marker_rms_before_m, seen.marker_rms_after_m)
-    return Diagnosis(
+    return DiagnosisReport(
         verdict=verdict,
-        effects=tuple(sorted(named, key=lambda e: -e.confidence)),
+        effects=effects,
         alternatives=tuple(
             a
             for f, s in zip(found, world.standings, strict=True)
@@ -103,10 +101,11 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         ),
         trials=tuple(s.name for s in balance.scenes),
         residual=describe_residual(balance, solved, selection.uncorrected),
-        evidence_nats=_evidence(selection, solved if left is None else left.solved, seen),
+        at_fault=tuple(dict.fromkeys(effect.at_fault for effect in effects)),
+        evidence_nats=finite(_evidence(selection, solved if left is None else left.solved, seen)),
         certain_nats=settings.certain_gain,
         ended_early=selection.ended_early,
-        decisions=decisions,
+        decisions=told_decisions(decisions),
         chances=None if named else compare_chances(decisions, beyond, settings),
         rates_Hz={s.name: s.rate for s in balance.scenes},
         starts_s={s.name: s.motion.start_time for s in balance.scenes},
@@ -181,7 +180,7 @@ def _off_the_list(balance: Balance, world: Held) -> Unlisted | None:
     )
 
 
-def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -> NamedEffect:
+def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -> Cause:
     term, k = found.contender.term, position(solved, found.contender.term)
     candidate = term.candidate
     x, _ = solved.of(k)
@@ -189,32 +188,27 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
     eta, _ = solved.eta(k)
     wider = STD_INFLATION
     estimates = {n: Estimate(e.value, wider * e.std) for n, e in solved.estimates(k, balance.scenes).items()}
-    return NamedEffect(
+    ranges = in_view(candidate.frames(balance.scenes, eta, linear), balance.scenes)
+    is_tentative = is_only_tentative(candidate, standing.in_its_class)
+    return replace(
+        cause_of(candidate.about, candidate.target, estimates, standing.confidence, ranges),
         id=candidate.id,
-        target=candidate.target,
-        parameters=estimates,
-        confidence=standing.confidence,
-        outside_the_list=standing.outside,
-        in_its_class=standing.in_its_class,
-        is_tentative=is_only_tentative(candidate, standing.in_its_class),
-        frames=in_view(candidate.frames(balance.scenes, eta, linear), balance.scenes),
-        sentence=candidate.about.sentence.format(target=candidate.target),
-        remedy=candidate.about.remedy.format(target=candidate.target),
+        outside_the_list=finite(standing.outside),
+        in_its_class=finite(standing.in_its_class),
+        told_as="tentative" if is_tentative else "name",
         time_histories=force_histories(candidate, balance.scenes, eta, linear),
     )
 
 
-def _of_reading(balance: Balance, undone: CorrectedCause) -> NamedEffect:
+def _of_reading(balance: Balance, undone: CorrectedCause) -> Cause:
     contender = undone.contender
     candidate = contender.term.candidate
-    return NamedEffect(
-        id=candidate.id,
-        target=undone.target,
-        parameters=contender.solved.estimates(0, balance.scenes),
-        confidence=float(1 - np.exp(-min(50.0, contender.gain) / TEMPER_NATS)),
-        frames=candidate.frames(balance.scenes, (), np.zeros(0)),
-        sentence=candidate.about.sentence.format(target=undone.target),
-        remedy=candidate.about.remedy.format(target=undone.target),
+    return cause_of(
+        candidate.about,
+        undone.target,
+        contender.solved.estimates(0, balance.scenes),
+        float(1 - np.exp(-min(50.0, contender.gain) / TEMPER_NATS)),
+        candidate.frames(balance.scenes, (), np.zeros(0)),
     )
 
 
@@ -227,33 +221,27 @@ def _together(findings: Sequence[MarkerFinding]) -> list[tuple[MarkerFinding, ..
     return [tuple(sorted(same, key=lambda f: -f.gain)) for same in apart.values()]
 
 
-def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
+def _of_markers(same: tuple[MarkerFinding, ...]) -> Cause:
     finding = same[0]
-    return NamedEffect(
-        id=finding.id,
-        target=finding.target,
-        parameters=dict(finding.parameters),
-        confidence=float(1 - np.exp(-min(50.0, max(0.0, finding.gain) / MARKER_TEMPER))),
-        frames=tuple(f.frames for f in same),
-        sentence=finding.about.sentence.format(target=finding.target),
-        remedy=finding.about.remedy.format(target=finding.target),
-    )
+    confidence = float(1 - np.exp(-min(50.0, max(0.0, finding.gain) / MARKER_TEMPER)))
+    ranges = [f.frames for f in same]
+    return cause_of(finding.about, finding.target, finding.parameters, confidence, ranges)
 
 
-def _alternatives(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Alternative]:
+def _alternatives(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Rival]:
     """Rivals that do nearly as well in its place, beside all the other causes."""
     named, listed, shares = one.contender.term, [], {id(r.contender): r.share for r in standing.rivals}
     for rival in _likeliest(one, balance.settings):
         candidate = rival.term.candidate
         listed.append(
-            Alternative(
+            Rival(
                 candidate.id,
                 candidate.target,
                 f"{named.candidate.id} {named.candidate.target}",
                 f"indistinguishable here: cosine {likeness(named, rival.term, solved):.2f}, log evidence "
                 f"{one.contender.gain - rival.gain:+.1f} in favour of the first",
                 candidate.about.separate_by or named.candidate.about.separate_by,
-                shares.get(id(rival), float("nan")),
+                finite(shares.get(id(rival))),
             )
         )
     return listed

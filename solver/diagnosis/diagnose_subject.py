@@ -19,8 +19,8 @@ from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.causes.effect import Candidate, Estimate, Fitted
 from solver.diagnosis.checks import least_first_gain
 from solver.diagnosis.conclusion import conclude
-from solver.diagnosis.diagnosis import CLEAN, Detectable, Diagnosis
-from solver.diagnosis.diagnosis_report import report
+from solver.diagnosis.diagnosis import CLEAN, Detectable
+from solver.diagnosis.diagnosis_report import DiagnosisReport, report, told_check
 from solver.diagnosis.direct_checks.measured import Measured, measure_trials
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
 from solver.diagnosis.direct_checks.run_checks import run_checks, suspect_plates
@@ -56,7 +56,7 @@ def diagnose(
     reviews: Mapping[str, ForceReview] | None = None,
     session: Session | None = None,
     progress: Progress = silent,
-) -> Diagnosis:
+) -> DiagnosisReport:
     """Say what is wrong with a subject's recordings, and why.
 
     Only a person's flags take frames out of the evidence; the detector's proposals are hypotheses here.
@@ -74,14 +74,14 @@ def diagnose(
         SolverError: a file, the model or the data cannot be used.
     """
 
-    def answer(names: Sequence[str]) -> Diagnosis:
+    def answer(names: Sequence[str]) -> DiagnosisReport:
         looked = part(progress, 0.0, FITTED)
         found = look_at(
             subject, settings, trials=names, reviews=reviews or {}, session=session, progress=looked
         )
         return diagnosis_from(found, part(progress, FITTED, 1.0))
 
-    def answer_without(chosen: Sequence[TrialFiles], *, failed: Failed) -> Diagnosis:
+    def answer_without(chosen: Sequence[TrialFiles], *, failed: Failed) -> DiagnosisReport:
         answered = together([files.name for files in chosen], str, answer)
         return replace(answered, notes=(*answered.notes, *ReadTrials([], None, failed).notes))
 
@@ -116,7 +116,7 @@ def look_at(
     return LookedAt(balance, seen, fit, trials_measured, subject.mass_kg)
 
 
-def diagnosis_from(found: LookedAt, progress: Progress = silent) -> Diagnosis:
+def diagnosis_from(found: LookedAt, progress: Progress = silent) -> DiagnosisReport:
     """What is said of all that."""
     direct_checks = run_checks(found.measured, found.entered_mass_kg)
     seen = as_distances_tell(found.seen, direct_checks, found.balance.scenes)
@@ -125,11 +125,11 @@ def diagnosis_from(found: LookedAt, progress: Progress = silent) -> Diagnosis:
         weighings(found.measured, found.entered_mass_kg),
         turns_by_path(found.measured),
     )
-    answer = answer_balance(balance, seen, progress)
-    return replace(answer, notes=(*all_notes(found.fit), *seen.notes), direct_checks=direct_checks)
+    answer, told = answer_balance(balance, seen, progress), tuple(map(told_check, direct_checks))
+    return replace(answer, notes=(*all_notes(found.fit), *seen.notes), direct_checks=told)
 
 
-def answer_balance(balance: Balance, seen: SeenInMarkers, progress: Progress = silent) -> Diagnosis:
+def answer_balance(balance: Balance, seen: SeenInMarkers, progress: Progress = silent) -> DiagnosisReport:
     """What a balance says: all of a diagnosis that comes after the fit.
 
     Args:

@@ -1,46 +1,8 @@
-"""What a diagnosis says."""
+"""Parts of what a diagnosis says."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-
-from solver.common.notes import Note
-from solver.diagnosis.cause_decisions import CauseDecisions, Chances
-from solver.diagnosis.causes.effect import Estimate, Range
-from solver.diagnosis.direct_checks.statement import Statement
-from solver.diagnosis.force_histories import ForceHistory
-from solver.diagnosis.residual_description import Residual
-from solver.fitting.diagnosis_settings import DiagnosisSettings
+from dataclasses import dataclass
 
 EXPLAINED, CLEAN, UNEXPLAINED = "explained", "clean", "unexplained"
-
-
-@dataclass(frozen=True)
-class NamedEffect:
-    """A cause that was found."""
-
-    id: str
-    target: str
-    parameters: dict[str, Estimate]
-    confidence: float
-    frames: tuple[Range, ...]
-    sentence: str
-    remedy: str
-    time_histories: tuple[ForceHistory, ...] = ()  # of a force that acts for a while
-    outside_the_list: float = float("nan")  # how likely it is something that is on no list; nan: not asked
-    in_its_class: float = float("nan")  # confidence, and that of names of the same trace; nan: not asked
-    is_tentative: bool = False  # less likely than all else together: no name, but where to look
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """What might be in its place."""
-
-    id: str
-    target: str
-    instead_of: str  # "id target" of the named one
-    why: str
-    separate_by: str
-    confidence: float = float("nan")  # as of the named one; nan where nobody knows
 
 
 @dataclass(frozen=True)
@@ -121,27 +83,3 @@ class Remaining:
     noise_floor_N: float
     location: Location | None = None
     off_the_list: Unlisted | None = None
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """What is wrong, verdict, causes, rivals, gain and remainder."""
-
-    verdict: str
-    effects: tuple[NamedEffect, ...]
-    alternatives: tuple[Alternative, ...]
-    gain: dict[str, Gain]
-    remaining: Remaining
-    trials: tuple[str, ...]
-    residual: Residual | None = None  # without any cause
-    evidence_nats: float = 0.0  # of all that was found, named or not, against nothing being wrong
-    certain_nats: float = DiagnosisSettings.certain_gain  # from which on that is certain
-    ended_early: bool = False  # the search, before all was tried, at the most evaluations
-    rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
-    starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
-    notes: tuple[Note, ...] = field(default=())
-    chances: Chances | None = None  # where nothing is named
-    decisions: tuple[CauseDecisions, ...] = field(default=())  # of every cause that was proposed
-    detectable: tuple[Detectable, ...] = field(default=())  # in a recording in which nothing is wrong
-    to_be_sure: ToBeSure | None = None  # where a name is not sure
-    direct_checks: tuple[Statement, ...] = field(default=())  # what the files say without a model of the body

@@ -14,13 +14,12 @@ import numpy as np
 from solver.common.notes import Note
 from solver.common.typed_json import from_plain, plain
 from solver.diagnosis.cause_decisions import CauseDecisions, Chances
-from solver.diagnosis.causes.catalogue import ABOUT
+from solver.diagnosis.causes.about import About
+from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.diagnosis import (
     AfterTrial,
     Detectable,
-    Diagnosis,
     Gain,
-    NamedEffect,
     Remaining,
     ToBeSure,
 )
@@ -218,38 +217,17 @@ def read_report(stored: Mapping[str, Any]) -> DiagnosisReport:
     return from_plain(stored, DiagnosisReport)
 
 
-def report(diagnosis: Diagnosis, why: str | None = None) -> DiagnosisReport:
-    """What is told of a diagnosis.
+def report(found: DiagnosisReport, why: str | None = None) -> DiagnosisReport:
+    """What is told of all that was found.
 
     Args:
-        diagnosis: what was found.
+        found: by a diagnosis.
         why: id of a cause whose decisions are told in any case.
     """
-    effects = tuple(map(_cause, diagnosis.effects))
-    return DiagnosisReport(
-        verdict=diagnosis.verdict,
-        effects=effects,
-        alternatives=tuple(
-            Rival(a.id, a.target, a.instead_of, a.why, a.separate_by, _finite(a.confidence))
-            for a in diagnosis.alternatives
-        ),
-        gain=diagnosis.gain,
-        remaining=diagnosis.remaining,
-        trials=diagnosis.trials,
-        at_fault=tuple(dict.fromkeys(effect.at_fault for effect in effects)),
-        chances=diagnosis.chances,
-        rates_Hz=diagnosis.rates_Hz,
-        starts_s=diagnosis.starts_s,
-        notes=diagnosis.notes,
-        evidence_nats=_finite(diagnosis.evidence_nats),
-        certain_nats=diagnosis.certain_nats,
-        ended_early=diagnosis.ended_early,
-        detectable=diagnosis.detectable,
-        decisions=_decisions(diagnosis, why),
-        residual=None if diagnosis.residual is None else _shortened(diagnosis.residual),
-        direct_checks=tuple(map(_direct_check, diagnosis.direct_checks)),
-        to_be_sure=diagnosis.to_be_sure,
-    )
+    refused = [c for c in found.decisions if not c.named][:MOST_REFUSED]
+    told = tuple(c for c in found.decisions if c.named or c.id == why or c in refused)
+    residual = None if found.residual is None else _shortened(found.residual)
+    return replace(found, decisions=told, residual=residual)
 
 
 def accepted_gain(
@@ -294,42 +272,54 @@ def _known(gain: Gain) -> Gain | None:
     return gain if math.isfinite(gain.before) else None
 
 
-def _cause(effect: NamedEffect) -> Cause:
-    trials = sorted({r.trial for r in effect.frames})
+def cause_of(
+    about: About,
+    target: str,
+    parameters: Mapping[str, Estimate],
+    confidence: float,
+    ranges: Sequence[Range],
+) -> Cause:
+    """A cause that was found, as it is told.
+
+    Args:
+        about: what it is.
+        target: of it.
+        parameters: as estimated.
+        confidence: in its name.
+        ranges: where it acts.
+    """
+    trials = sorted({r.trial for r in ranges})
     return Cause(
-        id=effect.id,
-        target=effect.target,
-        parameters={n: Figure(_finite(e.value), _finite(e.std)) for n, e in effect.parameters.items()},
-        confidence=effect.confidence,
-        frames=tuple((r.trial, r.start, r.end) for r in effect.frames),
-        sentence=effect.sentence,
-        remedy=effect.remedy,
-        at_fault=ABOUT[effect.id].at_fault.value,
-        in_its_class=_finite(effect.in_its_class),
-        outside_the_list=_finite(effect.outside_the_list),
-        told_as="tentative" if effect.is_tentative else "name",
+        id=about.id,
+        target=target,
+        parameters={name: Figure(finite(e.value), finite(e.std)) for name, e in parameters.items()},
+        confidence=confidence,
+        frames=tuple((r.trial, r.start, r.end) for r in ranges),
+        sentence=about.sentence.format(target=target),
+        remedy=about.remedy.format(target=target),
+        at_fault=about.at_fault.value,
         trial=trials[0] if len(trials) == 1 else None,
-        time_histories=tuple(
-            ForceOverTime(c.trial, c.start, c.step, _rounded(c.force_ground)) for c in effect.time_histories
-        ),
     )
 
 
-def _decisions(diagnosis: Diagnosis, why: str | None) -> tuple[Decided, ...]:
-    """Of what is named and of the best refused causes."""
-    refused = [c for c in diagnosis.decisions if not c.named][:MOST_REFUSED]
-    told = [c for c in diagnosis.decisions if c.named or c.id == why or c in refused]
-    return tuple(map(_decided, told))
-
-
-def _decided(cause: CauseDecisions) -> Decided:
-    checks = tuple(
-        Checked(d.name, d.passed, _finite(d.nats), _finite(d.limit), d.reason) for d in cause.decisions
+def told_decisions(decisions: Sequence[CauseDecisions]) -> tuple[Decided, ...]:
+    """All that was asked of causes, as it is told."""
+    return tuple(
+        Decided(
+            cause.id,
+            cause.target,
+            cause.named,
+            finite(cause.odds_nats),
+            tuple(
+                Checked(d.name, d.passed, finite(d.nats), finite(d.limit), d.reason) for d in cause.decisions
+            ),
+        )
+        for cause in decisions
     )
-    return Decided(cause.id, cause.target, cause.named, _finite(cause.odds_nats), checks)
 
 
-def _direct_check(statement: Statement) -> DirectCheck:
+def told_check(statement: Statement) -> DirectCheck:
+    """What a direct check says, as it is told."""
     return DirectCheck(
         direct_check=statement.direct_check,
         sentence=statement.sentence,
@@ -348,18 +338,14 @@ def _shortened(residual: Residual) -> Residual:
 
 
 def _in_trial(trial: TrialResidual) -> TrialResidual:
-    over_time = {name: _rounded(np.array(values)) for name, values in vars(trial.time_history).items()}
+    over_time = {name: _rounded(values) for name, values in vars(trial.time_history).items()}
     return replace(trial, time_history=ResidualOverTime(**over_time))
 
 
-def _rounded(values: np.ndarray) -> Any:
-    return (
-        tuple(map(tuple, values.round(TIME_HISTORY_DIGITS).tolist()))
-        if values.ndim > 1
-        else tuple(values.round(TIME_HISTORY_DIGITS).tolist())
-    )
+def _rounded(values: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(np.round(values, TIME_HISTORY_DIGITS).tolist())
 
 
-def _finite(value: float | None) -> float | None:
+def finite(value: float | None) -> float | None:
     """None for what the recording says nothing about."""
     return value if value is not None and math.isfinite(value) else None

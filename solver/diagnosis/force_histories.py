@@ -1,30 +1,20 @@
 """How a force that acts on one segment for a while grows and fades, as its cause was fitted."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.causes.effect import Candidate, Eta, in_view
 from solver.diagnosis.causes.observed_trial import Scene
+from solver.diagnosis.diagnosis_report import TIME_HISTORY_DIGITS, ForceOverTime
 
 STEP_S = 0.02  # no contact's time history has more detail
 
 
-@dataclass(frozen=True, eq=False)
-class ForceHistory:
-    """Force on the person, ground frame, at every `step`-th frame from `start` on."""
-
-    trial: str
-    start: int
-    step: int
-    force_ground: Float[np.ndarray, "samples 3"]  # [N]
-
-
 def force_histories(
     candidate: Candidate, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
-) -> tuple[ForceHistory, ...]:
+) -> tuple[ForceOverTime, ...]:
     """One for each stretch on which a cause acts; none where it acts all along or on no single segment.
 
     Args:
@@ -47,5 +37,6 @@ def force_histories(
         force = signature.columns[own, :3] @ x
         if signature.fixed is not None:
             force = force + signature.fixed[own, :3]
-        found.append(ForceHistory(scene.name, stretch.start, step, force))
+        told = map(tuple, force.round(TIME_HISTORY_DIGITS).tolist())
+        found.append(ForceOverTime(scene.name, stretch.start, step, tuple(told)))
     return tuple(found)

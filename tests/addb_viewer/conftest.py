@@ -21,14 +21,15 @@ from addb_viewer.trial_view.replay import (
 from solver.common.notes import Kind, noted
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.detected_ranges import Proposal
-from solver.diagnosis.diagnosis import Diagnosis, Remaining
+from solver.diagnosis.diagnosis import Remaining
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from tests.addb_viewer.app.ten_trials import write_trials
 from tests.addb_viewer.chromium import FLAGS, installed
 from tests.addb_viewer.synthetic_residual import residual, size, trial
 from tests.addb_viewer.told_diagnosis import told
 
 MARKERS_ALONE = "[trajectory]\nenabled = false\n"
-CLEAN = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",), rates_Hz={"walk": 100.0})
+CLEAN = DiagnosisReport("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",), rates_Hz={"walk": 100.0})
 
 
 @pytest.fixture(scope="session")

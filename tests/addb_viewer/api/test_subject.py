@@ -5,17 +5,17 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer import Cancelled, ReviewError, SolverError, Subject
-from solver.diagnosis.causes.effect import Estimate, Range
-from solver.diagnosis.diagnosis import Diagnosis, NamedEffect, Remaining
+from solver.diagnosis.diagnosis import Remaining
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Figure
 from solver.fitting.provenance import provenance_of
 from solver.fitting.settings import as_dict
 
-CLOCK = NamedEffect(
+CLOCK = Cause(
     id="clock_offset",
     target="all",
-    parameters={"offset_s": Estimate(0.012, 0.001), "odd": Estimate(0.0, float("inf"))},
+    parameters={"offset_s": Figure(0.012, 0.001), "odd": Figure(0.0, None)},
     confidence=0.97,
-    frames=(Range("walk", 0, 101),),
+    frames=(("walk", 0, 101),),
     sentence="The forces were recorded late.",
     remedy="Check the trigger line.",
 )
@@ -55,7 +55,7 @@ def diagnoses(monkeypatch):
 
     def diagnose(subject, settings, *, trials, reviews, progress):
         asked.append(dict(reviews))
-        return Diagnosis(
+        return DiagnosisReport(
             "explained", (CLOCK,), (), {}, Remaining(9.0, 9.8), ("walk",), rates_Hz={"walk": 100.0}
         )
 

@@ -16,7 +16,8 @@ from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import open_log
 from annotations.events import FlagRange
 from solver.common.notes import Kind, noted
-from solver.diagnosis.diagnosis import Diagnosis, Remaining
+from solver.diagnosis.diagnosis import Remaining
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.results.store import save_fit
 from solver.simulate.demo_subject import write_demo_subject
 from tests.patience import PATIENCE_S
@@ -31,7 +32,7 @@ def subject(tmp_path):
 def test_it_keeps_the_answer_and_tells_progress(subject, monkeypatch, capsys):
     def finder(subject, settings, *, trials, reviews, progress):
         progress("screening", 0.5)
-        return Diagnosis(
+        return DiagnosisReport(
             "clean", (), (), {}, Remaining(9.0, 9.8), ("squat",), notes=noted(Kind.OTHER, "a note")
         )
 

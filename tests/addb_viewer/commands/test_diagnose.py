@@ -18,35 +18,27 @@ from solver.common.errors import FitError, ResultsError
 from solver.common.notes import Kind, Note, noted
 from solver.common.typed_json import schema_of
 from solver.diagnosis.cause_decisions import CauseDecisions
+from solver.diagnosis.causes.catalogue import ABOUT
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.checks import Decision
-from solver.diagnosis.diagnosis import (
-    Alternative,
-    Diagnosis,
-    Gain,
-    Location,
-    NamedEffect,
-    Remaining,
-)
-from solver.diagnosis.diagnosis_report import DiagnosisReport
+from solver.diagnosis.diagnosis import Gain, Location, Remaining
+from solver.diagnosis.diagnosis_report import DiagnosisReport, Rival, cause_of, told_decisions
 from solver.fitting.settings import Settings
 from solver.simulate.demo_subject import write_demo_subject
 from tests.flagged import flagged
 
-LATE = NamedEffect(
-    id="clock_offset",
-    target="all",
-    parameters={"offset_s": Estimate(0.0123, 0.0004)},
-    confidence=0.98,
-    frames=(Range("walk", 0, 4),),
+LATE = replace(
+    cause_of(
+        ABOUT["clock_offset"], "all", {"offset_s": Estimate(0.0123, 0.0004)}, 0.98, [Range("walk", 0, 4)]
+    ),
     sentence="The forces run on another clock.",
     remedy="Check the trigger line.",
 )
-EXPLAINED = Diagnosis(
+EXPLAINED = DiagnosisReport(
     verdict="explained",
     effects=(LATE,),
     alternatives=(
-        Alternative("sample_rate", "all", "clock_offset all", "indistinguishable here", "a longer recording"),
+        Rival("sample_rate", "all", "clock_offset all", "indistinguishable here", "a longer recording"),
     ),
     gain={
         "held_out_linear_residual_N": Gain(41.0, 12.2, (11.0, 13.9)),
@@ -56,8 +48,8 @@ EXPLAINED = Diagnosis(
     remaining=Remaining(12.2, 9.8),
     trials=("walk",),
 )
-CLEAN = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",))
-UNEXPLAINED = Diagnosis(
+CLEAN = DiagnosisReport("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",))
+UNEXPLAINED = DiagnosisReport(
     "unexplained",
     (),
     (),
@@ -72,7 +64,7 @@ UNEXPLAINED = Diagnosis(
 class Finder:
     """In the real one's place: `found` is what it answers or raises, `calls` what it was asked."""
 
-    found: Diagnosis | BaseException = EXPLAINED
+    found: DiagnosisReport | BaseException = EXPLAINED
     calls: list[tuple[object, ...]] = field(default_factory=list)
 
     def __call__(self, subject, settings, *, trials, reviews, progress):
@@ -115,15 +107,19 @@ def test_the_json_is_the_contract(command_line, finder, tmp_path):
     jsonschema.validate(figures, schema_of(DiagnosisReport))
 
 
-REFUSED = CauseDecisions(
-    "drag",
-    "torso",
-    False,
-    6.5,
-    (
-        Decision("pays", True, 6.5, 5.0, "it gains 6.5 nats over its odds"),
-        Decision("holds up", False, -3.0, 0.0, "on held-out blocks it gains -3.0 nats"),
-    ),
+(REFUSED,) = told_decisions(
+    [
+        CauseDecisions(
+            "drag",
+            "torso",
+            False,
+            6.5,
+            (
+                Decision("pays", True, 6.5, 5.0, "it gains 6.5 nats over its odds"),
+                Decision("holds up", False, -3.0, 0.0, "on held-out blocks it gains -3.0 nats"),
+            ),
+        )
+    ]
 )
 
 
@@ -183,7 +179,7 @@ def test_trials_settings_and_notes_are_handed_over(command_line, finder, tmp_pat
 
 
 def test_what_is_printed_fits_a_screen_however_many_causes_there_are(command_line, finder):
-    ranges = tuple(Range("walk", k, k + 1) for k in range(4))
+    ranges = tuple(("walk", k, k + 1) for k in range(4))
     steps = [replace(LATE, id="off_plate_step", target=f"calcn_{k}", frames=ranges) for k in range(9)]
     finder.found = replace(EXPLAINED, effects=tuple(steps), rates_Hz={"walk": 50.0})
     folder = command_line.subject.folder

@@ -5,7 +5,8 @@ import pytest
 
 from addb_viewer.jobs.demo import SEED
 from solver.diagnosis.diagnose_subject import diagnose_subject
-from solver.diagnosis.diagnosis import Diagnosis, Remaining
+from solver.diagnosis.diagnosis import Remaining
+from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.simulate.demo_subject import LateForces, write_demo_subject
 
 
@@ -27,7 +28,7 @@ def made(monkeypatch):
         (folder / "subject.toml").write_text("")
 
     monkeypatch.setattr("addb_viewer.jobs.demo.write_demo_subject", write_demo_subject)
-    clean = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",))
+    clean = DiagnosisReport("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",))
     monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", lambda *_, **__: clean)
     return folders
 

@@ -63,7 +63,8 @@ def test_a_named_cause_explains(weak, few):
     (effect,) = diagnosis.effects
     assert diagnosis.verdict == EXPLAINED
     assert (effect.id, effect.target) == ("plate_gain", "plate_2")
-    assert effect.frames == (Range("walk", 0, weak.scenes[0].frames),)
+    assert effect.frames == (("walk", 0, weak.scenes[0].frames),)
+    assert diagnosis.at_fault == (effect.at_fault,) == ("recording",)
     assert "plate_2" in effect.sentence
     assert 0.5 < effect.confidence <= 1
     raw = selection.solved.estimates(0, weak.scenes)["gain_error"]
@@ -115,7 +116,7 @@ def test_what_markers_showed_is_named_and_excludes_clean(sound):
     diagnosis = conclude(sound, select(sound, []), SeenInMarkers((finding,), 0.02, 0.01))
     (effect,) = diagnosis.effects
     assert diagnosis.verdict == EXPLAINED
-    assert (effect.id, effect.target, effect.frames) == ("marker_slip", "RASI", (finding.frames,))
+    assert (effect.id, effect.target, effect.frames) == ("marker_slip", "RASI", (("walk", 40, 90),))
     assert (effect.sentence, effect.remedy) == ("RASI slipped.", "Tape RASI.")
     assert (diagnosis.gain["marker_rms_m"].before, diagnosis.gain["marker_rms_m"].after) == (0.02, 0.01)
 

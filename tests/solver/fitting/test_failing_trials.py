@@ -132,7 +132,8 @@ def test_a_diagnosis_goes_on_without_one_that_breaks_down(subject, monkeypatch):
             raise IndexError("index 5 is out of bounds")
         return trials
 
-    answer = diagnosis.Diagnosis("clean", (), (), {}, None, ("walk",), notes=noted(Kind.OTHER, "looked at"))
+    looked_at_it = noted(Kind.OTHER, "looked at")
+    answer = diagnosis.DiagnosisReport("clean", (), (), {}, None, ("walk",), notes=looked_at_it)
     monkeypatch.setattr(diagnosis, "look_at", looked_at)
     monkeypatch.setattr(diagnosis, "diagnosis_from", lambda found, progress: answer)
     told = diagnosis.diagnose(subject, Settings())
