@@ -16,6 +16,7 @@ from solver.common.typed_json import from_plain, plain
 from solver.diagnosis.cause_decisions import CauseDecisions, Chances
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.effect import Estimate, Range
+from solver.diagnosis.checks import Decision
 from solver.diagnosis.diagnosis import (
     AfterTrial,
     Detectable,
@@ -95,17 +96,6 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Checked:
-    """One thing that was asked of a cause."""
-
-    name: str
-    passed: bool
-    nats: float | None
-    limit: float | None
-    reason: str
-
-
-@dataclass(frozen=True)
 class Decided:
     """All that was asked of one cause."""
 
@@ -113,7 +103,7 @@ class Decided:
     target: str
     named: bool
     odds_nats: float | None
-    checks: tuple[Checked, ...]
+    checks: tuple[Decision, ...]
 
 
 @dataclass(frozen=True)
@@ -310,9 +300,7 @@ def told_decisions(decisions: Sequence[CauseDecisions]) -> tuple[Decided, ...]:
             cause.target,
             cause.named,
             finite(cause.odds_nats),
-            tuple(
-                Checked(d.name, d.passed, finite(d.nats), finite(d.limit), d.reason) for d in cause.decisions
-            ),
+            tuple(replace(d, nats=finite(d.nats), limit=finite(d.limit)) for d in cause.decisions),
         )
         for cause in decisions
     )
