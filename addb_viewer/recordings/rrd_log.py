@@ -13,9 +13,10 @@ from addb_viewer.recordings.rrd_stream import RrdStream
 from addb_viewer.text.change_words import change_key_findings
 from addb_viewer.text.diagnosis_vocabulary import title
 from addb_viewer.text.judged_figures import Judged, judged_figures, length_words
+from addb_viewer.trial_view.lanes import Lane
 from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from addb_viewer.trial_view.solver_steps import SolverStep, stages_of
-from addb_viewer.trial_view.trial_events import Lane, lanes_of, lines_of, states_of
+from addb_viewer.trial_view.trial_events import lanes_of, lines_of, states_of
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 
 LANES, LOG, SUMMARY, SOLVER = "lanes", "log", "summary", "solver"
@@ -47,8 +48,8 @@ def write_log(stream: RrdStream, record: TrialRecord, recording: Recording) -> N
 
 def _lane(stream: RrdStream, lane: Lane) -> None:
     changes = states_of(lane, stream.frames)
-    parts = (LANES, lane.name.replace(" ", "_"))  # rerun writes blanks of a path as "\\ "
-    colors = {stretch.state: [*stretch.color, 255] for stretch in lane.stretches}
+    parts = (LANES, lane.label.replace(" ", "_"))  # rerun writes blanks of a path as "\\ "
+    colors = {block.text: [*block.color, 255] for block in lane.blocks}
     if not changes:
         return
     stream.static(parts, rr.StateConfiguration(values=list(colors), colors=list(colors.values())))

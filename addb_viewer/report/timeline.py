@@ -14,8 +14,7 @@ from addb_viewer.trial_view.lanes import Block, Lane
 from addb_viewer.trial_view.recorded_subject import TrialRecord
 from addb_viewer.trial_view.residual_charts import residual_charts
 from addb_viewer.trial_view.span import Span
-from addb_viewer.trial_view.trial_events import Lane as Happenings
-from addb_viewer.trial_view.trial_events import Stretch, lanes_of
+from addb_viewer.trial_view.trial_events import lanes_of
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.dynamics.thresholds import Thresholds
 
@@ -104,23 +103,21 @@ def _bound(chart: Chart, line: Line) -> str:
     return f"bound {named.get(chart.title, line.label)}"
 
 
-def _short(lane: Happenings, span: Span) -> Lane:
+def _short(lane: Lane, span: Span) -> Lane:
     blocks = tuple(
-        Block(
-            s.start,
-            s.end,
-            _fitting(_shortened(s.state), s, span),
-            f"{s.state}, frames {frames_words(s.start, s.end)}",
-            s.color,
+        replace(
+            block,
+            text=_fitting(_shortened(block.text), block, span),
+            told=f"{block.told}, frames {frames_words(block.start, block.end)}",
         )
-        for s in lane.stretches
+        for block in lane.blocks
     )
-    return Lane(_shortened(lane.name), blocks)
+    return Lane(_shortened(lane.label), blocks)
 
 
-def _fitting(words: str, stretch: Stretch, span: Span) -> str:
-    """Words that have room on their stretch; else none, and pointing at it says them."""
-    place = span.block(stretch.start, stretch.end)
+def _fitting(words: str, block: Block, span: Span) -> str:
+    """Words that have room on their block; else none, and pointing at it says them."""
+    place = span.block(block.start, block.end)
     return words if place is not None and len(words) < LETTERS * place[1] else ""
 
 

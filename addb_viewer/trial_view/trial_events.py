@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool
 
 from addb_viewer.text.diagnosis_vocabulary import amounts, sentence, title
+from addb_viewer.trial_view.lanes import Block, Lane
 from addb_viewer.trial_view.palette import CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
 from addb_viewer.trial_view.recorded_subject import Recording, TrialRecord
 from annotations.events import Edit, FrameRange
@@ -15,24 +15,6 @@ from annotations.reasons import reason_words
 from annotations.wording import said
 from solver.common.true_runs import runs
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """Frames start to end − 1 of a lane."""
-
-    start: int
-    end: int
-    state: str
-    color: Rgb
-
-
-@dataclass(frozen=True)
-class Lane:
-    """One row; later stretches cover earlier ones."""
-
-    name: str
-    stretches: tuple[Stretch, ...]
 
 
 @dataclass(frozen=True)
@@ -57,29 +39,30 @@ def lanes_of(record: TrialRecord, diagnosis: DiagnosisReport | None) -> tuple[La
     for i, foot in enumerate(replay.feet):
         phases = [phase for phase in forces.contacts if phase.foot == i]
         contacts = tuple(
-            Stretch(p.start, p.end, "on a plate", foot_color(foot, i))
+            _block(p.start, p.end, "on a plate", foot_color(foot, i))
             if p.is_measured
-            else Stretch(p.start, p.end, "no plate carries it", GREY)
+            else _block(p.start, p.end, "no plate carries it", GREY)
             for p in phases
         )
         lanes.append(Lane(f"contact {foot_words(foot)}", contacts))
     for foot in replay.feet:
         missing = tuple(
-            Stretch(start, end, reason_words(reason), reason_color(reason))
+            _block(start, end, reason_words(reason), reason_color(reason))
             for start, end, of_foot, reason in forces.missing
             if of_foot in (None, foot)
         )
         lanes.append(Lane(f"force missing {foot_words(foot)}", missing))
     if replay.residual is not None:
-        lanes.append(Lane("forces used", _stretches(replay.residual.used, "used", GREEN)))
+        used = tuple(_block(start, end, "used", GREEN) for start, end in runs(replay.residual.used))
+        lanes.append(Lane("forces used", used))
     if forces.proposals:
         proposed = tuple(
-            Stretch(*p.range, f"{reason_words(p.reason)}, {100 * p.confidence:.0f} % sure", ORANGE)
+            _block(*p.range, f"{reason_words(p.reason)}, {100 * p.confidence:.0f} % sure", ORANGE)
             for p in sorted(forces.proposals, key=lambda p: p.confidence)
         )
         lanes.append(Lane("proposed by detection", proposed))
     for k, (effect, frames) in enumerate(_causes(record, diagnosis), start=1):
-        acts = tuple(Stretch(start, end, title(effect), CAUSE) for start, end in frames)
+        acts = tuple(_block(start, end, title(effect), CAUSE) for start, end in frames)
         lanes.append(Lane(f"cause {k}", acts))
     return tuple(lanes)
 
@@ -114,19 +97,19 @@ def states_of(lane: Lane, frames: int) -> list[tuple[int, str]]:
     """Where a lane's state changes, and to what; "" where there is none.
 
     Args:
-        lane: any; where stretches overlap, the later one shows.
+        lane: of `lanes_of`; where blocks overlap, the later one shows.
         frames: of the trial.
     """
-    texts = ["", *dict.fromkeys(stretch.state for stretch in lane.stretches)]
+    texts = ["", *dict.fromkeys(block.text for block in lane.blocks)]
     shown = np.zeros(frames, dtype=int)
-    for stretch in lane.stretches:
-        shown[stretch.start : stretch.end] = texts.index(stretch.state)
+    for block in lane.blocks:
+        shown[block.start : block.end] = texts.index(block.text)
     changes = np.flatnonzero(np.diff(shown, prepend=0))
     return [(int(frame), texts[shown[frame]]) for frame in changes]
 
 
-def _stretches(frames: Bool[np.ndarray, " frames"], state: str, color: Rgb) -> tuple[Stretch, ...]:
-    return tuple(Stretch(start, end, state, color) for start, end in runs(frames))
+def _block(start: int, end: int, state: str, color: Rgb) -> Block:
+    return Block(start, end, state, state, color)
 
 
 def _causes(
