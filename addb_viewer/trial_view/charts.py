@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
+from addb_viewer.trial_view.drawn_curves import marker_errors_of
 from addb_viewer.trial_view.palette import BLUE, GREY, OTHER_CURVE, PLATES, RESIDUAL, Rgb, foot_color
 from addb_viewer.trial_view.replay import Replay
 from annotations.foot_names import foot_words
@@ -64,33 +65,23 @@ def charts_of(replay: Replay, other: Replay | None = None) -> tuple[Chart, ...]:
     return (*_marker_chart(replay, other), *_force_chart(replay), *_residual_charts(replay, other))
 
 
-def marker_rms(replay: Replay) -> Float[np.ndarray, " frames"]:
-    """Root mean square of the marker errors of each frame [m]; NaN where there is none."""
-    errors = replay.markers.errors
-    known = np.isfinite(errors)
-    count = known.sum(axis=1)
-    squares = np.where(known, errors, 0.0) ** 2
-    return np.where(count > 0, np.sqrt(squares.sum(axis=1) / np.maximum(count, 1)), np.nan)
-
-
 def _marker_chart(replay: Replay, other: Replay | None) -> Iterator[Chart]:
-    errors = 100.0 * replay.markers.errors  # [cm]
-    known = np.isfinite(errors)
+    rms, largest = (100.0 * errors for errors in marker_errors_of(replay.markers))  # [cm]
+    known = np.isfinite(rms)
     if not known.any():
         return
-    largest = np.where(known.any(axis=1), np.where(known, errors, 0.0).max(axis=1), np.nan)
     limits = Thresholds()
-    before = () if other is None else (before_line(100.0 * marker_rms(other)),)
+    before = () if other is None else (before_line(100.0 * marker_errors_of(other.markers)[0]),)
     yield Chart(
         "Marker error",
         "cm",
         (
             *before,
             Line("largest", largest, GREY),
-            Line("RMS", 100.0 * marker_rms(replay), BLUE),
+            Line("RMS", rms, BLUE),
             _limit(f"{100 * limits.marker_rms_m:g} cm", 100 * limits.marker_rms_m, replay.frames),
         ),
-        shaded=np.asarray(~known.any(axis=1)),
+        shaded=~known,
         runs_off=True,
     )
 

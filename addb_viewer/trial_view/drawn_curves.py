@@ -1,7 +1,5 @@
 """What all kinds of recordings draw alike: sizes, and curves that follow from a trial's arrays."""
 
-import warnings
-
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -16,9 +14,10 @@ def marker_errors_of(
     markers: MarkerReplay,
 ) -> tuple[Float[np.ndarray, " frames"], Float[np.ndarray, " frames"]]:
     """RMS and largest error of each frame [m]; NaN where no marker has one."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # frames without any marker
-        return np.sqrt(np.nanmean(markers.errors**2, axis=1)), np.nanmax(markers.errors, axis=1)
+    known = np.isfinite(markers.errors)
+    errors, count = np.where(known, markers.errors, 0.0), known.sum(axis=1)
+    rms = np.sqrt((errors**2).sum(axis=1) / np.maximum(count, 1))
+    return np.where(count > 0, rms, np.nan), np.where(count > 0, errors.max(axis=1, initial=0.0), np.nan)
 
 
 def used_norm(
