@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import json
 import threading
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
 
@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from addb_viewer.app.jobs.fit_all import Fitting
 from addb_viewer.app.page.notices import log_error
 from addb_viewer.app.queue.batches import DIAGNOSE, EXPORT, FIT, Batches, formats
-from addb_viewer.app.queue.pace import Pair, Share, hours_left, pairs, seen_by_two, shares
+from addb_viewer.app.queue.pace import hours_left, pairs, seen_by_two, shares
 from addb_viewer.app.queue.queue_rows import Row
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
@@ -90,33 +90,12 @@ def row_words(row: Row) -> dict[str, Any]:
     }
 
 
-def live_words(
-    people: Mapping[TrialPlace, Sequence[str]],
-    present: Collection[str],
-    at_work: Mapping[str, str],
-    states: Mapping[str, Fitting],
-) -> dict[str, Any]:
-    """Who is where, and what is at work."""
+def batch_words(states: Mapping[str, Fitting]) -> dict[str, Any]:
+    """How far what is done to many subjects is, by kind."""
     return {
-        "kind": "live",
-        "present": sorted(present),
-        "here": [[*place, list(names)] for place, names in sorted(people.items())],
-        "work": dict(at_work),
-        "batches": {
-            kind: {**asdict(state), "total": state.total, "left": state.seconds_left}
-            for kind, state in states.items()
-            if state.total
-        },
-    }
-
-
-def people_words(shares: Sequence[Share], pairs: Sequence[Pair], hours_left: float | None) -> dict[str, Any]:
-    """Who has done how much, and how far they agree."""
-    return {
-        "kind": "people",
-        "hoursLeft": hours_left,
-        "people": [{**asdict(share), "anHour": share.an_hour} for share in shares],
-        "pairs": [asdict(pair) for pair in pairs],
+        kind: {**asdict(state), "total": state.total, "left": state.seconds_left}
+        for kind, state in states.items()
+        if state.total
     }
 
 
@@ -342,12 +321,23 @@ class Visitor:
         return asked.places[0]
 
     def _people(self) -> Message:
+        """Who has done how much, and how far they agree."""
         rows = self._trials.rows()
         subjects = {name: self._trials.subjects.read(name) for name in seen_by_two(rows)}
-        return people_words(shares(rows), pairs(rows, subjects), hours_left(rows))
+        return {
+            "kind": "people",
+            "hoursLeft": hours_left(rows),
+            "people": [{**asdict(share), "anHour": share.an_hour} for share in shares(rows)],
+            "pairs": [asdict(pair) for pair in pairs(rows, subjects)],
+        }
 
     def _live_words(self) -> Message:
+        """Who is where, and what is at work."""
         trials = self._trials
-        return live_words(
-            trials.people.everywhere(), trials.people.names, trials.tasks(), self._page.batches.states
-        )
+        return {
+            "kind": "live",
+            "present": sorted(trials.people.names),
+            "here": [[*place, list(names)] for place, names in sorted(trials.people.everywhere().items())],
+            "work": dict(trials.tasks()),
+            "batches": batch_words(self._page.batches.states),
+        }

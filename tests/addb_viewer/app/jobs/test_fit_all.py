@@ -6,7 +6,7 @@ import pytest
 
 from addb_viewer.app.jobs import fit_all
 from addb_viewer.app.jobs.fit_all import FitAll, Fitting
-from addb_viewer.app.queue.page_channel import live_words
+from addb_viewer.app.queue.page_channel import batch_words
 from addb_viewer.app.queue.queue_html import words_of_rows
 from addb_viewer.app.shell.bar import work_json
 from tests.patience import PATIENCE_S
@@ -78,7 +78,7 @@ def test_what_came_with_a_warning_is_told_and_counts(fits):
     fits.join()
     assert (fits.state.fitted, dict(fits.state.failures)) == (2, {})
     assert dict(fits.state.warnings) == {"old": "the kept fit is out of date (walk.trc)"}
-    (told,) = live_words({}, (), {}, {"export": fits.state})["batches"].values()
+    (told,) = batch_words({"export": fits.state}).values()
     assert told["warnings"] == dict(fits.state.warnings)
 
 
