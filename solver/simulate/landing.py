@@ -8,7 +8,7 @@ from jaxtyping import Float
 from solver.common.gravity import GRAVITY
 from solver.simulate.contacts import ContactPlan, Stance
 from solver.simulate.feasible_motion import Wish
-from solver.simulate.posture import STANDING
+from solver.simulate.posture import STANDING, tolerance_of
 from solver.simulate.simulated_sole import Sole
 from solver.skeleton.skeleton import Skeleton
 
@@ -174,7 +174,7 @@ def landing_wish(
     return Wish(
         times=times,
         q=q,
-        tolerance=np.array([_tolerance(name) for name in skeleton.dofs]),
+        tolerance=tolerance_of(skeleton, legs_deg=8.0),
         contacts=contacts,
         force=force,
         force_tolerance=0.05,
@@ -196,10 +196,3 @@ def _begun(since_contact: Float[np.ndarray, " times"]) -> Float[np.ndarray, " ti
 def _straight(thigh: float, shank: float, knee: float) -> float:
     """From hip to ankle [m] at a knee's angle [rad]."""
     return float(np.sqrt(thigh**2 + shank**2 + 2 * thigh * shank * np.cos(knee)))
-
-
-def _tolerance(dof: str) -> float:
-    """How far the motion may leave the pattern [rad or m]."""
-    if dof in ("pelvis_tx", "pelvis_ty", "pelvis_tz"):
-        return 0.06
-    return float(np.radians(2.5 if dof.startswith(("arm", "elbow", "pro", "wrist", "lumbar")) else 8.0))

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from solver.common.gravity import GRAVITY
 from solver.simulate.contacts import ContactPlan, Stance, TimeHistory
-from solver.simulate.feasible_motion import Wish
+from solver.simulate.feasible_motion import PLACE, Wish
 from solver.simulate.simulated_sole import Sole
 from solver.skeleton.skeleton import Skeleton
 
@@ -150,18 +150,18 @@ def posture_wish(
     return Wish(
         times=times,
         q=q,
-        tolerance=np.array([_tolerance(name) for name in skeleton.dofs]),
+        tolerance=tolerance_of(skeleton),
         contacts=contacts,
         force=np.tile(upright, (len(times), 1)),
         force_tolerance=0.5,
     )
 
 
-def _tolerance(dof: str) -> float:
-    """How far the motion may leave the pattern [rad or m]."""
-    if dof in ("pelvis_tx", "pelvis_ty", "pelvis_tz"):
-        return 0.06
-    return float(np.radians(2.5 if dof.startswith(("arm", "elbow", "pro", "wrist", "lumbar")) else 6.0))
+def tolerance_of(skeleton: Skeleton, legs_deg: float = 6.0) -> Float[np.ndarray, " dofs"]:
+    """How far the motion may leave the pattern [rad or m]; `legs_deg` is of the pelvis too."""
+    upper = ("arm", "elbow", "pro", "wrist", "lumbar")
+    turns = np.radians([2.5 if name.startswith(upper) else legs_deg for name in skeleton.dofs])
+    return np.where([name in PLACE for name in skeleton.dofs], 0.06, turns)
 
 
 def _sway(rng: np.random.Generator, size: float) -> TimeHistory:

@@ -311,10 +311,10 @@ def _worst(s: Session) -> None:
         raise ReviewError("this needs a fit with forces; G solves")
     if not replay.residual.used.any():
         raise ReviewError("no frame of this trial counts: a force is missing or left out on each of them")
-    found = worst_frame(replay.residual)
+    frame, words = worst_frame(replay.residual)
     s.review.drop(only_whole=True)
-    s.seek(found.frame)
-    s.notices.tell("Worst frame that counts", found.words)
+    s.seek(frame)
+    s.notices.tell("Worst frame that counts", words)
 
 
 def _worst_marker(s: Session) -> None:
