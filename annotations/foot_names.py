@@ -1,6 +1,17 @@
 """How people call feet, which files call by their bodies."""
 
+import re
 from collections.abc import Sequence
+
+_SIDES = {"r": {"r", "right"}, "l": {"l", "left"}}
+_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+")  # of a body's name: calcn_r, footR, RightFoot
+
+
+def side_of(body: str) -> str | None:
+    """Side of a foot's body by the words of its name: "r" or "l"; None where they do not tell."""
+    words = {word.lower() for word in _WORDS.findall(body)}
+    found = [side for side, names in _SIDES.items() if names & words]
+    return found[0] if len(found) == 1 else None
 
 
 def foot_letter(foot: str) -> str:

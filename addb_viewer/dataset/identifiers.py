@@ -8,20 +8,11 @@ from urllib.parse import quote
 _DAY = r"(?:\d{4}[-_./]\d{1,2}[-_./]\d{1,2}|\d{1,2}[-_./]\d{1,2}[-_./]\d{4}|(?:19|20)\d{6})"
 _DATE = re.compile(rf"(?<!\d){_DAY}(?:[T ]\d{{2}}:\d{{2}}(?::\d{{2}})?)?(?!\d)")
 _PATH = re.compile(r"(?:(?<=\s)|(?<=^)|(?<=['\"(]))(?:[A-Za-z]:)?[/\\](?:[^\s'\":;,()/\\]+[/\\])+")
-_SIDES = {"r": {"r", "right"}, "l": {"l", "left"}}
-_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+")  # of a body's name: calcn_r, footR, RightFoot
 
 
 def file_name_of(identifier: str) -> str:
     """An identifier as file names bear it: `/` is `__`, other signs that they do not bear are %XX."""
     return "__".join(quote(part, safe=" -_.()+") for part in identifier.split("/"))
-
-
-def side_of(body: str) -> str | None:
-    """Side of a foot's body by its name: "r" or "l"; None where the name does not tell."""
-    words = {word.lower() for word in _WORDS.findall(body)}
-    found = [side for side, names in _SIDES.items() if names & words]
-    return found[0] if len(found) == 1 else None
 
 
 def without_places(text: str, folders: Iterable[Path]) -> str:

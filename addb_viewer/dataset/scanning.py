@@ -9,7 +9,7 @@ import numpy as np
 
 from addb_viewer.dataset.build_task import LeftOut, hours_of
 from addb_viewer.dataset.grid import SHORTEST, grid_of
-from addb_viewer.dataset.identifiers import labels_without_names, side_of
+from addb_viewer.dataset.identifiers import labels_without_names
 from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import (
     NO_SPDX,
@@ -21,6 +21,7 @@ from addb_viewer.dataset.release_subject import (
 from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
 from addb_viewer.dataset.trial_labels import TrialLabels, labels_of, named_causes
 from addb_viewer.text.note_words import by_kind
+from annotations.foot_names import side_of
 from annotations.review_errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.subject.opened_subject import subjects_in

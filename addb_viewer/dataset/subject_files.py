@@ -21,7 +21,7 @@ from addb_viewer.dataset.frame_rows import (
 )
 from addb_viewer.dataset.grid import cuts_of
 from addb_viewer.dataset.gridded_trial import GriddedTrial, on_grid
-from addb_viewer.dataset.identifiers import file_name_of, labels_without_names, side_of, without_names
+from addb_viewer.dataset.identifiers import file_name_of, labels_without_names, without_names
 from addb_viewer.dataset.parquet_files import TableFile
 from addb_viewer.dataset.release_errors import ReleaseError
 from addb_viewer.dataset.release_subject import ReleaseSubject
@@ -42,6 +42,7 @@ from addb_viewer.dataset.trial_labels import UNKNOWN, TrialLabels, labels_of, na
 from addb_viewer.jobs.accepted_extension import extension_for_solve
 from addb_viewer.jobs.force_reviews import reviews_for_solve
 from addb_viewer.jobs.suggested_activities import suggestions_of
+from annotations.foot_names import side_of
 from solver.capture.atomic import write_whole
 from solver.capture.formats.b3d.b3d_fields import B3dFile, B3dTrial, TrialType
 from solver.capture.formats.b3d.b3d_file import read_b3d, write_b3d

@@ -1,7 +1,6 @@
 """What a person decides about a trial's frames, and for whom it counts: found, checked, put into the log."""
 
 import getpass
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,15 +8,13 @@ from pathlib import Path
 from addb_viewer.jobs.command_errors import check_folder, check_trials
 from addb_viewer.jobs.review_store import has_log, open_log, record
 from annotations.events import ClearRange, FlagRange
+from annotations.foot_names import side_of
 from annotations.review_errors import ReviewError
 from annotations.trial_review import FlaggedRange, TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_trial
 from solver.fitting.settings import settings_for
-
-_SIDES = {"right": {"r", "right"}, "left": {"l", "left"}}
-_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+")  # of a body's name: calcn_r, footR, RightFoot
 
 
 def subject_in(folder: Path) -> Subject:
@@ -72,8 +69,7 @@ def foot_meant(word: str, feet: Sequence[str]) -> str | None:
         return None
     if word in feet:
         return word
-    sides = _SIDES.get(word, set())
-    found = [foot for foot in feet if sides & {part.lower() for part in _WORDS.findall(foot)}]
+    found = [foot for foot in feet if word in ("right", "left") and side_of(foot) == word[0]]
     if len(found) != 1:
         raise ReviewError(f"'{word}' is not clear; give both or one of: {', '.join(feet)}")
     return found[0]

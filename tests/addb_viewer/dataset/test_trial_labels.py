@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from addb_viewer.dataset.grid import grid_of
-from addb_viewer.dataset.identifiers import file_name_of, labels_without_names, side_of, without_names
+from addb_viewer.dataset.identifiers import file_name_of, labels_without_names, without_names
 from addb_viewer.dataset.release_subject import BuildOptions, Terms
 from addb_viewer.dataset.release_texts import citations, licences
 from addb_viewer.dataset.scanning import NOT_FITTED, UNDECIDED, concerns_of, scan, triaged
 from addb_viewer.dataset.trial_labels import TrialLabels
 from annotations.events import Edit, RefuseActivity, SetActivity
 from annotations.folding import folded
+from annotations.foot_names import side_of
 from annotations.suggested_activity import SuggestedActivity
 from solver.capture.capture import Markers
 from solver.capture.formats.trc import write_trc
