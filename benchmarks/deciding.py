@@ -161,8 +161,7 @@ def nats_between(balance: Balance, asked: ToBeSure, answer: DiagnosisReport) -> 
     """Log evidence of a name against its rival, beside the other names; NaN where one cannot be refitted."""
     rest = [(e.id, e.target) for e in answer.effects if (e.id, e.target) != (asked.id, asked.target)]
     rival = [(asked.other_id, asked.other_target)] if asked.other_target else []
-    own, other = (_evidence(balance, [*rest, *one]) for one in ([(asked.id, asked.target)], rival))
-    return own - other
+    return _evidence(balance, [*rest, (asked.id, asked.target)]) - _evidence(balance, [*rest, *rival])
 
 
 def _evidence(balance: Balance, keys: Sequence[tuple[str, str]]) -> float:

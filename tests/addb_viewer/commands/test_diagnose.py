@@ -27,10 +27,9 @@ from solver.fitting.settings import Settings
 from solver.simulate.demo_subject import write_demo_subject
 from tests.flagged import flagged
 
+OFFSET = {"offset_s": Estimate(0.0123, 0.0004)}
 LATE = replace(
-    cause_of(
-        ABOUT["clock_offset"], "all", {"offset_s": Estimate(0.0123, 0.0004)}, 0.98, [Range("walk", 0, 4)]
-    ),
+    cause_of(ABOUT["clock_offset"], "all", OFFSET, 0.98, [Range("walk", 0, 4)]),
     sentence="The forces run on another clock.",
     remedy="Check the trigger line.",
 )
