@@ -126,7 +126,7 @@ def test_markers_too_few_for_a_pose(subject, alone, seen):
 def test_a_diagnosis_goes_on_without_one_that_breaks_down(subject, monkeypatch):
     asked = []
 
-    def looked_at(subject, settings, *, trials, reviews, progress):
+    def looked_at(subject, settings, *, trials, reviews, session, progress):
         asked.append(tuple(trials))
         if "again" in trials:
             raise IndexError("index 5 is out of bounds")
