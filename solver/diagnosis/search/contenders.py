@@ -82,8 +82,7 @@ def explain_the_same(one: Contender, other: Contender) -> bool:
     Half the squared difference, whitened [nats], is what a recording of either says against the other; of
     noise in two more parameters it is below 3 nineteen times in twenty.
     """
-    there = one.solved.noise_scale
-    difference = one.solved.all_explained(there) - other.solved.all_explained(there)
+    difference = one.solved.noise_scale.whiten(one.solved.all_taken() - other.solved.all_taken())
     return float(difference @ difference) / 2 < TEMPER_NATS
 
 

@@ -127,7 +127,7 @@ class Solved:
     @cached_property
     def left(self) -> Float[np.ndarray, " rows"]:
         """Whitened rest."""
-        return self.noise_scale.whiten(self.noise_scale.residual - self._all_taken())
+        return self.noise_scale.whiten(self.noise_scale.residual - self.all_taken())
 
     def left_of(self, residual: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """The rest of a balance's residual, as it is."""
@@ -187,11 +187,8 @@ class Solved:
         whole[self.terms[k].rows] = self._taken(k)
         return noise_scale.whiten(whole)
 
-    def all_explained(self, noise_scale: NoiseScale) -> Float[np.ndarray, " rows"]:
-        """What all terms take off the residual, whitened at a noise scale."""
-        return noise_scale.whiten(self._all_taken())
-
-    def _all_taken(self) -> Float[np.ndarray, " rows"]:
+    def all_taken(self) -> Float[np.ndarray, " rows"]:
+        """What all terms take off the residual, in the basis."""
         whole = np.zeros(len(self.noise_scale.residual))
         for k, term in enumerate(self.terms):
             whole[term.rows] += self._taken(k)
