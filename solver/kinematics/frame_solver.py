@@ -69,9 +69,7 @@ class PoseProblem:
         self.robust_scale_m = robust_scale_m or settings.robust_scale_m
         self.reference_q = np.tile(skeleton.default_q, (observed_ground.shape[0], 1))
         root = root_dofs(skeleton)
-        self.pose_precision = np.where(root, 0.0, settings.pose_std_rad**-2)
-        if pelvis_is_bare(skeleton):
-            self.pose_precision[skeleton.dofs.index(LUMBAR)] = LUMBAR_STD_RAD**-2
+        self.pose_precision = pose_precision(skeleton, settings.pose_std_rad)
         limits = np.array([c.range for c in skeleton.free_coordinates]).reshape(-1, 2)
         self.lower = np.where(root, -np.inf, limits[:, 0])
         self.upper = np.where(root, np.inf, limits[:, 1])
@@ -228,6 +226,21 @@ def pelvis_is_bare(skeleton: Skeleton) -> bool:
     """Whether no marker of its own shows how the pelvis is tilted between the legs and the trunk."""
     carrying = {skeleton.joints[marker.body].parent for marker in skeleton.markers}
     return LUMBAR in skeleton.dofs and -1 not in carrying
+
+
+def pose_precision(
+    skeleton: Skeleton, std_rad: float | Float[np.ndarray, " dofs"]
+) -> Float[np.ndarray, " dofs"]:
+    """Of the pull to a posture or to another motion [1/rad²]; none for the root.
+
+    Args:
+        skeleton: its markers are those observed.
+        std_rad: of the dofs; a back whose pelvis has no marker is held nearer.
+    """
+    precision = np.where(root_dofs(skeleton), 0.0, std_rad**-2)
+    if pelvis_is_bare(skeleton):
+        precision[skeleton.dofs.index(LUMBAR)] = LUMBAR_STD_RAD**-2
+    return precision
 
 
 def start_postures(skeleton: Skeleton) -> Float[np.ndarray, "postures dofs"]:

@@ -33,7 +33,7 @@ from solver.dynamics.trajectory.trajectory_search import Border
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import TrialCost, knot_spacing, trial_levels
 from solver.dynamics.trajectory.trial_data import TrialData
-from solver.kinematics.frame_solver import LUMBAR, LUMBAR_STD_RAD, pelvis_is_bare, root_dofs
+from solver.kinematics.frame_solver import LUMBAR, pelvis_is_bare, pose_precision, root_dofs
 from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.forward import ForwardKinematics
@@ -299,9 +299,7 @@ class _Linear:
     ) -> Float[np.ndarray, "frames dofs errors"]:
         """Where the marker fit, to which the motion is pulled, goes with markers that are so far off."""
         skeleton, precision, moved = self.point.kinematics.skeleton, KinematicsSettings.marker_std_m**-2, []
-        pull = np.where(root_dofs(skeleton), 0.0, KinematicsSettings.pose_std_rad**-2)
-        if pelvis_is_bare(skeleton):
-            pull[skeleton.dofs.index(LUMBAR)] = LUMBAR_STD_RAD**-2
+        pull = pose_precision(skeleton, KinematicsSettings.pose_std_rad)
         for states in self.point.chunks:
             S, x = self.markers.tree.twists(states.poses), self.point.kinematics.markers(states.poses)
             weight = precision * self.markers.seen[states.frames]

@@ -15,7 +15,7 @@ from solver.dynamics.trajectory.spline_basis import DEGREE
 from solver.dynamics.trajectory.terms.term import SharedParameters, TrialPoint
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trial_data import ExtraParameters
-from solver.kinematics.frame_solver import LUMBAR, LUMBAR_STD_RAD, pelvis_is_bare, root_dofs
+from solver.kinematics.frame_solver import pose_precision
 from solver.kinematics.motion import Motion
 from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.skeleton import Skeleton
@@ -42,10 +42,7 @@ def pull_precision(
         settings: how far dofs may leave the marker fit that markers see, and those that none sees.
     """
     undetermined = undetermined_dofs(skeleton, observed_ground)
-    std = np.where(undetermined, UNDETERMINED_STD_RAD, settings.pose_std_rad)
-    if pelvis_is_bare(skeleton):
-        std[skeleton.dofs.index(LUMBAR)] = LUMBAR_STD_RAD
-    return np.where(root_dofs(skeleton), 0.0, std**-2)
+    return pose_precision(skeleton, np.where(undetermined, UNDETERMINED_STD_RAD, settings.pose_std_rad))
 
 
 class PosePull:
