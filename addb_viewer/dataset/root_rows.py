@@ -149,7 +149,7 @@ def subject_row(
         "arms": any(name.startswith(("humerus", "ulna", "radius")) for name in fit.skeleton.body_names),
         "contact_bodies": [feet[sides.index(side)] for side in SIDE_WORDS],
         "fit_key": key,
-        "notes": list(notes),
+        "notes": [str(note) for note in notes],
     }
 
 
