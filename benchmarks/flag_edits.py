@@ -59,7 +59,7 @@ def rows(folder: str, trial: str) -> Iterator[Row]:
     """Of random edits of one trial, every second of which takes back the one before it."""
     subject = open_subject(data_folder() / folder)
     settings = settings_for(subject.folder)
-    kept = solve(subject, settings, trials=[trial], held_out=False)
+    kept = solve(subject, settings, trials=[trial])
     tight_kept = _tight(kept, {}, settings)
     rng = np.random.default_rng(len(trial))
     for k in range(EDITS):

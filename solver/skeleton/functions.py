@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -88,8 +88,7 @@ class CubicSpline:
     @cached_property
     def pieces(self) -> Float[np.ndarray, "pieces 5"]:
         """Where each begins; there its value, slope, half its second, a sixth of its third derivative."""
-        knots = np.array(self.x)
-        return np.column_stack([knots[:-1], _simm_coefficients(knots, np.array(self.y))])
+        return _pieces(self.x, self.y)
 
     @cached_property
     def _alone(self) -> "CubicTable":
@@ -179,6 +178,12 @@ class CubicTable:
         slope = b + h * (2 * c + 3 * h * d)
         value = a + h * (b + h * (c + h * d)) + slope * (x - inside)
         return value, slope, np.where(x == inside, 2 * c + 6 * h * d, 0.0)
+
+
+@lru_cache(maxsize=4096)
+def _pieces(x: tuple[float, ...], y: tuple[float, ...]) -> Float[np.ndarray, "pieces 5"]:
+    knots = np.array(x)
+    return np.column_stack([knots[:-1], _simm_coefficients(knots, np.array(y))])
 
 
 def _simm_coefficients(

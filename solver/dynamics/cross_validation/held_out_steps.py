@@ -134,6 +134,7 @@ class HeldOutSteps:
             gradient = Gradient(
                 tuple(part.gradient.coefficients for part in system),
                 by_shared,
+                sum(part.gradient.cost for part in system),
             )
             steps = BorderedFactor(system, curvatures.sum(axis=0)).steps(gradient, of_choices)
         whole = np.zeros((len(steps), shared.count))

@@ -17,14 +17,16 @@ class Gradient:
 
     coefficients: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # by trials
     shared: Float[np.ndarray, " shared"]
+    cost: float  # whole, not half
 
 
 @dataclass(eq=False)
 class TrialGradient:
-    """Of half the cost of one trial: zero at first, added to by its terms."""
+    """Of half the cost of one trial, and the cost: zero at first, added to by its terms."""
 
     coefficients: Float[np.ndarray, "coefficients columns"]
     shared: Float[np.ndarray, " shared"]
+    cost: float = 0.0  # whole, not half
 
     @classmethod
     def zero(cls, shape: tuple[int, ...], shared: int) -> "TrialGradient":
@@ -46,7 +48,6 @@ class TrialSystem:
     border: Float[np.ndarray, "coefficients columns shared"]
     corner: Float[np.ndarray, "shared shared"]
     gradient: TrialGradient
-    cost: float = 0.0  # whole, not half
 
     @classmethod
     def zero(cls, basis: SplineBasis, columns: int, shared: int) -> "TrialSystem":

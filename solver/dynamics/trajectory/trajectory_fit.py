@@ -181,7 +181,8 @@ class WindowedFit:
         assert window.spline is not None
         solver = self._solver([window])
         system = solver.linearized(State([window.spline], solver.shared(at.phi, at.x)))
-        slope = Gradient((system[0].gradient.coefficients,), system[0].gradient.shared)
+        own = system[0].gradient
+        slope = Gradient((own.coefficients,), own.shared, own.cost)
         factor = BorderedFactor(system, np.zeros((at.count, at.count)))
         return factor.corner, factor.reduced(slope)
 

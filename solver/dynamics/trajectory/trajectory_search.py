@@ -24,8 +24,7 @@ FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
 # tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
 SMALL_STEP = 10  # tolerances
 AS_PREDICTED = 0.1
-EDITED_TOLERANCE_SHARE = 0.1  # times the tolerance: so closely the motion follows an edit
-MOST_FOLLOWING = 25  # steps after an edit with one factor
+MOST_FOLLOWING = 6  # steps after an edit with one factor, which costs as much as five of them
 TRIES, SHORTER = 4, 0.25  # of such a step, and how long each is against the one before
 LAST_DIGITS = 1e-12  # of the cost, which is a sum of many: no step is told by less
 
@@ -75,7 +74,7 @@ def searched(
         phi: inertia parameters where the search begins; None: the nominal ones.
         edited: the data begin where a fit ended, and forces on a few frames have changed since. What that
             gains decides, which may be less than the tolerance of the whole cost and hundreds of newtons on a
-            frame: the motion follows the edit to within a share of the tolerance, the cost to its square.
+            frame: the motion follows the edit to within the tolerance, the cost to its square.
     """
     state = solver.begun(phi)
     damping, converged, iteration = FIRST_DAMPING, False, 0
@@ -86,8 +85,8 @@ def searched(
         iteration += 1
         while damping < MOST_DAMPING:
             system = solver.linearized(state)
-            cost = sum(part.cost for part in system) + solver.prior_cost(state)
             gradient = solver.gradient_of(state, system)
+            cost = gradient.cost
             factor = solver.factorized(state, system, damping)
             step = factor.step(gradient)
             tried = solver.stepped(state, step)
@@ -112,11 +111,10 @@ def searched(
         left, state, cost, damping = state, tried, tried_cost, damping / 10
         if (undamped or edited) and not converged and gained < NEARLY_THERE * cost:
             if edited:
-                least = (EDITED_TOLERANCE_SHARE * solver.settings.tolerance) ** 2 * (costs[0] - cost)
+                least = solver.settings.tolerance**2 * (costs[0] - cost)
             left, gradient, state, converged = _settled(
                 solver,
                 state,
-                cost,
                 factor,
                 least=max(least, LAST_DIGITS * cost),
                 following=MOST_FOLLOWING if edited else 0,
@@ -150,7 +148,6 @@ def searched(
 def _settled(
     solver: TrajectorySolver,
     state: State,
-    cost: float,
     factor: BorderedFactor,
     *,
     least: float,
@@ -165,7 +162,6 @@ def _settled(
     Args:
         solver: of the trials.
         state: where they begin.
-        cost: there.
         factor: of the curvature.
         least: what may be left to gain.
         following: how many steps may come before the last one.
@@ -181,14 +177,15 @@ def _settled(
         is_last = step.predicted < least
         for _ in range(1 if is_last else TRIES):
             tried = solver.stepped(state, step)
-            tried_cost = solver.cost(tried)
-            if tried_cost < cost:
+            slope = solver.gradient(tried)
+            if slope.cost < gradient.cost:
                 break
             shorter = tuple(SHORTER * part for part in step.coefficients)
             step = replace(step, coefficients=shorter, shared=SHORTER * step.shared)
-        if is_last or tried_cost >= cost:
-            return state, gradient, tried if tried_cost < cost else state, is_last
-        before, state, cost, gradient = gradient, tried, tried_cost, solver.gradient(tried)
+        lower = slope.cost < gradient.cost
+        if is_last or not lower:
+            return state, gradient, tried if lower else state, is_last
+        before, state, gradient = gradient, tried, slope
         learnt.append(_Learnt(_flat(step), _flat(gradient) - _flat(before)))
 
 
@@ -227,7 +224,8 @@ def _laid_out(flat: Float[np.ndarray, " all"], like: Gradient) -> Gradient:
     """As trials' coefficients and shared parameters again."""
     *parts, shared = np.split(flat, np.cumsum([part.size for part in like.coefficients]))
     shapes = (part.shape for part in like.coefficients)
-    return Gradient(tuple(part.reshape(s) for part, s in zip(parts, shapes, strict=True)), shared)
+    coefficients = tuple(part.reshape(s) for part, s in zip(parts, shapes, strict=True))
+    return replace(like, coefficients=coefficients, shared=shared)
 
 
 def _asked(

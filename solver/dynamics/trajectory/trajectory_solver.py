@@ -271,7 +271,8 @@ class TrajectorySolver:
         """Of half the cost, by those of the trials."""
         shared = sum((p.gradient(state.shared) for p in self.priors), np.zeros(state.shared.count))
         shared = sum((part.shared for part in trials), shared)
-        return Gradient(tuple(part.coefficients for part in trials), shared)
+        cost = sum(part.cost for part in trials) + self.prior_cost(state)
+        return Gradient(tuple(part.coefficients for part in trials), shared, cost)
 
     def stepped(self, state: State, step: Step) -> State:
         """Where a step leads."""

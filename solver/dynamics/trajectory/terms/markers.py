@@ -288,9 +288,11 @@ class Markers:
 
     def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
         """By the coefficients."""
-        errors = self._marker_errors(_positions(at))
+        x = _positions(at)
+        errors = self._marker_errors(x)
         by_q = [self._by_q(errors, states.frames, self.tree.twists(states.poses)) for states in at.chunks]
         gradient.add_frames(at.basis, at.frame_weight * np.concatenate(by_q))
+        gradient.cost += self._cost(at, x)
 
     def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
         """The robust weights of the errors are held."""
@@ -303,7 +305,7 @@ class Markers:
             by_q.append(self._by_q(errors, states.frames, S))
             S_last = S[-1:]
         system.gradient.add_frames(at.basis, at.frame_weight * np.concatenate(by_q))
-        system.cost += self._cost(at, x)
+        system.gradient.cost += self._cost(at, x)
 
     def pulls_of_errors(
         self, at: TrialPoint, errors_ground: Iterable[Float[np.ndarray, "frames markers 3"]]

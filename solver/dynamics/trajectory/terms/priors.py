@@ -72,12 +72,12 @@ class PosePull:
     def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
         """By the coefficients."""
         gradient.add_frames(at.basis, at.frame_weight * self.precision * (at.q - self.start_q))
+        gradient.cost += self.cost(at)
 
     def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
         """Quadratic, so the band's share is the same everywhere."""
         system.band.add_values(at.frame_weight * self.precision)
         self.add_gradient(at, system.gradient)
-        system.cost += self.cost(at)
 
 
 class Smoothness:
@@ -102,12 +102,12 @@ class Smoothness:
         columns = slice(len(self.weight))
         c = at.coefficients[:, columns]
         gradient.coefficients[:, columns] += self.weight * at.basis.jerk_product(c)
+        gradient.cost += self.cost(at)
 
     def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
         """Quadratic, so the band's share is the same everywhere."""
         system.band.add_jerk(self.weight)
         self.add_gradient(at, system.gradient)
-        system.cost += self.cost(at)
 
 
 def jerk_level(motion: Motion) -> Float[np.ndarray, " dofs"]:
@@ -155,6 +155,7 @@ class HeldEnds:
     def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
         """By the coefficients."""
         gradient.coefficients[self.held, : self.coefficients.shape[1]] += self._away(at) / HELD_STD**2
+        gradient.cost += self.cost(at)
 
     def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
         """Quadratic, so the band's share is the same everywhere."""
@@ -162,7 +163,6 @@ class HeldEnds:
         rows = np.flatnonzero(self.held)
         system.band.panels[rows[:, None], dofs, 0, dofs] += 1 / HELD_STD**2
         self.add_gradient(at, system.gradient)
-        system.cost += self.cost(at)
 
 
 class InertiaPrior:

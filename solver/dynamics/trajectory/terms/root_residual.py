@@ -56,7 +56,7 @@ class ResidualRows:
         system.band.add_residual_rows(first, jacobians, self.by_shared, system.border, weight)
         system.corner += weight * self.shared_rows.T @ self.shared_rows
         system.gradient.shared += weight * self.gradient_by_shared
-        system.cost += weight * self.cost
+        system.gradient.cost += weight * self.cost
 
     def without(self, held_out: Bool[np.ndarray, " frames"]) -> "ResidualRows":
         """The same, zero on some frames; the cost stays that of all."""
@@ -141,6 +141,7 @@ class RootResidual:
         for states in at.chunks:
             rows = self.rows(at.shared, states)
             gradient.shared += at.frame_weight * rows.gradient_by_shared
+            gradient.cost += at.frame_weight * rows.cost
             by_states.append(rows.gradient_by_states)
         add_by_states(at, by_states, gradient)
 

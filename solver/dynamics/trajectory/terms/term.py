@@ -48,6 +48,8 @@ class SharedParameters:
 
     def moved(self, step: Float[np.ndarray, " shared"]) -> "SharedParameters":
         """After a step that was found by the derivatives here."""
+        if not len(step):
+            return self
         free, phi = self.free_inertias, self.phi
         if free:
             phi = self.inertias.moved(phi, step[:free])
@@ -151,7 +153,7 @@ class Term(Protocol):
         ...
 
     def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
-        """That of half the cost, exactly, at a fraction of the system's price."""
+        """That of half the cost, exactly, and the cost, at a fraction of the system's price."""
         ...
 
     def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:

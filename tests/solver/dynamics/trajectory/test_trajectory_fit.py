@@ -202,6 +202,7 @@ def test_the_gradient_alone_is_that_of_the_whole_system(light_capped, trial):
     scale = np.abs(whole.coefficients[0]).max()
     np.testing.assert_allclose(alone.coefficients[0], whole.coefficients[0], atol=1e-12 * scale)
     np.testing.assert_allclose(alone.shared, whole.shared, rtol=1e-10)
+    assert alone.cost == pytest.approx(solver.cost(state), rel=1e-12)
 
 
 def test_cost_and_system_are_the_same_whatever_the_chunks(light_capped, trial, monkeypatch):
@@ -211,7 +212,7 @@ def test_cost_and_system_are_the_same_whatever_the_chunks(light_capped, trial, m
     monkeypatch.setattr(term, "CHUNK", 7)
     ((chunked,), again) = solver.linearized(state), solver.cost(state)
     assert again == pytest.approx(cost, rel=1e-12)
-    assert chunked.cost + solver.prior_cost(state) == pytest.approx(cost, rel=1e-12)
+    assert chunked.gradient.cost + solver.prior_cost(state) == pytest.approx(cost, rel=1e-12)
     pairs = (
         (whole.gradient.coefficients, chunked.gradient.coefficients),
         (whole.gradient.shared, chunked.gradient.shared),

@@ -72,7 +72,7 @@ class Case:
         R, J = rows(self.iterate), self.derivatives(rows, self.iterate)
         system = self.system(term, self.iterate)
         assert np.linalg.norm(R) > 0
-        assert system.cost == pytest.approx(R @ R, rel=1e-6)
+        assert system.gradient.cost == pytest.approx(R @ R, rel=1e-6)
         found, expected = dense(system), J.T @ J
         np.testing.assert_allclose(flat(system.gradient), J.T @ R, atol=1e-6 * np.abs(J.T @ R).max())
         # Each entry against what its row and column are worth: blocks differ by powers of ten.
