@@ -86,11 +86,6 @@ class CubicSpline:
     y: tuple[float, ...]
 
     @cached_property
-    def pieces(self) -> Float[np.ndarray, "pieces 5"]:
-        """Where each begins; there its value, slope, half its second, a sixth of its third derivative."""
-        return _pieces(self.x, self.y)
-
-    @cached_property
     def _alone(self) -> "CubicTable":
         return CubicTable([self])
 
@@ -155,7 +150,7 @@ class CubicTable:
 
     def __init__(self, splines: Sequence[CubicSpline]) -> None:
         """Lay out the pieces of all in one table."""
-        pieces = [spline.pieces for spline in splines]
+        pieces = [_pieces(spline.x, spline.y) for spline in splines]
         most = max((len(own) for own in pieces), default=1)
         self._table = np.full((len(splines), most, 5), np.inf)
         for row, own in zip(self._table, pieces, strict=True):
@@ -182,6 +177,7 @@ class CubicTable:
 
 @lru_cache(maxsize=4096)
 def _pieces(x: tuple[float, ...], y: tuple[float, ...]) -> Float[np.ndarray, "pieces 5"]:
+    """Where each begins; there its value, slope, half its second, a sixth of its third derivative."""
     knots = np.array(x)
     return np.column_stack([knots[:-1], _simm_coefficients(knots, np.array(y))])
 

@@ -131,11 +131,8 @@ class HeldOutSteps:
                 for lasting, residual, trial in zip(self.lasting, self.residuals, layout, strict=True)
             ]
             by_shared = np.sum([part.gradient.shared for part in system], axis=0) + slopes.sum(axis=0)
-            gradient = Gradient(
-                tuple(part.gradient.coefficients for part in system),
-                by_shared,
-                sum(part.gradient.cost for part in system),
-            )
+            coefficients = tuple(part.gradient.coefficients for part in system)
+            gradient = Gradient(coefficients, by_shared, sum(part.gradient.cost for part in system))
             steps = BorderedFactor(system, curvatures.sum(axis=0)).steps(gradient, of_choices)
         whole = np.zeros((len(steps), shared.count))
         whole[:, asked] = [step.shared for step in steps]

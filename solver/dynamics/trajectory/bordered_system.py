@@ -78,11 +78,6 @@ class SharedChoice:
     curvature: Float[np.ndarray, "shared shared"]
     gradient: Float[np.ndarray, " shared"]
 
-    @classmethod
-    def all(cls, count: int) -> "SharedChoice":
-        """All free, nothing added."""
-        return cls(np.ones(count, dtype=bool), np.zeros((count, count)), np.zeros(count))
-
 
 class BorderedFactor:
     """The factored system: trials' coefficients are eliminated first, which leaves the small border."""
@@ -129,7 +124,8 @@ class BorderedFactor:
     def step(self, gradient: Gradient) -> Step:
         """Down this gradient, which may be of another place than the factored curvature."""
         count = len(gradient.shared)
-        return self.steps(gradient, [SharedChoice.all(count)])[0]
+        whole = SharedChoice(np.ones(count, dtype=bool), np.zeros((count, count)), np.zeros(count))
+        return self.steps(gradient, [whole])[0]
 
     def steps(self, gradient: Gradient, choices: Sequence[SharedChoice]) -> list[Step]:
         """Likewise, each time with some of the shared parameters free, and with more of a prior on them."""
