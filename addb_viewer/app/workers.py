@@ -160,7 +160,7 @@ class Asked:
         key = json.dumps({name: as_plain(review) for name, review in reviews.items()}, sort_keys=True)
         if key not in self.known:
             job = replace(job, reviews=reviews)
-            solved = self.fit if not changes(self.fit, job) else resolved(job, self.fit, with_std=False)
+            solved = self.fit if not changes(self.fit, job) else resolved(job, self.fit)
             if solved is None:
                 raise FitError(
                     "recordings, settings or accepted causes have changed since the kept fit: keep another "

@@ -260,7 +260,8 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     Raises:
         SolverError: the fit would not find room in the results folder, or the data cannot be used.
     """
-    if kept is not None and (fit := resolved(job, kept, part(progress, 0.0, RESOLVED))) is not None:
+    resolving = part(progress, 0.0, RESOLVED)
+    if kept is not None and (fit := resolved(job, kept, resolving, to_keep=True)) is not None:
         judging, before = part(progress, RESOLVED, 1.0), kept.held_out_layouts
         fit = predict_held_out(fit, job.settings, judging, job.extension, before=before)
         return fit, "only flags changed: scaling and marker fit are those of the kept fit"
@@ -276,14 +277,14 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
     return fit, ""
 
 
-def resolved(job: Job, kept: Fit, progress: Progress = silent, *, with_std: bool = True) -> Fit | None:
+def resolved(job: Job, kept: Fit, progress: Progress = silent, *, to_keep: bool = False) -> Fit | None:
     """The kept fit with the forces that count now, as `resolve` leaves it; None where more has changed.
 
     Args:
         job: what is wanted; nothing is written.
         kept: the last fit.
         progress: told how far it is.
-        with_std: and how far it may be off.
+        to_keep: with how far it may be off, and refused where it would find no room.
 
     Raises:
         SolverError: as `computed`.
@@ -291,9 +292,10 @@ def resolved(job: Job, kept: Fit, progress: Progress = silent, *, with_std: bool
     wanted = _wanted(job.subject, job.trials)
     if not can_resolve(kept, job.subject, wanted, job.settings, extension=job.extension):
         return None
-    _check_room(job, kept.skeleton, [trial.capture for trial in kept.trials])
+    if to_keep:
+        _check_room(job, kept.skeleton, [trial.capture for trial in kept.trials])
     previous = replace(kept, subject=job.subject)
-    return resolve(previous, job.reviews, job.settings, progress, extension=job.extension, with_std=with_std)
+    return resolve(previous, job.reviews, job.settings, progress, extension=job.extension, with_std=to_keep)
 
 
 def _check_room(job: Job, skeleton: Skeleton, captures: Sequence[Capture]) -> None:
