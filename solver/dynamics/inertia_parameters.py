@@ -66,14 +66,18 @@ class InertiaParameters:
         return D
 
     def moved(
-        self, phi: Float[np.ndarray, " parameters"], step: Float[np.ndarray, " parameters"]
+        self,
+        phi: Float[np.ndarray, " parameters"],
+        step: Float[np.ndarray, " parameters"],
+        J: Float[np.ndarray, "bodies 4 4"],
+        D: Float[np.ndarray, "bodies 10 4 4"],
     ) -> Float[np.ndarray, " parameters"]:
-        """φ after a step whose size was found by the derivatives at φ.
+        """φ after a step whose size was found by the derivatives D at φ, where the bodies are J.
 
-        The required wrench is linear in J, not in φ: so the bodies become J + ∂J/∂φ step, and φ what that
+        The required wrench is linear in J, not in φ: so the bodies become J + D step, and φ what that
         takes. Where such a body could not exist, its φ moves by the step itself.
         """
-        J, D, target = self.pseudo_inertias(phi), self.derivatives(phi), phi + step
+        target = phi + step
         for group in range(len(self.names)):
             body = int(np.flatnonzero(self.group == group)[0])
             own = slice(PER_BODY * group, PER_BODY * (group + 1))

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.linalg import block_diag
-from threadpoolctl import threadpool_limits
 
 from solver.common.notes import Kind, Note, noted
+from solver.common.one_thread import one_thread
 from solver.common.progress import Progress, silent
 from solver.kinematics.frame_solver import PoseProblem, initial_poses, solve_frames
 from solver.kinematics.root_joint import root_joint
@@ -196,7 +196,7 @@ def calibrate(
             lie from the model's place for it [m]; None where the model is to be scaled.
         progress: told the fraction done; may raise `Cancelled`.
     """
-    with threadpool_limits(1):
+    with one_thread():
         groups = scale_groups(generic)
         model_height = stature(generic)
         kept = registered_std is not None

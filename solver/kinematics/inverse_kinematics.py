@@ -3,10 +3,10 @@
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.linalg import solveh_banded
-from threadpoolctl import threadpool_limits
 
 from solver.common.errors import FitError
 from solver.common.frames_at_once import FRAMES_AT_ONCE, by_frames, joined, overlapping
+from solver.common.one_thread import one_thread
 from solver.common.progress import Progress, silent
 from solver.common.true_runs import runs
 from solver.kinematics.determined import posed_frames
@@ -54,7 +54,7 @@ def inverse_kinematics(
     Raises:
         FitError: on no frame do the markers determine the pose.
     """
-    with threadpool_limits(1):
+    with one_thread():
         problem = PoseProblem(skeleton, observed_ground, settings)
         root = root_joint(skeleton)
         usable = np.flatnonzero(problem.seen.sum(axis=1) >= FEWEST_MARKERS)

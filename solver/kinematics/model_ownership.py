@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from threadpoolctl import threadpool_limits
 
 from solver.common.notes import Kind, Note, noted
+from solver.common.one_thread import one_thread
 from solver.kinematics.calibration import CalibrationFrames
 from solver.kinematics.frame_solver import PoseProblem, initial_poses, solve_frames
 from solver.kinematics.root_joint import root_joint
@@ -105,7 +105,7 @@ def as_it_is(
         settings: of the kinematics.
     """
     every = np.arange(len(frames.observed_ground))
-    with threadpool_limits(1):
+    with one_thread():
         problem = PoseProblem(body, frames.observed_ground, settings, CALIBRATION_ROBUST_SCALE_M)
         q, _ = initial_poses(problem, root_joint(body), every)
         q, _ = solve_frames(problem, q, every)

@@ -16,8 +16,8 @@ from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float
-from threadpoolctl import threadpool_limits
 
+from solver.common.one_thread import one_thread
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.observed_trial import Scene
@@ -110,7 +110,7 @@ def projected_chunks(scene: Scene, soft_tissue: float) -> Iterator[ProjectedChun
     trust = seen / (1 + (error**2).sum(axis=2) / TRUSTED_M**2)
     of_body = (markers.body[:, None] == np.unique(markers.body)).astype(float)
     count = len(markers.names)
-    with threadpool_limits(1):
+    with one_thread():
         for low in range(0, scene.frames, CHUNK):
             own = slice(low, min(scene.frames, low + CHUNK))
             poses = kinematics.poses(scene.motion.q[own])

@@ -62,7 +62,8 @@ class PlateScene:
         """
         recorded = samples_ground is self.loads.wrench_ground
         spline = self._recorded if recorded else self._smooth(samples_ground)
-        values = spline(np.clip(self._samples_at(times), 0, len(samples_ground) - 1))
+        samples = (times - self.plate.start_time) * self.plate.rate
+        values = spline(np.clip(samples, 0, len(samples_ground) - 1))
         values[~self.covers(times)] = np.nan
         return values
 
@@ -93,9 +94,6 @@ class PlateScene:
     def covers(self, times: Float[np.ndarray, " frames"]) -> Bool[np.ndarray, " frames"]:
         """Whether something was recorded at these times [s] on the markers' clock."""
         return observed_at(times, self.plate, self.loads.recorded)
-
-    def _samples_at(self, times: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
-        return (times - self.plate.start_time) * self.plate.rate
 
 
 @dataclass(frozen=True, eq=False)

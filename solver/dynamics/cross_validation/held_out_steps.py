@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from threadpoolctl import threadpool_limits
 
+from solver.common.one_thread import one_thread
 from solver.dynamics.trajectory.bordered_system import (
     BorderedFactor,
     Gradient,
@@ -61,7 +61,7 @@ class HeldOutSteps:
             FitError: as the fit.
         """
         refuse(trials, extra)
-        with threadpool_limits(1):
+        with one_thread():
             self.solver = TrajectorySolver(skeleton, trials, settings, extra)
             self.trials, self.mass_is_fitted = trials, mass_is_fitted
             self.state = self.solver.begun(phi)
@@ -90,7 +90,7 @@ class HeldOutSteps:
         """
         steps = self.steps(layout, choices, caution)
         shared_steps = np.array([step.shared for step in steps])
-        with threadpool_limits(1):
+        with one_thread():
             return [
                 residual.missed(
                     trial.held_out,
@@ -125,7 +125,7 @@ class HeldOutSteps:
             SharedChoice(some[asked], (weight - 1) * curvatures[0], (weight - 1) * slopes[0])
             for some, (_, weight) in zip(free, choices, strict=True)
         ]
-        with threadpool_limits(1):
+        with one_thread():
             system = [
                 self._seen(lasting, residual, trial, asked)
                 for lasting, residual, trial in zip(self.lasting, self.residuals, layout, strict=True)

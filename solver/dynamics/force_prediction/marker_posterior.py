@@ -17,9 +17,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.linalg import solve_triangular
-from threadpoolctl import threadpool_limits
 
 from solver.common.frames_at_once import by_frames, joined, overlapping
+from solver.common.one_thread import one_thread
 from solver.common.white_noise import white_noise
 from solver.dynamics.force_prediction.marker_noise import MarkerNoise
 from solver.dynamics.momentum_terms import MomentumTerms, momentum_terms
@@ -80,7 +80,7 @@ class MarkerPosterior:
             terms: of `momentum`.
             windows: what is averaged; rows are windows × six components.
         """
-        with threadpool_limits(1):
+        with one_thread():
             return _propagated(self, [terms.by_q, terms.by_v, terms.by_a], windows)
 
 
@@ -115,7 +115,7 @@ def posterior_of(
         noise: iterations and the choice of smoothness.
         begin: coefficients to begin with; None: those nearest to inverse kinematics.
     """
-    with threadpool_limits(1):
+    with one_thread():
         start, pull = track.start, track.pull
         basis = spline_basis(start.frames, start.rate, track.spacing)
         smoothness = noise.smoothness[0]

@@ -230,7 +230,8 @@ def _together(
     gains = parameters.some((GAINS,))
     notes: tuple[Note, ...] = ()
     if gains.any():
-        notes = gain_notes(prediction_fit.extra[gains], np.sqrt(prediction_fit.extra_variance[gains]))
+        variance = np.diag(prediction_fit.extra_covariance)[gains]
+        notes = gain_notes(prediction_fit.extra[gains], np.sqrt(variance))
     return Predicted(
         tuple(wrenches),
         prediction_fit.skeleton,

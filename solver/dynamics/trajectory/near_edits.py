@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
-from threadpoolctl import threadpool_limits
 
+from solver.common.one_thread import one_thread
 from solver.common.progress import Progress
 from solver.common.true_runs import runs
 from solver.dynamics.inertia_parameters import inertia_parameters
@@ -111,7 +111,7 @@ def fit_near_edits(
         assert trial.spline is not None
         splines.append(trial.spline)
     if parts:
-        with threadpool_limits(1):
+        with one_thread():
             solver = TrajectorySolver(fitted, parts, replace(settings, fit_inertias=False))
             near = searched(solver, progress, None, edited=True)
         for span, part in zip(spans, near.splines, strict=True):

@@ -26,11 +26,11 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
-from threadpoolctl import threadpool_limits
 
 from solver.common.filters import low_pass
 from solver.common.frames_at_once import by_frames, joined
 from solver.common.notes import Kind, Note
+from solver.common.one_thread import one_thread
 from solver.common.progress import Progress, part, silent
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.material_acceleration import required_ground
@@ -254,7 +254,7 @@ def fit_trajectories(
     """
     extra = extra or ExtraParameters.none()
     refuse(trials, extra)
-    with threadpool_limits(1):
+    with one_thread():
         caution = inertia_caution(skeleton, trials, settings) if settings.fit_inertias else 1.0
         if not are_long([len(trial.counts) for trial in trials], settings):
             solver = TrajectorySolver(

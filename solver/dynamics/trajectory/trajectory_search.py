@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
-from threadpoolctl import threadpool_limits
 
 from solver.common.notes import Kind, Note, noted
+from solver.common.one_thread import one_thread
 from solver.common.progress import Progress
 from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient, SharedChoice, Step
 from solver.dynamics.trajectory.terms.term import SharedParameters
@@ -47,11 +47,11 @@ class TrajectoryFit:
     splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # coefficients of the motions
     phi: Float[np.ndarray, " parameters"]
     iterations: int
-    converged: bool
-    notes: tuple[Note, ...]
-    costs: tuple[float, ...]  # where the search began, and after each iteration
     # Where one more step would take φ, were all frames' errors independent and of the fit's own size
     asked_phi: Float[np.ndarray, " parameters"]
+    converged: bool = False
+    notes: tuple[Note, ...] = ()
+    costs: tuple[float, ...] = ()  # where the search began, and after each iteration
     extra: Float[np.ndarray, " extra"] = field(default_factory=lambda: np.zeros(0))  # x
     # Of x, with trajectories and inertias free: from the border after all trials' bands are eliminated. The
     # weights take frames as independent, so it is rather too small.
@@ -126,22 +126,34 @@ def searched(
                 asked = _asked(solver, left, gradient, factor)
         del system, factor
     progress("dynamics", 1.0)
-    shared = state.shared
+    unsettled = noted(Kind.SOLVE, f"the trajectory fit did not settle in {iteration} iterations")
+    fit = _fit_at(solver, state, iterations=iteration, extra_covariance=extra_covariance(solver, state))
+    return replace(
+        fit,
+        converged=converged,
+        notes=() if converged else unsettled,
+        costs=tuple(float(c) for c in costs),
+        asked_phi=asked,
+        border=border,
+    )
+
+
+def _fit_at(
+    solver: TrajectorySolver,
+    state: State,
+    *,
+    iterations: int,
+    extra_covariance: Float[np.ndarray, "extra extra"],
+) -> TrajectoryFit:
     return TrajectoryFit(
-        skeleton=solver.skeleton(state),
+        skeleton=state.shared.skeleton if state.shared.free_inertias else solver.inertias.skeleton,
         motions=tuple(part.motion(at) for part, at in solver.at(state)),
         splines=tuple(state.coefficients),
-        phi=shared.phi,
-        iterations=iteration,
-        converged=converged,
-        asked_phi=asked,
-        notes=()
-        if converged
-        else noted(Kind.SOLVE, f"the trajectory fit did not settle in {iteration} iterations"),
-        costs=tuple(float(c) for c in costs),
-        extra=shared.x,
-        extra_covariance=extra_covariance(solver, state),
-        border=border,
+        phi=state.shared.phi,
+        iterations=iterations,
+        asked_phi=state.shared.phi,
+        extra=state.shared.x,
+        extra_covariance=extra_covariance,
     )
 
 
@@ -258,24 +270,6 @@ def extra_covariance(solver: TrajectorySolver, state: State) -> Float[np.ndarray
     return np.linalg.inv(corner)[free:, free:]
 
 
-@dataclass(frozen=True)
-class Stepped:
-    """Where a few steps of the fit lead."""
-
-    skeleton: Skeleton
-    motions: tuple[Motion, ...]
-    extra: Float[np.ndarray, " extra"]
-    corner: Float[np.ndarray, "shared shared"]  # of φ and x, the trajectories eliminated
-    splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # coefficients of the motions
-    phi: Float[np.ndarray, " parameters"]
-
-    @property
-    def extra_variance(self) -> Float[np.ndarray, " extra"]:
-        """Of x."""
-        variance = np.diag(np.linalg.inv(self.corner))
-        return variance[len(variance) - len(self.extra) :]
-
-
 def take_steps(
     skeleton: Skeleton,
     trials: Sequence[TrialData],
@@ -284,7 +278,7 @@ def take_steps(
     *,
     phi: Float[np.ndarray, " parameters"] | None = None,
     extra: ExtraParameters,
-) -> Stepped:
+) -> TrajectoryFit:
     """So many steps of the fit from near its end, where each arrives within the square of what the last left.
 
     Args:
@@ -299,7 +293,7 @@ def take_steps(
         FitError: as the fit.
     """
     refuse(trials, extra)
-    with threadpool_limits(1):
+    with one_thread():
         solver = TrajectorySolver(skeleton, trials, settings, extra)
         state = solver.begun(phi)
         for _ in range(count):
@@ -309,11 +303,5 @@ def take_steps(
             state = solver.stepped(state, factor.step(gradient))
             corner = factor.corner
             del system, factor  # before the next ones are built
-        return Stepped(
-            skeleton=solver.skeleton(state),
-            motions=tuple(part.motion(at) for part, at in solver.at(state)),
-            extra=state.shared.x,
-            corner=corner,
-            splines=tuple(state.coefficients),
-            phi=state.shared.phi,
-        )
+        covariance = np.linalg.inv(corner)[state.shared.free_inertias :, state.shared.free_inertias :]
+        return _fit_at(solver, state, iterations=count, extra_covariance=covariance)

@@ -229,10 +229,6 @@ class TrajectorySolver:
         )
         self.uncautious, self.priors = self.shared_priors.uncautious, self.shared_priors.priors
 
-    def skeleton(self, state: State) -> Skeleton:
-        """With the inertias of a state."""
-        return state.shared.skeleton if state.shared.free_inertias else self.inertias.skeleton
-
     def begun(self, phi: Float[np.ndarray, " parameters"] | None) -> State:
         """Where a search begins; with nominal inertias, unless an earlier fit has some."""
         shared = self.shared(np.zeros(self.inertias.count) if phi is None else phi, self.extra.start)

@@ -16,10 +16,10 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.ndimage import gaussian_filter1d
-from threadpoolctl import threadpool_limits
 
 from solver.common.filters import low_pass
 from solver.common.frames_at_once import joined
+from solver.common.one_thread import one_thread
 from solver.dynamics.dynamics import BodyLoad, MassStd, TrialStd
 from solver.dynamics.inertia_parameters import PER_BODY, inertia_parameters, prior_std, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
@@ -83,7 +83,7 @@ def trial_std(
     """
     data = _near_the_end(skeleton, data, spline, settings)
     own_windows = std_windows(data, settings)
-    with threadpool_limits(1):
+    with one_thread():
         parts = [_linear(skeleton, data, loads, settings, window).std(sizes) for window in own_windows]
     std = [
         joined([part[k] for part in parts], [window.start for window in own_windows])
@@ -110,7 +110,7 @@ def torque_errors(
     """
     data = _near_the_end(skeleton, data, spline, settings)
     window = max(std_windows(data, settings), key=lambda own: min(frame - own.start, own.end - 1 - frame))
-    with threadpool_limits(1):
+    with one_thread():
         return _linear(skeleton, data, loads, settings, window).torque_errors(sizes, frame - window.start)
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from threadpoolctl import threadpool_limits
 
 from solver.capture.capture import Markers
+from solver.common.one_thread import one_thread
 from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.unnamed.landmark_mixture import BodyShape, LandmarkMixture, by_shape, landmark_mixture
 from solver.kinematics.unnamed.neighbours import weighed_against_neighbours
@@ -85,7 +85,7 @@ def recognise(
     Returns:
         None where there is nothing to look at.
     """
-    with threadpool_limits(1):
+    with one_thread():
         cloud = _cloud(recordings)
         if cloud is None:
             return None

@@ -109,17 +109,20 @@ def test_the_wrenchs_derivative_by_the_parameters(crane, crane_q, parameters):
 def test_a_step_is_taken_in_the_pseudo_inertias(parameters):
     rng = np.random.default_rng(6)
     phi, step = rng.normal(0, 0.1, parameters.count), rng.normal(0, 0.05, parameters.count)
-    change = np.einsum("bk,bkij->bij", step.reshape(-1, 10)[parameters.group], parameters.derivatives(phi))
+    J, D = parameters.pseudo_inertias(phi), parameters.derivatives(phi)
+    change = np.einsum("bk,bkij->bij", step.reshape(-1, 10)[parameters.group], D)
     inside = parameters.group >= 0
-    moved = parameters.pseudo_inertias(parameters.moved(phi, step))
-    expected = parameters.pseudo_inertias(phi) + change
+    moved = parameters.pseudo_inertias(parameters.moved(phi, step, J, D))
+    expected = J + change
     np.testing.assert_allclose(moved[inside], expected[inside], atol=1e-10)
 
 
 def test_a_step_to_a_body_that_could_not_exist_is_taken_in_the_parameters(parameters):
     step = np.zeros(parameters.count)
     step[9] = -0.8  # of the mass's logarithm: its square root would be 1 − 2 · 0.8
-    np.testing.assert_allclose(parameters.moved(np.zeros(parameters.count), step), step, atol=1e-12)
+    phi = np.zeros(parameters.count)
+    moved = parameters.moved(phi, step, parameters.pseudo_inertias(phi), parameters.derivatives(phi))
+    np.testing.assert_allclose(moved, step, atol=1e-12)
 
 
 def test_prior_of_a_segment_is_the_stated_scatter(parameters):

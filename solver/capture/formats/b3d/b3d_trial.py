@@ -174,7 +174,7 @@ def read_b3d_trial(path: Path, name: str) -> B3dRecording:
     segments = [b3d.trials[place] for place in found.segments]
     rate = 1 / segments[0].header.trial_timestep
     start_time = float(segments[0].header.original_start_time)
-    names = _marker_names(b3d.header)
+    names = tuple(name or f"unnamed_{place}" for place, name in enumerate(b3d.header.marker_name))
     positions = np.concatenate([_markers(segment, names) for segment in segments])
     seen, marker_notes = unseen_as_nan(positions, names, path.name)
     guessed = any(segment.header.marker_names_guessed for segment in segments)
@@ -220,11 +220,6 @@ def _reasons(header: TrialHeader) -> Int[np.ndarray, " frames"]:
 
 def _word(number: int) -> str:
     return REASONS[number] if 0 <= number < len(REASONS) else REVIEWED
-
-
-def _marker_names(header: Header) -> tuple[str, ...]:
-    """The file's names; markers without one are called by their place."""
-    return tuple(name or f"unnamed_{place}" for place, name in enumerate(header.marker_name))
 
 
 def _markers(segment: B3dTrial, names: Sequence[str]) -> Float[np.ndarray, "frames markers 3"]:

@@ -52,7 +52,7 @@ class SharedParameters:
             return self
         free, phi = self.free_inertias, self.phi
         if free:
-            phi = self.inertias.moved(phi, step[:free])
+            phi = self.inertias.moved(phi, step[:free], self.pseudo_inertias, self.by_phi)
         return replace(self, phi=phi, x=self.x + step[free:])
 
     @cached_property
