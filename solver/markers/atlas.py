@@ -11,8 +11,8 @@ from jaxtyping import Float
 
 from solver.skeleton.skeleton import Marker, Skeleton
 
-Kind = Literal["bony", "soft", "cluster", "centre"]
-SPREAD_M: dict[Kind, float] = {"bony": 0.012, "soft": 0.02, "cluster": 0.06, "centre": 0.02}
+Kind = Literal["bony", "soft", "cluster", "centre", "pose"]
+SPREAD_M: dict[Kind, float] = {"bony": 0.012, "soft": 0.02, "cluster": 0.06, "centre": 0.02, "pose": 0.02}
 SIDES = {"r": "right", "l": "left"}
 _THIGH_OF_STATURE = 0.245  # Drillis & Contini 1966, as in the default body
 

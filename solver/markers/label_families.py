@@ -32,6 +32,7 @@ NOT_ON_THE_BODY = re.compile(
 # Labels of videos. OpenCap's and Pose2Sim's augmented markers stand beside the keypoints they were made of.
 AUGMENTED = "_study"
 _LEGS = frozenset(side + joint for side in "rl" for joint in ("hip", "knee", "ankle"))
+_POSES = frozenset(("r_thigh_y", "l_thigh_y"))
 _ONLY_VIDEOS = frozenset(("nose", "rbigtoe", "neck"))
 _HEAD_OR_MIDDLE = re.compile(r"head|neck|nose|[rl](eye|ear)|c?hip")
 FRAMES = 24  # of each recording
@@ -178,6 +179,8 @@ def computed_points(
         known: labels that a table has. Such a marker may define computed points and so be a function of them;
             only the ends of an axis are no marker, whatever they are called.
     """
+    if seen_as_poses(names.values()):
+        return {}
     found = _by_name(names) | _keypoints_to_leave(names)
     for markers in recordings:
         for label, why in _by_motion(markers, found, known).items():
@@ -192,7 +195,17 @@ def seen_by_video(labels: Collection[str]) -> bool:
         labels: of a recording, without what all begin with.
     """
     names = {label.lower() for label in labels}
-    return any(name.endswith(AUGMENTED) for name in names) or (names >= _LEGS and bool(_ONLY_VIDEOS & names))
+    keypoints = names >= _LEGS and bool(_ONLY_VIDEOS & names)
+    return keypoints or any(name.endswith(AUGMENTED) for name in names) or seen_as_poses(labels)
+
+
+def seen_as_poses(labels: Collection[str]) -> bool:
+    """Whether these are points on segments whose poses a markerless system wrote: rigid, and all are meant.
+
+    Args:
+        labels: of a recording, without what all begin with.
+    """
+    return not _POSES.isdisjoint(label.lower() for label in labels)
 
 
 def _keypoints_to_leave(names: Mapping[str, str]) -> dict[str, str]:

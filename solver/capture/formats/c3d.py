@@ -11,6 +11,7 @@ from solver.capture.capture import ForcePlate, Markers
 from solver.capture.formats.c3d_contents import C3dContents, foot_events, open_c3d
 from solver.capture.formats.length_units import METRES_PER_UNIT, metres_per_unit, unit_of
 from solver.capture.formats.point_labels import marker_points
+from solver.capture.formats.segment_poses import pose_points
 from solver.capture.marker_cleaning import far_as_nan, unseen_as_nan
 from solver.capture.plates.centre_of_pressure import Surface, centre_of_pressure
 from solver.capture.plates.force_platform import Platform, force_platforms, plate_axes
@@ -81,6 +82,9 @@ def _upwards(contents: C3dContents, markers: Markers, platforms: tuple[Platform,
 
 def _markers(contents: C3dContents) -> tuple[Markers, float, tuple[Note, ...]]:
     """The markers, metres per POINT:UNITS, and notes."""
+    if not contents.points.shape[1]:
+        found = pose_points(contents)
+        return _in_metres(contents, found.names, found.positions, found.rate, found.notes)
     source = contents.path.name
     groups = COMPUTED_GROUPS | set(contents.words("POINT", "TYPE_GROUPS")) - {"MARKERS", "MARKER", "LABELS"}
     computed = frozenset(label for group in groups for label in contents.words("POINT", group))
@@ -91,14 +95,25 @@ def _markers(contents: C3dContents) -> tuple[Markers, float, tuple[Note, ...]]:
         raise CaptureError(
             f"{contents.path}: the file holds no marker ({listed}). Export it with its trajectories."
         )
-    seen, unseen_notes = unseen_as_nan(contents.points[:, list(chosen.columns)], chosen.names, source)
+    points = contents.points[:, list(chosen.columns)]
+    return _in_metres(contents, chosen.names, points, contents.rate, chosen.notes)
+
+
+def _in_metres(
+    contents: C3dContents,
+    names: tuple[str, ...],
+    points: Float[np.ndarray, "frames markers 3"],
+    rate: float,
+    of_names: tuple[Note, ...],
+) -> tuple[Markers, float, tuple[Note, ...]]:
+    source = contents.path.name
+    seen, unseen_notes = unseen_as_nan(points, names, source)
     metres, unit_notes = _metres(contents, seen)
-    positions, far_notes = far_as_nan(seen * metres, chosen.names, source)
-    notes = (*contents.notes, *chosen.notes, *unit_notes, *unseen_notes, *far_notes)
+    positions, far_notes = far_as_nan(seen * metres, names, source)
+    notes = (*contents.notes, *of_names, *unit_notes, *unseen_notes, *far_notes)
     whose = {name for name in contents.words("EVENT", "SUBJECTS") if name}
     events = foot_events(contents)[0] if len(whose) < 2 else ()  # of several people, nobody's
-    markers = Markers(chosen.names, positions, contents.rate, foot_events=events)
-    return markers, metres, notes
+    return Markers(names, positions, rate, foot_events=events), metres, notes
 
 
 def _metres(

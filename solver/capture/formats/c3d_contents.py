@@ -1,10 +1,10 @@
-"""What ezc3d finds in a C3D file, as plain arrays: parameters, points, analog samples."""
+"""What ezc3d finds in a C3D file, as plain arrays: parameters, points, analog samples, rotations."""
 
 import math
 import struct
 import tempfile
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Set
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +26,12 @@ TEXT = 255
 SIZES = {1: 1, 2: 2, 4: 4, TEXT: 1}  # of a parameter's values [bytes], by the number of their type
 SINGLE = {  # parameters whose first number ezc3d takes without a look whether there is one
     *(f"POINT:{name}" for name in ("USED", "RATE", "SCALE", "FRAMES", "DATA_START")),
-    *("ANALOG:USED", "ANALOG:RATE", "ANALOG:GEN_SCALE", "ROTATION:USED", "ROTATION:RATE"),
+    *("ANALOG:USED", "ANALOG:RATE", "ANALOG:GEN_SCALE"),
+    *(f"ROTATION:{name}" for name in ("USED", "RATE", "RATIO", "DATA_START")),
     *("TRIAL:ACTUAL_START_FIELD", "TRIAL:ACTUAL_END_FIELD"),
 }
 MOST_VALUES = 65535  # of a parameter, whose place is told in 16 bits; ezc3d makes room for empty texts, too
+POSE = 17  # numbers of a rotation on a frame: a matrix of 4x4 by columns, and how reliable it is
 LONGEST_DESCRIPTION = 127  # letters; of more, ezc3d takes the length for a negative number
 EXPORT_AGAIN = "Export the trial again, or copy the file again."
 SIDES: dict[str, Side] = {"left": "Left", "right": "Right"}
@@ -49,6 +51,9 @@ class C3dHeader:
     scale: float  # of the stored integers [POINT:UNITS]; negative where numbers are stored as floats
     data_block: int
     file_bytes: int
+    rotations: int = 0
+    poses_per_frame: int = 1  # of each rotation
+    rotation_block: int = 1
 
     @property
     def frames(self) -> int | None:
@@ -58,7 +63,9 @@ class C3dHeader:
     @property
     def frames_held(self) -> int:
         """Number of whole frames in the file, if nothing follows them."""
-        return max(0, self.file_bytes - self.data_start) // self.frame_bytes if self.frame_bytes else 0
+        if not self.frame_bytes:
+            return self.frames or 0
+        return max(0, self.file_bytes - self.data_start) // self.frame_bytes
 
     @property
     def data_start(self) -> int:
@@ -123,8 +130,12 @@ def read_header(path: Path) -> C3dHeader:
         raise CaptureError(
             f"{path}: unknown number format {processor} in the parameter section. {EXPORT_AGAIN}"
         )
-    names = _check_parameters(path, data, parameters)
+    numbers = _check_parameters(path, data, parameters)
     words = struct.unpack_from("<24H", data)
+    rotations, poses_per_frame, rotation_block = (
+        int(float(_texts(numbers[name], processor)[0])) if (name := f"ROTATION:{key}") in numbers else default
+        for key, default in (("USED", 0), ("RATIO", 1), ("DATA_START", 0))
+    )
     header = C3dHeader(
         processor=processor,
         points=words[1],
@@ -135,9 +146,13 @@ def read_header(path: Path) -> C3dHeader:
         scale=_number(data, 12, processor),
         data_block=words[8],
         file_bytes=len(data),
+        rotations=rotations,
+        poses_per_frame=poses_per_frame,
+        rotation_block=rotation_block,
     )
     _check_length(path, header)
-    _check_analog(path, header, names)
+    _check_analog(path, header, numbers.keys())
+    _check_rotations(path, header)
     return header
 
 
@@ -221,15 +236,15 @@ def _texts(record: bytes, processor: int) -> tuple[str, ...]:
     return tuple(str(x) for x in struct.unpack_from(f"<{count}{'b' if size == 1 else 'h'}", values))
 
 
-def _check_parameters(path: Path, data: bytes, start: int) -> frozenset[str]:
+def _check_parameters(path: Path, data: bytes, start: int) -> dict[str, bytes]:
     """Walk the chain of groups and parameters to its end; those that hold numbers, as in "ANALOG:SCALE"."""
-    numbers = set()
+    numbers = {}
     for name, at, record in _parameters(path, data, start):
         if record[0] != TEXT and math.prod(record[2 : 2 + record[1]]) > 0:
-            numbers.add(name)
+            numbers[name] = record
         elif name in SINGLE:
             raise _damaged(path, at)
-    return frozenset(numbers)
+    return numbers
 
 
 def _parameters(path: Path, data: bytes, start: int) -> list[tuple[str, int, bytes]]:
@@ -271,7 +286,24 @@ def _parameters(path: Path, data: bytes, start: int) -> list[tuple[str, int, byt
     return [(f"{groups.get(group)}:{name}", at, record) for group, name, at, record in found]
 
 
-def _check_analog(path: Path, header: C3dHeader, parameters: frozenset[str]) -> None:
+def _check_rotations(path: Path, header: C3dHeader) -> None:
+    """All of them lie in the file: ezc3d ends the program where they don't."""
+    if not header.rotations or (header.frames is None and header.points):
+        return
+    if header.frames is None:
+        raise CaptureError(f"{path}: more poses of segments than a header counts. Export it in parts.")
+    start = (header.rotation_block - 1) * BLOCK
+    size = 4 * POSE * header.rotations * header.poses_per_frame * header.frames
+    if header.processor != INTEL or min(header.rotations, header.poses_per_frame, start) < 1:
+        raise CaptureError(f"{path}: ROTATION:USED, RATIO or DATA_START is damaged. {EXPORT_AGAIN}")
+    if start + size > header.file_bytes:
+        raise CaptureError(
+            f"{path}: the file is cut off: {header.file_bytes} bytes, of which its rotations alone take "
+            f"{start + size}. {EXPORT_AGAIN}"
+        )
+
+
+def _check_analog(path: Path, header: C3dHeader, parameters: Set[str]) -> None:
     """Without scale or offset nothing tells what the samples mean, and ezc3d ends the program."""
     if header.analogs_per_frame and {"ANALOG:USED", "ANALOG:RATE"} <= parameters:
         missing = sorted({"ANALOG:SCALE", "ANALOG:OFFSET"} - parameters)
@@ -308,6 +340,7 @@ class C3dContents:
     rate: float  # [Hz] of the points
     analogs: Float[np.ndarray, "samples channels"]  # [ANALOG:UNITS]
     notes: tuple[Note, ...] = ()
+    rotations: Float[np.ndarray, "poses segments 17"] = field(default_factory=lambda: np.zeros((0, 0, POSE)))
     first_frame: int = 0  # recorded before the first that is stored; EVENT counts from there
 
     @property
@@ -357,7 +390,7 @@ def open_c3d(path: Path) -> C3dContents:
         notes += noted(Kind.OTHER, f"{path.name}: POINT:RATE is missing; the header's {rate:g} Hz is used")
     if not (np.isfinite(rate) and rate > 0):
         raise CaptureError(f"{path}: neither the header nor POINT:RATE gives the frame rate.")
-    if points.shape[0] == 0 or points.shape[1] == 0:
+    if points.shape[0] == 0 or (points.shape[1] == 0 and not header.rotations):
         raise CaptureError(f"{path}: the file holds no marker. Export it with its trajectories.")
     padding = BLOCK // max(1, header.frame_bytes)
     if header.frames is None and header.frames_held - padding > points.shape[0]:
@@ -371,7 +404,15 @@ def open_c3d(path: Path) -> C3dContents:
             Kind.LEFT_OUT,
             f"{path.name}: the header says {header.frames} frames, the file holds {points.shape[0]}",
         )
-    return C3dContents(path, raw["parameters"], points, rate, analogs, notes, header.first_frame - 1)
+    poses, before = _rotations(path, header), header.first_frame - 1
+    return C3dContents(path, raw["parameters"], points, rate, analogs, notes, poses, before)
+
+
+def _rotations(path: Path, header: C3dHeader) -> Float[np.ndarray, "poses segments 17"]:
+    """Of a file without points, as stored; ezc3d leaves out how reliable they are."""
+    poses = 0 if header.points else header.poses_per_frame * (header.frames or 0)
+    count, start = poses * header.rotations * POSE, max(0, header.rotation_block - 1) * BLOCK
+    return np.fromfile(path, "<f4", count, offset=start).reshape(poses, header.rotations, POSE).astype(float)
 
 
 def _read(path: Path) -> Any:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from solver.capture.capture import TrialFiles
 from solver.capture.formats.c3d_contents import BLOCK as HEADER_BYTES
-from solver.capture.formats.c3d_contents import SIGNATURE
+from solver.capture.formats.c3d_contents import SIGNATURE, parameters_in
 from solver.capture.formats.qtm_tsv import force_files, plates_beside
 from solver.capture.formats.recording_files import TABLES, is_force_table, is_recording
 from solver.capture.formats.storage import read_columns
@@ -77,13 +77,14 @@ def leads_out(path: Path, folder: Path) -> bool:
 
 
 def holds_no_points(path: Path) -> bool:
-    """Whether a file is a C3D file of analog channels alone, forces say: no trial. Damaged ones are not."""
+    """Whether a C3D file has analog channels alone, forces say: no trial. Damaged ones are not."""
     if path.suffix.lower() != ".c3d":
         return False
     with path.open("rb") as file:
         head = file.read(HEADER_BYTES)
     is_whole = len(head) == HEADER_BYTES and head[1] == SIGNATURE
-    return is_whole and head[2:4] == b"\0\0"  # the number of points, in either order of bytes
+    pointless = is_whole and head[2:4] == b"\0\0"  # the number of points, in either order of bytes
+    return pointless and parameters_in(path, ("ROTATION",)).get("ROTATION:USED", ("0",)) == ("0",)
 
 
 def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:

@@ -71,7 +71,7 @@ KINDS = (  # what files of these endings are, and what to do with them
 )
 BY_ENDING = {ending: (what, remedy) for endings, what, remedy in KINDS for ending in endings.split()}
 DFLOW = re.compile(r"%?\s*TimeStamp\b.*\.(PosX|ForX|MomX|CopX)", re.IGNORECASE)
-ROTATIONS = re.compile(rb"[\x08\xf8][\x80-\xff]ROTATION")  # the group: length of its name, number, name
+WITHOUT_POINTS = "a C3D file of analog channels without markers: not a trial", "export its forces as MOT"
 IN_SHORT = 3  # names of a kind in a message
 
 
@@ -128,7 +128,7 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
             return ANGLES, "no columns of ground forces: joint angles or other results"
         return FORCES, f"forces; {silent or 'in a folder that is not searched for forces'}"
     if reason is None and holds_no_points(path):
-        return FORCES, "; ".join(_without_points(path))
+        return FORCES, "; ".join(WITHOUT_POINTS)
     if is_recording(path):
         return MARKERS, reason or f"markers; {silent or 'no trial of this subject'}"
     if kind == ".osim":
@@ -143,16 +143,6 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
     if kind in BY_ENDING:
         return DATA, "; ".join(_kind_of(path))
     return OTHER, "no recording"
-
-
-def _without_points(path: Path) -> tuple[str, str]:
-    """What a C3D file without points is, and what to do."""
-    if ROTATIONS.search(path.read_bytes()[:HEAD_BYTES]):
-        return (
-            "a C3D file of a markerless system (as Theia3D): rotations of segments, no points",
-            "export the points of the skeleton with it, or record markers",
-        )
-    return "a C3D file of analog channels without markers: not a trial", "export its forces as MOT"
 
 
 def _kind_of(path: Path) -> tuple[str, str]:
@@ -184,7 +174,7 @@ def what_lies_in(folder: Path) -> str:
     for place in (folder, *folders_below(folder)):
         for path in files_in(place):
             if holds_no_points(path):
-                kind = _without_points(path)
+                kind = WITHOUT_POINTS
             elif is_recording(path):
                 continue
             elif path.suffix.lower() in BY_ENDING and not is_force_table(path):

@@ -71,7 +71,7 @@ class LandmarkMixture:
     @cached_property
     def landmarks(self) -> tuple[Landmark, ...]:
         """In the order of the skeleton's markers."""
-        return tuple(atlas().values())
+        return tuple(atlas()[name] for name in self.skeleton.marker_names)
 
     @cached_property
     def kinematics(self) -> ForwardKinematics:
@@ -200,9 +200,9 @@ class LandmarkMixture:
 
 @cache
 def landmark_mixture(settings: KinematicsSettings = NAMING) -> LandmarkMixture:
-    """Of the default body at its default size."""
+    """Of the default body at its default size, without what poses alone tell."""
     body = default_skeleton()
-    marks = [landmark_marker(mark, mark.name, body) for mark in atlas().values()]
+    marks = [landmark_marker(m, m.name, body) for m in atlas().values() if m.kind != "pose"]
     return LandmarkMixture(body.with_markers(marks), settings)
 
 

@@ -430,9 +430,3 @@ def test_a_time_history_of_qtm_text_is_read_with_its_forces_under_the_feet(real_
                 axis=2,
             )
             assert np.median(away.min(axis=1)) < 0.12
-
-
-def test_rotations_without_points_are_told(real_data, tmp_path):
-    shutil.copytree(real_data / "wild/theia_rotations_without_points", tmp_path / "theia")
-    with pytest.raises(CaptureError, match=r"C3DRotationExample\.c3d: a C3D file of a markerless system"):
-        open_subject(tmp_path / "theia")

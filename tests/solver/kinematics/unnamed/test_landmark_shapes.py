@@ -7,7 +7,7 @@ from solver.kinematics.unnamed.landmark_mixture import by_shape, landmark_mixtur
 from solver.markers.atlas import atlas
 
 MIXTURE = landmark_mixture()
-PLACE = dict(zip(atlas(), MIXTURE.place_body, strict=True))
+PLACE = dict(zip(MIXTURE.skeleton.marker_names, MIXTURE.place_body, strict=True))
 SPINES = ("asis_r", "asis_l", "psis_r", "psis_l", "sacrum")
 EXTRA = len(SPINES)  # the marker without a landmark
 
