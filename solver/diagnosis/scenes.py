@@ -23,9 +23,11 @@ from solver.dynamics.force_prediction.missing_wrench import FEWEST_FRAMES
 from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass_of
+from solver.dynamics.trajectory.marker_error_levels import POSE_SLOW_M
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.settings import Settings
 from solver.kinematics.model_ownership import SAME_MASS
+from solver.markers.label_families import seen_as_poses
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
 from solver.skeleton.subject_model import load_subject_model
@@ -66,7 +68,10 @@ def scene_of(
     assert fit.contacts is not None
     start = (fit.kinematics_only.motion if fit.kinematics_only else fit.motion).filled()
     observed = observed_markers(fit, skeleton)
-    posterior = trial_posterior(skeleton, observed, start, settings.diagnosis.markers, settings.trajectory)
+    noise = settings.diagnosis.markers
+    if seen_as_poses(skeleton.marker_names):
+        noise = replace(noise, least_m=max(noise.least_m, POSE_SLOW_M))
+    posterior = trial_posterior(skeleton, observed, start, noise, settings.trajectory)
     kinematics = ForwardKinematics(skeleton)
     motion = posterior.motion.low_passed(settings.diagnosis.signature_cutoff_Hz)
     v, a = motion.velocity, motion.acceleration

@@ -6,7 +6,6 @@ the torso at the base of the neck. Each pose becomes three points: its origin, a
 above it by `ARM` of the stature that the legs tell, so that they grow with the person as landmarks do.
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +21,6 @@ SEGMENTS = ("pelvis", "torso", *(f"{side}_{name}" for name in (*OF_LEGS, *OF_ARM
 ARM = 0.05  # of stature; 50 in landmarks.toml
 LEG = 0.491  # of stature: thigh and shank (Drillis & Contini 1966), as in the default body
 ORTHONORMAL = 1e-3  # of RᵀR − 1; single precision leaves 1e-6
-_MATRIX = re.compile(r"_4x4$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ def pose_points(contents: C3dContents) -> PosePoints:
     labels = contents.words("ROTATION", "LABELS")[: contents.rotations.shape[1]]
     column: dict[str, int] = {}
     for k, label in enumerate(labels):
-        column.setdefault(_MATRIX.sub("", label).lower(), k)
+        column.setdefault(label.lower().removesuffix("_4x4"), k)
     known = [name for name in SEGMENTS if name in column]
     matrices = contents.rotations[:, [column[name] for name in known], :16]
     poses = matrices.reshape(len(matrices), len(known), 4, 4).swapaxes(2, 3)  # stored by columns

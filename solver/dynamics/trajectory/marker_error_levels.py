@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float, Int
 from solver.common.frames_at_once import by_frames, spans
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
+from solver.markers.label_families import seen_as_poses
 from solver.skeleton.forward import ForwardKinematics
 
 # [s] over which the fast part of marker errors is told from the marker fit: periods of a tenth of a second,
@@ -23,6 +24,9 @@ MARKER_ERROR_LAG_S = 0.05
 SEGMENT_PRIOR_MARKERS = 3.0  # [markers] of the trial's mean count beside a segment's own: three hold its pose
 USUAL_MARKER_SLOW_M = 0.004  # [m] of skin, where a trial is too short to tell; walks and runs have 3 to 6 mm
 USUAL_MARKER_GROWTH_M = 0.01  # [m/√s] likewise: 1 mm from frame to frame at 100 Hz
+# [m] of points of poses: angles of walks are off by 1.3° to 3.5° then; a markerless system's sessions differ
+# by less than 3° (Augustine et al. 2025, 10.7717/peerj.18613)
+POSE_SLOW_M = 0.010
 
 FEWEST_FRAMES = 10  # frames, or second differences, from which on a marker tells anything
 LEAST_LEFT = 0.25  # of the errors' squares after the fit: with few markers the count of dofs means little
@@ -45,6 +49,11 @@ class MarkerErrorLevels:
         rho = np.linspace(0.01, 0.99, 99)
         nearest = np.argmin(np.abs(3 - 4 * rho + rho**4 - growth * MARKER_ERROR_LAG_S / slow))
         return float(MARKER_ERROR_LAG_S / np.sqrt(-2 * np.log(rho[nearest])))
+
+    def of_poses(self) -> "MarkerErrorLevels":
+        """As fast as they seem, and as large as a markerless system's, whose own skeleton hides them."""
+        hidden = max(1.0, POSE_SLOW_M / float(np.sqrt(np.mean(self.slow_m**2))))
+        return MarkerErrorLevels(hidden * self.slow_m, hidden * self.growth_m)
 
 
 def marker_error_levels(
@@ -79,10 +88,11 @@ def marker_error_levels(
     slow = _scatter(error_body, trust) / left
     growth = _growth(error_body, trust, lag) * start.rate / lag / left
     few = SEGMENT_PRIOR_MARKERS
-    return MarkerErrorLevels(
+    levels = MarkerErrorLevels(
         np.maximum(settings.least_marker_slow_m, _by_segment(slow, bodies, few, USUAL_MARKER_SLOW_M)),
         np.maximum(settings.least_marker_growth_m, _by_segment(growth, bodies, few, USUAL_MARKER_GROWTH_M)),
     )
+    return levels.of_poses() if seen_as_poses(kinematics.skeleton.marker_names) else levels
 
 
 def _scatter(

@@ -120,11 +120,10 @@ def test_where_a_segment_has_no_pose_its_points_are_unseen(poses, tmp_path):
     some["r_shank_4X4"][2:4] = np.nan
     some["l_foot_4X4"][5] = 0.0
     path = write_poses(tmp_path / "a.c3d", some)
-    unreliable, data = list(some).index("r_hand_4X4"), bytearray(path.read_bytes())
-    numbers = np.frombuffer(data, "<f4", offset=len(data) % 4).copy()
+    numbers = np.fromfile(path, "<f4")
     start = int(ezc3d.c3d(str(path))["parameters"]["ROTATION"]["DATA_START"]["value"][0] - 1) * 128
-    numbers[start + (7 * len(some) + unreliable) * 17 + 16] = -1.0
-    path.write_bytes(numbers.tobytes())
+    numbers[start + (7 * len(some) + list(some).index("r_hand_4X4")) * 17 + 16] = -1.0
+    numbers.tofile(path)
     markers = read_c3d(path).markers
     unseen = np.isnan(markers.positions_ground).any(axis=2)
     expected = np.zeros_like(unseen)
