@@ -184,21 +184,22 @@ def _settled(
     gradient, learnt = solver.gradient(state), list[_Learnt]()
     while True:
         step = _corrected(factor, gradient, learnt)
-        if step.predicted >= least and len(learnt) == following:
+        if step.predicted < least:
+            tried = solver.stepped(state, step)
+            return state, gradient, tried if solver.cost(tried) < gradient.cost else state, True
+        if len(learnt) == following:
             return state, gradient, state, False
-        is_last = step.predicted < least
-        for _ in range(1 if is_last else TRIES):
+        for _ in range(TRIES):
             tried = solver.stepped(state, step)
             slope = solver.gradient(tried)
             if slope.cost < gradient.cost:
                 break
             shorter = tuple(SHORTER * part for part in step.coefficients)
             step = replace(step, coefficients=shorter, shared=SHORTER * step.shared)
-        lower = slope.cost < gradient.cost
-        if is_last or not lower:
-            return state, gradient, tried if lower else state, is_last
-        before, state, gradient = gradient, tried, slope
-        learnt.append(_Learnt(_flat(step), _flat(gradient) - _flat(before)))
+        else:
+            return state, gradient, state, False
+        learnt.append(_Learnt(_flat(step), _flat(slope) - _flat(gradient)))
+        state, gradient = tried, slope
 
 
 @dataclass(frozen=True)
