@@ -22,7 +22,7 @@ from solver.fitting.seen_part import seen_part
 from solver.fitting.settings import Settings
 from solver.fitting.state import Edit, FitState, MassAndGains
 
-MOST_NEAR = 0.35  # of all frames; with more, too few would hold the inertias, and the whole costs little more
+MOST_NEAR = 0.5  # of all frames; with more, the whole costs no more
 MOST_SCALED = 2.0  # times `edit_gain`, of the mass; with more, inertias would move too
 
 

@@ -98,7 +98,7 @@ class TrajectorySettings:
         "changes nothing any more",
     )
     edit_reach_s: float = setting(
-        0.5,
+        0.7,
         unit="s",
         why="before and after frames whose flags were edited: farther away the motion stays as it is",
     )
