@@ -65,7 +65,8 @@ def _joint_columns(
             name, std = joints.names[column], quantity.std(joints, column)
             columns[f"{name}_{_unit(quantity)}"] = quantity.values(joints, column)
             if std is not None:
-                columns[f"{name}_{_unit_of_std(quantity)}"] = std
+                unit = re.sub(r"^(moment_|force_|power_)?", r"\1std_", _unit(quantity))
+                columns[f"{name}_{unit}"] = std
     return columns
 
 
@@ -98,10 +99,6 @@ def _curves(trial: CycledTrial, chosen: Sequence[str]) -> Iterator[CycledCurve]:
 def _unit(quantity: JointQuantity) -> str:
     unit = quantity.unit.removesuffix(PER_KG)
     return UNITS.get(unit, unit) + ("_kg" if unit != quantity.unit else "")
-
-
-def _unit_of_std(quantity: JointQuantity) -> str:
-    return re.sub(r"^(moment_|force_|power_)?", r"\1std_", _unit(quantity))
 
 
 def _plain(title: str, label: str) -> str:
