@@ -172,8 +172,7 @@ def low_passed(capture: Capture, cutoff_Hz: float) -> Capture:
 def cut(capture: Capture, first: int, last: int) -> Capture:
     """Frames first to last (end exclusive) of markers, and the forces of that time, both from time 0."""
     markers = capture.markers
-    since = first / markers.rate
-    until = (last - 1) / markers.rate
+    since, until = first / markers.rate, (last - 1) / markers.rate
     plates = []
     for plate in capture.plates:
         t = plate.times - markers.start_time
@@ -184,6 +183,7 @@ def cut(capture: Capture, first: int, last: int) -> Capture:
                 force_ground=plate.force_ground[keep],
                 moment_ground=plate.moment_ground[keep],
                 cop_ground=plate.cop_ground[keep],
+                point_ground=None if plate.point_ground is None else plate.point_ground[keep],
                 start_time=markers.start_time + float(t[keep][0]) - since,
             )
         )
