@@ -21,7 +21,7 @@ def walk() -> tuple[Recording, Fit]:
 
 
 @pytest.mark.slow
-@settings(max_examples=3, deadline=None, derandomize=True, database=None)
+@settings(max_examples=2, deadline=None, derandomize=True, database=None)
 @given(seed=st.integers(0, 10**9))
 def test_damage_by_chance_neither_crashes_nor_makes_a_monster(seed):
     found = case("demo", *walk(), seed)
