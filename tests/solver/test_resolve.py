@@ -5,6 +5,7 @@ different sides end 0.3 N and 0.001 rad apart, a tenth of the residuals and of w
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from solver.simulate.laboratory import MeasurementSettings, measure, plates_unde
 from solver.simulate.person import Person, body_of
 from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
+from tests.conftest import MARKERS_ALONE
 from tests.flagged import flagged
 
 pytestmark = pytest.mark.slow  # their fixtures take long
@@ -33,6 +35,7 @@ pytestmark = pytest.mark.slow  # their fixtures take long
 FORCE_N, MOMENT_NM, TORQUE_NM = 0.5, 0.5, 2.0
 ANGLE_RAD = 0.002
 SETTINGS = Settings()
+NO_BLOCKS = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, held_out=False))
 ENDS = 10  # frames at each end, as the figures leave them out
 
 
@@ -44,23 +47,16 @@ class Case:
     before: dict
     after: dict
 
-    def cold(self, reviews) -> Fit:
-        return solve(self.first.subject, SETTINGS, reviews=reviews)
+    @cached_property
+    def reviewed(self) -> Fit:
+        return resolve(self.first, self.after, SETTINGS)
+
+    @cached_property
+    def cold(self) -> Fit:
+        return solve(self.first.subject, SETTINGS, reviews=self.after)
 
 
-@pytest.fixture(scope="module")
-def synthetic(walking_woman):
-    return solve(open_subject(walking_woman), SETTINGS)
-
-
-@pytest.fixture(scope="module")
-def real(recorded_fit):
-    return recorded_fit("walk_rajagopal2015", SETTINGS)
-
-
-@pytest.fixture(scope="module", params=["synthetic", pytest.param("real", marks=pytest.mark.real)])
-def case(request) -> Case:
-    plain = request.getfixturevalue(request.param)
+def case_of(plain: Fit) -> Case:
     (trial,) = plain.trials
     name, before = trial.capture.name, tuple(r for r in trial.mask.reasons if r[3] != "hasNoForcePlateData")
     used = np.flatnonzero(trial.dynamics.used)
@@ -68,6 +64,16 @@ def case(request) -> Case:
     after = (*before, (start, start + 25, trial.contacts.foot_bodies[0], "manualReview"))
     reviews = {name: flagged(*before)}
     return Case(solve(plain.subject, SETTINGS, reviews=reviews), reviews, {name: flagged(*after)})
+
+
+@pytest.fixture(scope="module")
+def case(walking_woman) -> Case:
+    return case_of(solve(open_subject(walking_woman), MARKERS_ALONE))
+
+
+@pytest.fixture(scope="module")
+def real_case(recorded_fit) -> Case:
+    return case_of(recorded_fit("walk_rajagopal2015", MARKERS_ALONE))
 
 
 def assert_agree(first: Fit, second: Fit) -> None:
@@ -90,13 +96,15 @@ def assert_agree(first: Fit, second: Fit) -> None:
 
 @pytest.fixture(scope="module")
 def reviewed(case) -> Fit:
-    return resolve(case.first, case.after, SETTINGS)
+    return case.reviewed
 
 
-def test_a_new_flag_gives_what_a_solve_from_the_beginning_gives(case, reviewed):
-    (trial,) = reviewed.trials
+@pytest.mark.parametrize("which", ["case", pytest.param("real_case", marks=pytest.mark.real)])
+def test_a_new_flag_gives_what_a_solve_from_the_beginning_gives(request, which):
+    case = request.getfixturevalue(which)
+    (trial,) = case.reviewed.trials
     assert trial.mask.reasons != case.first.trials[0].mask.reasons
-    assert_agree(reviewed, case.cold(case.after))
+    assert_agree(case.reviewed, case.cold)
 
 
 def trial_flags(case: Case) -> tuple:
@@ -116,7 +124,7 @@ def moved(case: Case, frames: int) -> dict:
 
 def test_another_flag_takes_one_fit_and_asks_no_blocks_anew(case, reviewed, monkeypatch):
     """What is learnt of a person outlasts a few flags; from the beginning it takes two fits and a choice."""
-    cold, fits = case.cold(moved(case, 5)), []
+    cold, fits = solve(case.first.subject, NO_BLOCKS, reviews=moved(case, 5)), []
     fit = trajectory_stage.fit_trajectories
     with monkeypatch.context() as watched:
         watched.setattr(
@@ -154,8 +162,7 @@ def test_taking_it_back_gives_the_first_fit_again(case, reviewed):
 def test_the_held_out_blocks_are_due_and_then_those_of_a_solve_from_the_beginning(case, reviewed):
     assert reviewed.held_out_due
     assert reviewed.trials[0].held_out is None
-    ours = predict_held_out(reviewed, SETTINGS, silent)
-    cold = case.cold(case.after)
+    ours, cold = predict_held_out(reviewed, SETTINGS, silent), case.cold
     assert not ours.held_out_due
     np.testing.assert_array_equal(ours.trials[0].held_out.frames, cold.trials[0].held_out.frames)
     np.testing.assert_allclose(
@@ -224,7 +231,7 @@ def test_a_small_edit_is_followed_near_it_alone(two_walks, monkeypatch):
     assert twice.trials[0].dynamics.used.sum() < once.trials[0].dynamics.used.sum()
     far = np.r_[0:30, 185:231]
     np.testing.assert_array_equal(twice.trials[0].motion.q[far], first.trials[0].motion.q[far])
-    cold = solve(first.subject, SETTINGS, reviews={name: flagged(one, other)})
+    cold = solve(first.subject, NO_BLOCKS, reviews={name: flagged(one, other)})
     near, whole = (fit.trials[0] for fit in (twice, cold))
     both = np.flatnonzero(near.dynamics.used & whole.dynamics.used)[ENDS:-ENDS]
     residual, torque = (
