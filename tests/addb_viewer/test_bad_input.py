@@ -1,9 +1,8 @@
-"""Bad input through the real command line: exit 1, one clear line, no traceback, nothing written.
+"""Bad input through the command line: exit 1, one clear line, no traceback, nothing written.
 
 What each reader refuses is tested beside it; here, that it comes out of the program so.
 """
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +12,7 @@ import pytest
 
 from solver.capture.capture import Markers
 from solver.capture.formats.trc import write_trc
+from tests.addb_viewer.shell import run
 
 EXTERNAL_ENTITY = """<?xml version="1.0"?>
 <!DOCTYPE m [<!ENTITY secret SYSTEM "file:///etc/hostname">]>
@@ -35,26 +35,17 @@ def folder(tmp_path: Path) -> Path:
     return folder
 
 
-def fit(folder: Path, *options: object) -> tuple[int, str, str]:
-    """Run `addb-viewer fit` in a process of its own: status, stdout, stderr."""
-    command = [sys.executable, "-m", "addb_viewer", "fit", folder, *options]
-    done = subprocess.run(
-        [os.fspath(part) for part in command], capture_output=True, text=True, encoding="utf-8", check=False
-    )
-    return done.returncode, done.stdout, done.stderr
-
-
 def assert_refused(folder: Path, *said: str) -> None:
     """The fit fails with one line that says all of `said`, and the folder is as it was."""
     before = {path: path.stat().st_mtime_ns for path in folder.parent.rglob("*")}
-    status, out, error = fit(folder, "--json", folder.parent / "figures.json")
-    assert status == 1, error
-    assert error.count("\n") == 1, error
-    assert "Traceback" not in error
-    assert "unexpected" not in error, error
-    assert out == ""
+    done = run("fit", folder, "--json", folder.parent / "figures.json")
+    assert isinstance(done.exception, SystemExit), done.exception
+    assert done.exit_code == 1, done.stderr
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert "unexpected" not in done.stderr
+    assert done.stdout == ""
     for words in said:
-        assert words in error
+        assert words in done.stderr
     assert {path: path.stat().st_mtime_ns for path in folder.parent.rglob("*")} == before
 
 
@@ -77,17 +68,15 @@ def test_a_folder_without_trials(folder):
 
 
 def test_a_folder_that_is_a_file(folder):
-    status, _, error = fit(write_walk(folder))
-    assert status == 1
-    assert error.count("\n") == 1
-    assert "walk.trc" in error
+    assert_refused(write_walk(folder), "walk.trc")
 
 
 def test_spaces_and_accents_reach_the_data(folder):
-    """The path opens; what fails is that no model knows three markers called so."""
+    """In a process of its own. The path opens; what fails is that no model knows three markers called so."""
     write_walk(folder, ("Épaule", "Café", "Où"))
-    status, _, error = fit(folder)
-    assert status == 1
-    assert error.count("\n") == 1
-    assert "marker" in error
-    assert "unexpected" not in error
+    command = [sys.executable, "-m", "addb_viewer", "fit", folder]
+    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    assert "marker" in done.stderr
+    assert "unexpected" not in done.stderr

@@ -14,8 +14,8 @@ from annotations.events import FlagRange
 from annotations.log import ReviewLog
 from tests.patience import PATIENCE_S
 
-EDITS = 200
-KILLS = 8
+EDITS = 100
+KILLS = 4
 
 RECORDS_FOREVER = """
     import itertools, random, sys

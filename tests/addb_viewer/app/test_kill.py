@@ -14,7 +14,7 @@ from addb_viewer.jobs.review_store import FILE, open_log
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.test_app import write_subject
 
-EDITS, MOST = 120, 80  # in all; at most between two kills
+EDITS, MOST = 60, 40  # in all; at most between two kills
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from solver.fitting.results.store import load_fit, save_fit
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.test_kill import serving
 
-ROUNDS, LONGEST_S = 6, 0.4
+ROUNDS, LONGEST_S = 3, 0.4
 RUNNING = (0.1, 3.5)  # [s] after G; the solve takes about three
 
 WRITER = """
@@ -77,7 +77,7 @@ def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(fitted_s
     subject = shutil.copytree(fitted_squat, tmp_path / "S1")
     rng, results = np.random.default_rng(0), subject / "results"
     before = (results / "fit.json").read_bytes()
-    for k in range(3):
+    for k in range(2):
         process, port = serving(subject)
         browser = PaperBrowser(port)
         try:

@@ -1,7 +1,6 @@
-"""The app's processes as the app runs them: files, progress, and one clear line where they cannot."""
+"""What the app's processes do: files, progress, and one clear line where they cannot."""
 
 import json
-import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -20,7 +19,6 @@ from solver.diagnosis.diagnosis import Remaining
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.results.store import save_fit
 from solver.simulate.demo_subject import write_demo_subject
-from tests.patience import PATIENCE_S
 
 
 @pytest.fixture
@@ -61,9 +59,6 @@ def test_a_recording_without_forces_fails_with_its_cause(subject):
     assert kept(subject / "results") is None
 
 
-WORKER = ("addb_viewer.app.workers", "record")
-
-
 @pytest.fixture
 def results(small_fit):
     folder = small_fit.subject.folder / "results"
@@ -71,9 +66,16 @@ def results(small_fit):
     return folder
 
 
-def run(*arguments):
-    command = [sys.executable, "-m", *WORKER, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+@pytest.fixture
+def record(monkeypatch, capsys):
+    """Runs the work in this process: status, what it printed, its errors."""
+    monkeypatch.setattr(workers, "end_in_order", lambda: None)
+
+    def recorded(*arguments):
+        monkeypatch.setattr(sys, "argv", ["worker", "record", *map(str, arguments)])
+        return workers.main(), *capsys.readouterr()
+
+    return recorded
 
 
 def mcap_topics(file):
@@ -82,14 +84,14 @@ def mcap_topics(file):
     return {channel.topic for channel in channels}
 
 
-def test_both_kinds_of_files_with_progress_between(small_fit, results):
+def test_both_kinds_of_files_with_progress_between(small_fit, results, record):
     folder = small_fit.subject.folder
     with open_log(folder) as log:
         log.append("walk", FlagRange(1, 2, "manualReview"), "Zoë")
     files = [results / "recordings" / f"all{kind}" for kind in (".rrd", ".mcap")]
-    done = run(folder, results, results, *files)
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.splitlines()
+    status, out, error = record(folder, results, results, *files)
+    assert status == 0, error
+    lines = out.splitlines()
     shares = [json.loads(line)["fraction"] for line in lines if line.startswith("{")]
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)
@@ -98,12 +100,14 @@ def test_both_kinds_of_files_with_progress_between(small_fit, results):
     assert {"/walk/residual", "/no%2fforces/markers", "/review/edits"} <= mcap_topics(files[1])
 
 
-def test_one_trial_beside_another_fit(small_fit, results, tmp_path):
+def test_one_trial_beside_another_fit(small_fit, results, tmp_path, record):
     other = tmp_path / "solve 2"
     save_fit(replace(small_fit, mass_kg=90.0), other)
     file = tmp_path / "walk.mcap"
-    done = run(small_fit.subject.folder, results, other, file, "--previous", results, "--trial", "walk")
-    assert done.returncode == 0, done.stderr
+    status, _, error = record(
+        small_fit.subject.folder, results, other, file, "--previous", results, "--trial", "walk"
+    )
+    assert status == 0, error
     assert not any(topic.startswith("/no") for topic in mcap_topics(file))
     with file.open("rb") as stream:
         messages = make_reader(stream).iter_messages(topics=["/walk/residual"])
@@ -111,21 +115,25 @@ def test_one_trial_beside_another_fit(small_fit, results, tmp_path):
     assert any(value is not None for value in before)
 
 
-def test_a_report_says_what_the_command_line_s_says_of_the_fit_that_is_shown(small_fit, results, tmp_path):
+def test_a_report_says_what_the_command_line_s_says_of_the_fit_that_is_shown(
+    small_fit, results, tmp_path, record
+):
     other = tmp_path / "solve 2"
     save_fit(replace(small_fit, mass_kg=90.0), other)
     file = tmp_path / "new" / "walk.html"
-    done = run(small_fit.subject.folder, results, other, file, "--previous", results, "--trial", "walk")
-    assert done.returncode == 0, done.stderr
+    status, _, error = record(
+        small_fit.subject.folder, results, other, file, "--previous", results, "--trial", "walk"
+    )
+    assert status == 0, error
     page = file.read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
     assert "90.0 kg fitted" in page
     assert "3 of 4 frames are usable" in page
     assert "Nobody has asked for a diagnosis" in page
 
 
-def test_without_a_fit_it_says_so_and_writes_nothing(small_fit, tmp_path):
+def test_without_a_fit_it_says_so_and_writes_nothing(small_fit, tmp_path, record):
     file = tmp_path / "walk.mcap"
-    done = run(small_fit.subject.folder, tmp_path / "results", tmp_path / "results", file)
-    assert done.returncode == 1
-    assert "fit.json" in done.stderr.splitlines()[-1]
+    status, _, error = record(small_fit.subject.folder, tmp_path / "results", tmp_path / "results", file)
+    assert status == 1
+    assert "fit.json" in error.splitlines()[-1]
     assert not file.exists()
