@@ -2,11 +2,13 @@
 
 import json
 import runpy
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from addb_viewer import Subject
 from addb_viewer.dataset.release_tables import CONTACTS, FRAMES, SUBJECTS
 from tests.addb_viewer.dataset.synthetic_release import write
 
@@ -38,6 +40,7 @@ def run(folder, monkeypatch, capsys, request):
         plt.close("all")
 
     monkeypatch.setattr(plt, "show", show)
+    monkeypatch.setattr(Subject, "demo", partial(Subject.demo, trials=("static", "walk")))
 
     def runs(name):
         if name.endswith(".ipynb"):
