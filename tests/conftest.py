@@ -27,6 +27,7 @@ from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skel
 
 PROJECT = Path(__file__).resolve().parent.parent
 DEFAULTS = Settings()
+NO_HELD_OUT = replace(DEFAULTS, trajectory=replace(DEFAULTS.trajectory, held_out=False))
 MARKERS_ALONE = replace(DEFAULTS, trajectory=replace(DEFAULTS.trajectory, enabled=False))
 
 

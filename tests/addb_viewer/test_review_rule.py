@@ -12,11 +12,10 @@ from annotations.open_proposals import open_proposals
 from solver.capture.subject.opened_subject import open_subject
 from solver.contact.wrenches import DETECTION, PERSON
 from solver.fitting.pipeline import resolve, solve
-from solver.fitting.settings import Settings
+from tests.conftest import NO_HELD_OUT as SETTINGS
 
 pytestmark = [pytest.mark.real, pytest.mark.slow]  # their fixtures take long
 
-SETTINGS = Settings()
 STANCE_S = (1.6, 2.1)  # [s] holds one whole stance of the left foot
 FEW_NM = 3.0  # the trajectory fit's own play; the first Enter used to move the knee by some 100 N·m
 

@@ -9,8 +9,8 @@ from solver.capture.formats.b3d.b3d_file import write_b3d
 from solver.capture.subject.opened_subject import open_subject
 from solver.export.b3d.from_fit import fit_to_b3d, with_unfitted_masses
 from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.skeleton.subject_model import load_subject_model
+from tests.conftest import NO_HELD_OUT
 
 pytestmark = [pytest.mark.real, pytest.mark.slow]  # their fixtures take long
 
@@ -21,11 +21,11 @@ def there_and_back(real_data, tmp_path_factory):
     folder = real_data / "opencap_subject4"
     if not folder.is_dir():
         pytest.skip(f"{folder} is not there")
-    fit = solve(open_subject(folder), Settings(), trials=["walking1"])
+    fit = solve(open_subject(folder), NO_HELD_OUT, trials=["walking1"])
     path = tmp_path_factory.mktemp("b3d") / "person.b3d"
     b3d = fit_to_b3d(fit)
     write_b3d(b3d, path)
-    return fit, b3d, path, solve(open_subject(path), Settings())
+    return fit, b3d, path, solve(open_subject(path), NO_HELD_OUT)
 
 
 def test_markers_and_plates_come_back(there_and_back):

@@ -10,10 +10,10 @@ from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.fitting.mass_stage import estimate_mass_and_gains
 from solver.fitting.pipeline import resolve, solve
-from solver.fitting.settings import Settings
 from solver.fitting.trajectory_stage import all_data, begin_at_forces
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
+from tests.conftest import NO_HELD_OUT as WHOLE
 from tests.flagged import flagged
 
 FOLDER = "walk_treadmill_stepwidth"  # 501 frames
@@ -21,8 +21,6 @@ BAND = 6  # blocks of dofs × dofs per frame, for knots at every frame
 POSES = 24e6  # bytes: of frames that are looked at together. Two systems are 46e6, one is 25e6
 ROOT = 6  # dofs that place the body in the ground
 TORQUE_NM, FORCE_N, MOMENT_NM = 1.0, 1.0, 1.0  # RMS
-USUAL = Settings()
-WHOLE = replace(USUAL, trajectory=replace(USUAL.trajectory, held_out=False))
 SHORT_WINDOWS = replace(
     WHOLE.trajectory,
     whole_frames=400,

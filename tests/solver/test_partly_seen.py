@@ -11,10 +11,10 @@ from solver.common.typed_json import plain
 from solver.export.c3d_file import _outputs
 from solver.export.trial_table import trial_columns
 from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary
 from solver.kinematics.marker_naming import name_markers
 from solver.skeleton.default_body import default_skeleton
+from tests.conftest import NO_HELD_OUT
 
 pytestmark = pytest.mark.real
 
@@ -36,7 +36,7 @@ def fit(real_data, tmp_path_factory):
         tuple(markers.names[k] for k in keep), markers.positions_ground[:FRAMES, keep], markers.rate
     )
     write_trc(folder / "push.trc", few)
-    return solve(open_subject(folder), Settings())
+    return solve(open_subject(folder), NO_HELD_OUT)
 
 
 def test_neither_mass_nor_height_nor_forces_are_synthetic(fit):

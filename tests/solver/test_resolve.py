@@ -27,7 +27,7 @@ from solver.simulate.laboratory import MeasurementSettings, measure, plates_unde
 from solver.simulate.person import Person, body_of
 from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
-from tests.conftest import MARKERS_ALONE
+from tests.conftest import MARKERS_ALONE, NO_HELD_OUT
 from tests.flagged import flagged
 
 pytestmark = pytest.mark.slow  # their fixtures take long
@@ -35,7 +35,6 @@ pytestmark = pytest.mark.slow  # their fixtures take long
 FORCE_N, MOMENT_NM, TORQUE_NM = 0.5, 0.5, 2.0
 ANGLE_RAD = 0.002
 SETTINGS = Settings()
-NO_BLOCKS = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, held_out=False))
 ENDS = 10  # frames at each end, as the figures leave them out
 
 
@@ -124,7 +123,7 @@ def moved(case: Case, frames: int) -> dict:
 
 def test_another_flag_takes_one_fit_and_asks_no_blocks_anew(case, reviewed, monkeypatch):
     """What is learnt of a person outlasts a few flags; from the beginning it takes two fits and a choice."""
-    cold, fits = solve(case.first.subject, NO_BLOCKS, reviews=moved(case, 5)), []
+    cold, fits = solve(case.first.subject, NO_HELD_OUT, reviews=moved(case, 5)), []
     fit = trajectory_stage.fit_trajectories
     with monkeypatch.context() as watched:
         watched.setattr(
@@ -231,7 +230,7 @@ def test_a_small_edit_is_followed_near_it_alone(two_walks, monkeypatch):
     assert twice.trials[0].dynamics.used.sum() < once.trials[0].dynamics.used.sum()
     far = np.r_[0:30, 185:231]
     np.testing.assert_array_equal(twice.trials[0].motion.q[far], first.trials[0].motion.q[far])
-    cold = solve(first.subject, NO_BLOCKS, reviews={name: flagged(one, other)})
+    cold = solve(first.subject, NO_HELD_OUT, reviews={name: flagged(one, other)})
     near, whole = (fit.trials[0] for fit in (twice, cold))
     both = np.flatnonzero(near.dynamics.used & whole.dynamics.used)[ENDS:-ENDS]
     residual, torque = (

@@ -9,6 +9,7 @@ from solver.contact.wrenches import FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings
+from tests.conftest import NO_HELD_OUT
 from tests.flagged import flagged
 
 pytestmark = pytest.mark.real
@@ -22,7 +23,7 @@ OUTSIDE = ((0, 45, None, OUTSIDE_RANGES), (201, 238, None, OUTSIDE_RANGES))  # t
 def walk(real_data):
     """The fit of the trial, whose review.json flags frames 0 to 60 and 175 to 237."""
     subject = open_subject(real_data / "walk_rajagopal2015")
-    return solve(subject, Settings(), trials=["walk"], reviews={"walk": flagged(*REVIEW)})
+    return solve(subject, NO_HELD_OUT, trials=["walk"], reviews={"walk": flagged(*REVIEW)})
 
 
 def test_the_person_decides_on_their_frames_and_the_imported_review_on_the_others(walk):
@@ -60,7 +61,7 @@ def walk_on_plates(real_data):
     """Only frames on which both feet are on plates or in the air count, but for the flagged foot."""
     subject = open_subject(real_data / "walk_rajagopal2015")
     off_plates = [(0, 61, None, "notOverForcePlate"), (175, 238, None, "notOverForcePlate")]
-    return solve(subject, Settings(), reviews={"walk": flagged(*off_plates, *REVIEW)})
+    return solve(subject, NO_HELD_OUT, reviews={"walk": flagged(*off_plates, *REVIEW)})
 
 
 def test_the_flagged_foot_gets_what_the_motion_demands_of_it(walk_on_plates):

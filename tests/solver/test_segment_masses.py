@@ -1,7 +1,5 @@
 """Faults edited into sound recordings do not move segment masses; a note says what they ask for."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -12,11 +10,9 @@ from solver.capture.subject.opened_subject import open_subject
 from solver.dynamics.com_trajectory import MassEstimate
 from solver.fitting.mass_stage import agreeing
 from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.skeleton.scaling import with_mass
+from tests.conftest import NO_HELD_OUT
 
-SETTINGS = Settings()
-SETTINGS = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, held_out=False))
 WALKS, RUN = "two treadmill walks A", "treadmill run C"
 MOST_MOVED = 0.05
 FROM_TABLES = 0.10
@@ -34,7 +30,7 @@ def fitted(real_data, tmp_path_factory):
                 recording, _ = edit(recording, np.random.default_rng(0))
             folder = tmp_path_factory.mktemp("recording")
             write_folder(folder, recording)
-            made[name, what] = solve(open_subject(folder), SETTINGS)
+            made[name, what] = solve(open_subject(folder), NO_HELD_OUT)
         return made[name, what]
 
     return fit

@@ -12,13 +12,12 @@ from solver.export.b3d.from_fit import fit_to_b3d, reason_number
 from solver.export.opensim import export_opensim
 from solver.export.trial_table import trial_columns
 from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary
 from solver.fitting.torques_stage import under_forces
+from tests.conftest import NO_HELD_OUT as SETTINGS
 
 pytestmark = [pytest.mark.real, pytest.mark.slow]  # their fixtures take long
 
-SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, held_out=False))
 ENDS = slice(15, -15)
 FULL_BODY_WALK = "walk_rajagopal2015"
 WITHOUT_ARMS = "walk_gait2354_subject01"

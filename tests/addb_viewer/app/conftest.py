@@ -19,6 +19,7 @@ from addb_viewer.trial_view.trial_curves import TrialCurves
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.simulate.demo_subject import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser, let_finish
+from tests.addb_viewer.app.ten_trials import NO_HELD_OUT
 from tests.addb_viewer.chromium import remembering
 from tests.patience import PATIENCE_MS, PATIENCE_S
 
@@ -184,6 +185,7 @@ def fitted_squat(tmp_path_factory):
     """The demo's static trial and squat, fitted; to be copied."""
     folder = tmp_path_factory.mktemp("squat") / "demo"
     write_demo_subject(folder, np.random.default_rng(1), trials=("static", "squat"))
+    (folder / "settings.toml").write_text(NO_HELD_OUT)
     solved(job_for(folder))
     return folder
 

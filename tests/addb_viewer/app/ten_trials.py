@@ -8,8 +8,9 @@ from pathlib import Path
 from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import save_fit
-from solver.fitting.settings import Settings
+from solver.fitting.settings import settings_for
 
+NO_HELD_OUT = "[trajectory]\nheld_out = false\n"
 BESIDE_S = 0.02  # forces of so long before and after the markers
 
 
@@ -50,8 +51,9 @@ RECORDINGS = {
 
 
 def write_trials(data: Path, folder: Path, name: str) -> None:
-    """Cut one recording's windows out of the shared data, and fit them."""
+    """Cut one recording's windows out of the shared data, and fit them without held-out blocks."""
     write_windows(RECORDINGS[name], data / RECORDINGS[name].folder, folder)
+    (folder / "settings.toml").write_text(NO_HELD_OUT)
     _fit(folder)
 
 
@@ -99,4 +101,4 @@ def _forces(text: str, start: float, end: float) -> str:
 
 
 def _fit(folder: Path) -> None:
-    save_fit(solve(open_subject(folder), Settings()), folder / "results")
+    save_fit(solve(open_subject(folder), settings_for(folder)), folder / "results")

@@ -12,8 +12,9 @@ from annotations.events import Status
 from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import save_fit
-from solver.fitting.settings import Settings
+from solver.fitting.settings import settings_for
 from solver.simulate.demo_subject import write_demo_subject
+from tests.addb_viewer.app.ten_trials import NO_HELD_OUT
 from tests.addb_viewer.chromium import resting_box
 from tests.patience import PATIENCE_S
 
@@ -26,7 +27,8 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("loop") / "demo"
     folder.mkdir()
     write_demo_subject(folder, np.random.default_rng(3), trials=("static", "walk", "squat"))
-    save_fit(solve(open_subject(folder), Settings()), folder / "results")
+    (folder / "settings.toml").write_text(NO_HELD_OUT)
+    save_fit(solve(open_subject(folder), settings_for(folder)), folder / "results")
     return folder
 
 

@@ -10,7 +10,8 @@ from annotations.events import Status
 from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
 from solver.fitting.results.store import save_fit
-from solver.fitting.settings import Settings
+from solver.fitting.settings import settings_for
+from tests.addb_viewer.app.ten_trials import NO_HELD_OUT
 from tests.patience import PATIENCE_S
 
 FEET = ("calcn_r", "calcn_l")
@@ -25,7 +26,8 @@ START_S, RATE_HZ = 0.01, 100.0
 def folder(real_data, tmp_path_factory):
     folder = tmp_path_factory.mktemp("real") / "falisse"
     shutil.copytree(real_data / "overground_falisse_AdDB", folder)
-    save_fit(solve(open_subject(folder), Settings()), folder / "results")
+    (folder / "settings.toml").write_text(NO_HELD_OUT)
+    save_fit(solve(open_subject(folder), settings_for(folder)), folder / "results")
     return folder
 
 

@@ -10,19 +10,15 @@ from addb_viewer.dataset import subject_files
 from addb_viewer.dataset.build import build
 from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.pipeline import solve
-from solver.fitting.settings import Settings
 from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
 from solver.simulate.simulated_trial import Scenario, simulate_trial
 from solver.simulate.subject_folder import write_subject
 from tests.addb_viewer.dataset.builds import ALL, Here, planned_apart
+from tests.conftest import NO_HELD_OUT
 
-QUICK = replace(
-    Settings(),
-    trajectory=replace(Settings().trajectory, held_out=False),
-    prediction=replace(Settings().prediction, enabled=False),
-)
+QUICK = replace(NO_HELD_OUT, prediction=replace(NO_HELD_OUT.prediction, enabled=False))
 WALK_S = 1.2
 
 

@@ -12,6 +12,7 @@ from solver.fitting import prediction_stage
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.settings import Settings
 from solver.fitting.summary import summary
+from tests.conftest import NO_HELD_OUT
 from tests.flagged import flagged
 
 pytestmark = pytest.mark.real
@@ -20,7 +21,6 @@ FOLDER = "walk_gait2354_subject01"
 MISSING = slice(60, 85)
 FAR = 20  # frames: a fifth of a second, twice as long as a marker's error is remembered
 FLAG = {"walk1": flagged((MISSING.start, MISSING.stop, None, "forceDiscrepancy"))}
-NO_HELD_OUT = replace(Settings(), trajectory=replace(Settings().trajectory, held_out=False))
 WITHOUT = replace(NO_HELD_OUT, prediction=replace(Settings().prediction, enabled=False))
 
 

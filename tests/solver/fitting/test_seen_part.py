@@ -11,18 +11,17 @@ from solver.contact.force_review import ForceLabel, ForceReview
 from solver.export.opensim import export_opensim
 from solver.fitting.pipeline import resolve, solve
 from solver.fitting.results.store import load_fit, save_fit
-from solver.fitting.settings import Settings
 from solver.fitting.summary import all_notes, summary
 from solver.gait.settings import GAIT
 from solver.gait.trial_gait import gait_of
 from solver.kinematics.determined import left_open
 from solver.simulate.subject_folder import write_subject
+from tests.conftest import NO_HELD_OUT as SETTINGS
 from tests.measured_walk import WOMAN, measured_walk
 
 pytestmark = pytest.mark.slow  # their fixtures take long
 
 BEFORE, AFTER, SECONDS = 700, 40, 1.6
-SETTINGS = replace(Settings(), trajectory=replace(Settings().trajectory, held_out=False))
 
 
 @pytest.fixture(scope="module")
