@@ -1,5 +1,6 @@
 """8. A predictor of your own for the benchmark: linear regression from the legs' angles to the feet's forces.
 
+addb-viewer dataset split RELEASE      # once: who trains, and who judges
 addb-viewer benchmark evaluate RELEASE --predictor examples/08_own_predictor.py:Regression
 """
 
