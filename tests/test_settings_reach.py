@@ -2,7 +2,6 @@
 
 import ast
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -80,9 +79,19 @@ def _defines(tree: ast.AST, name: str) -> bool:
     return any(isinstance(node, ast.ClassDef) and node.name == name for node in ast.walk(tree))
 
 
-@cache
-def _trees() -> dict[str, ast.AST]:
+@pytest.fixture(scope="module")
+def trees() -> dict[str, ast.AST]:
     return {_place(file): ast.parse(file.read_text(encoding="utf-8")) for file in PRODUCT}
+
+
+@pytest.fixture(scope="module")
+def made(trees) -> set[tuple[str, str]]:
+    return made_afresh(trees)
+
+
+@pytest.fixture(scope="module")
+def fallen_back(trees) -> set[tuple[str, str]]:
+    return falling_back(trees)
 
 
 def made_afresh(trees: dict[str, ast.AST]) -> set[tuple[str, str]]:
@@ -145,18 +154,12 @@ def falling_back(trees: dict[str, ast.AST]) -> set[tuple[str, str]]:
     return found
 
 
-@pytest.mark.slow
-def test_settings_are_made_where_they_are_meant_and_nowhere_else():
-    assert made_afresh(_trees()) - MADE_HERE.keys() == set()
+def test_settings_are_made_where_they_are_meant_and_nowhere_else(made):
+    assert made == MADE_HERE.keys()
 
 
-def test_no_call_leaves_out_the_subjects_settings():
-    assert falling_back(_trees()) - FALLS_BACK.keys() == set()
-
-
-def test_the_lists_of_places_hold_no_others():
-    assert MADE_HERE.keys() - made_afresh(_trees()) == set()
-    assert FALLS_BACK.keys() - falling_back(_trees()) == set()
+def test_no_call_leaves_out_the_subjects_settings(fallen_back):
+    assert fallen_back == FALLS_BACK.keys()
 
 
 def test_both_ways_of_losing_settings_are_seen():

@@ -185,7 +185,6 @@ def test_a_fit_of_some_trials_does_not_take_the_place_of_the_whole(folder):
     done = run("fit", folder, "--trial", "walk")
     assert done.exit_code == 0, done.output
     assert "not kept: the kept fit of" in " ".join(done.stdout.split())
-    assert Subject.open(folder).fit(["walk"], again=True).trials == ("walk",)
     assert kept(folder) == before
 
 

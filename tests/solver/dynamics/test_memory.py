@@ -77,9 +77,9 @@ def lengthened(source, folder, times):
 
 @pytest.fixture(scope="module")
 def measured(real_data, tmp_path_factory):
-    """Bytes predicted and held by fits of 10 and of 30 seconds."""
+    """Bytes predicted and held by fits of 10 and of 20 seconds."""
     told = []
-    for times in (2, 6):
+    for times in (2, 4):
         folder = lengthened(real_data / FOLDER, tmp_path_factory.mktemp("long") / FOLDER, times)
         command = [sys.executable, "-c", SCRIPT, str(folder)]
         ran = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -17,12 +17,12 @@ from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, settings_from
 
 MARKERS_ALONE = settings_from({"trajectory": {"enabled": False}}, "settings")
-FRAMES = 80
+FRAMES = 40
 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """The first second of the demo's walk, and the same again under another name."""
+    """The beginning of the demo's walk, and the same again under another name."""
     folder = tmp_path_factory.mktemp("demo") / "subject"
     Subject.demo(folder, trials=("walk",))
     for name in ("markers.trc", "grf.mot"):
