@@ -49,8 +49,7 @@ MARKER_SLOW_M = 0.0056  # [m] at least, of its markers: they follow where the fo
 MARKER_GROWTH_M = 0.01  # [m/√s] at least, likewise: 1 mm from frame to frame at 100 Hz
 SHARED_GROWTH = 0.0  # likewise: of no say beside such a smoothness
 KINDS = (INERTIAS, STEPS, GAINS, CONSTANTS)
-FIRST_STEPS = 2  # from the trajectory fit: its weights are others
-NEXT_STEPS = 1  # from an earlier prediction fit: a few frames more or fewer
+FIT_STEPS = 2  # from the trajectory fit, whose weights are others, or from an earlier prediction fit
 
 
 def held_out_prediction(
@@ -70,7 +69,7 @@ def held_out_prediction(
     weights = _weights(trajectory, settings)
     if is_at_its_end:
         plain = [trial.data for trial in trials]
-        ended = take_steps(skeleton, plain, weights, FIRST_STEPS, phi=phi, extra=extra)
+        ended = take_steps(skeleton, plain, weights, FIT_STEPS, phi=phi, extra=extra)
         phi = ended.phi
         trials = [
             replace(trial, data=replace(trial.data, spline=spline))
@@ -172,8 +171,7 @@ def fit_prediction(
         learnt=learnt,
     )
     made = PredictionColumns(skeleton, settings, trials, extra, taught.learnt.peak_N)
-    steps = FIRST_STEPS if learnt is None else NEXT_STEPS
-    return _in_windows(taught, made, spacing, weights, steps)
+    return _in_windows(taught, made, spacing, weights)
 
 
 def _weights(trajectory: TrajectorySettings, settings: PredictionSettings) -> TrajectorySettings:
@@ -221,8 +219,7 @@ def _together(
     start = parameters.prior
     if learnt is not None and len(learnt.x) == len(start.start):
         start = replace(start, start=learnt.x)
-    steps = FIRST_STEPS if learnt is None else NEXT_STEPS
-    prediction_fit = take_steps(skeleton, data, weights, steps, phi=phi, extra=start)
+    prediction_fit = take_steps(skeleton, data, weights, FIT_STEPS, phi=phi, extra=start)
     wrenches = []
     for motion, trial in zip(prediction_fit.motions, data, strict=True):
         beside = trial.with_fixed_extra(prediction_fit.extra).extra_wrench_ground
@@ -248,7 +245,6 @@ def _in_windows(
     made: PredictionColumns,
     spacing: Sequence[int],
     weights: TrajectorySettings,
-    steps: int,
 ) -> Predicted:
     """Every trial by itself with the learnt terms and inertias of some of the frames, window by window.
 
@@ -257,7 +253,6 @@ def _in_windows(
         made: of all trials, with levels, at the peak force of these frames.
         spacing: of their splines [frames].
         weights: of the prediction fit.
-        steps: from where the data begin.
     """
     fixed = replace(weights, fit_inertias=False)
     wrenches, motions, splines = [], [], []
@@ -266,7 +261,7 @@ def _in_windows(
         parts = []
         for span in spans:
             data = made.window(span, taught.kinds, spacing[i]).with_fixed_extra(taught.learnt.x)
-            own = take_steps(taught.skeleton, [data], fixed, steps, extra=ExtraParameters.none())
+            own = take_steps(taught.skeleton, [data], fixed, FIT_STEPS, extra=ExtraParameters.none())
             wrench = required_ground(taught.skeleton, own.motions[0]) - data.extra_wrench_ground
             parts.append((wrench, own.motions[0].q, own.splines[0]))
         starts = [span.start for span in spans]
@@ -315,7 +310,7 @@ def fit_prediction_near(
         splines.append(trial.data.spline)
     for span in spans:
         i = span.trial
-        own = take_steps(fitted, [beside(span)], fixed, NEXT_STEPS, extra=ExtraParameters.none())
+        own = take_steps(fitted, [beside(span)], fixed, FIT_STEPS, extra=ExtraParameters.none())
         splines[i] = splice(splines[i], own.splines[0], span.start // spacing[i])
     motions, wrenches = [], []
     for i, (trial, spline) in enumerate(zip(made.trials, splines, strict=True)):
