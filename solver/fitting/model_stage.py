@@ -34,6 +34,7 @@ from solver.kinematics.kept_calibration import kept_calibration
 from solver.kinematics.label_faults.repair import repair_labels_of
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.marker_naming import name_markers
+from solver.kinematics.mirror_image import mirror_notes
 from solver.kinematics.model_ownership import Ownership, whose_model
 from solver.kinematics.upright_pelvis import pitch_of_spines
 from solver.markers.mapping_file import chosen_for
@@ -144,6 +145,11 @@ def scale_model(state: FitState, settings: Settings, progress: Progress) -> FitS
             match.observed(static.markers) if static else None,
             settings.kinematics,
         )
+        mirrored = [
+            note.in_trial(capture.name)
+            for capture, some in zip(recordings.captures, frames.places, strict=True)
+            for note in mirror_notes(body, match.observed(capture.markers)[some], settings.kinematics)
+        ]
         ownership = Ownership(is_scaled=False)
         if subject.model is not None:
             ownership = whose_model(
@@ -169,7 +175,7 @@ def scale_model(state: FitState, settings: Settings, progress: Progress) -> FitS
             pitch_of_spines=pitch_of_spines(body, recordings.landmarks) if subject.model is None else None,
             progress=progress,
         )
-    notes = (*state.groundwork.notes, *ownership.notes, *calibration.notes)
+    notes = (*state.groundwork.notes, *mirrored, *ownership.notes, *calibration.notes)
     if state.session is not None:
         kept = kept_calibration(calibration, subject.mass_kg, notes)
         state.session.next = KeptModel(kept, made_for(state, settings))

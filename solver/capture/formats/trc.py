@@ -154,6 +154,8 @@ def _table(
     table = np.full((len(rows), max(expected, *widths)), np.nan)
     for i, row in enumerate(rows):
         table[i, : len(row.values)] = row.values
+    if header.time_column == 1 and np.isnan(table[:, 0]).all() and (np.diff(table[:, 1]) == 1).all():
+        table = table[:, 1:]  # rows begin with a tab before the frame number
     return table, [row.line for row in rows], notes
 
 
@@ -245,6 +247,8 @@ def _labels(line: str) -> tuple[int, int | None, bool, tuple[tuple[int, str], ..
     """
     separator = next((sign for sign in ("\t", ";", ",") if sign in line), None)
     cells = [cell.strip() for cell in line.split(separator)]
+    if separator == "\t" and sum(map(bool, cells)) < 4:  # names in columns of one width
+        cells = re.split(r" *\t *| {2,}", line.strip())
     if separator == "\t" and " " in cells[0]:  # "Frame# Time" with a blank between
         cells = [*cells[0].split(), *cells[1:]]
     lead = 0

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject
+from solver.common.progress import silent
 from solver.fitting.fit_result import Groundwork
-from solver.fitting.model_stage import weigh_who_stands
+from solver.fitting.model_stage import scale_model, weigh_who_stands
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState, Recordings
 from solver.kinematics.marker_matching import match_markers
@@ -104,3 +105,14 @@ def test_an_entered_mass_needs_no_weighing(body):
     markers = standing(body, pose(body), rng)
     whole = plate("plate 1", MASS_KG * 9.80665, middle(body, markers, "r") * [1, 0, 0], FLOOR, rng)
     assert weigh(body, markers, [whole], replace(NOBODY, mass_kg=80.0)) == ()
+
+
+def test_of_several_recordings_the_mirrored_one_is_named(body):
+    x = marker_positions(body, pose(body))[:2]
+    markers = Markers(body.marker_names, x, RATE)
+    mirrored = replace(markers, positions_ground=markers.positions_ground * (1, 1, -1))
+    captures = tuple(Capture(name, seen, ()) for name, seen in (("walk", markers), ("turn", mirrored)))
+    groundwork = Groundwork(body, match_markers(body, [markers]), ())
+    state = FitState(NOBODY, groundwork, body, read=Recordings(body, captures, None, {}))
+    notes = scale_model(state, Settings(), silent).groundwork.notes
+    assert [note.trial for note in notes if "left and right are exchanged" in note] == ["turn"]

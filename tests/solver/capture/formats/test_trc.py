@@ -1,5 +1,6 @@
 """Marker files with every trap that was seen in the field, and round trips through OpenSim."""
 
+import re
 from contextlib import suppress
 
 import numpy as np
@@ -83,6 +84,8 @@ def assert_whole(file, notes=0):
         trc().replace("\t", "\t ").replace("\t \t", "\t\t"),
         "\n".join(line + "\t\t" for line in trc().splitlines()),
         trc(names="Frame#\tTimes\t\tLASI\t\tRASI\t\tSACR\t"),
+        trc(names="Frame#\tTime            LASI                 RASI                 SACR              "),
+        re.sub(r"^(?=\d+\t0\.)", "\t", trc(), flags=re.MULTILINE),
         trc(names="Frame# Time LASI RASI SACR").replace("\t", " "),
         trc(names="Frame#\tTime\tLASI\t\t\tRASI\t\t\tSACR")
         .replace("\n\n1\t", "\n\n   1 ")
@@ -102,6 +105,8 @@ def assert_whole(file, notes=0):
         "padded cells",
         "trailing tabs",
         "names two tabs apart",
+        "names in columns of one width",
+        "a tab before each row",
         "spaces",
         "spaces, padded frame",
     ],
