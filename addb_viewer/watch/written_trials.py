@@ -203,6 +203,7 @@ _ROW = re.compile(rb"^[ \t]*-?[\d.]", re.MULTILINE)
 _STATED = {  # how many rows of numbers a file says that it has
     ".mot": re.compile(rb"^nRows\s*=\s*(\d+)", re.MULTILINE),
     ".sto": re.compile(rb"^nRows\s*=\s*(\d+)", re.MULTILINE),
+    ".forces": re.compile(rb"^NumberOfSamples\s*=\s*(\d+)", re.MULTILINE),
     ".tsv": re.compile(rb"^NO_OF_FRAMES[\t;,](\d+)", re.MULTILINE),
     ".trc": re.compile(rb"^DataRate[^\n]*\n[ \t]*[\d.]+\s+[\d.]+\s+(\d+)", re.MULTILINE),
 }

@@ -12,6 +12,8 @@ import numpy as np
 from solver.capture.axes import VerticalAxis, markers_y_up, vertical_axis
 from solver.capture.capture import Markers
 from solver.capture.formats.c3d import read_c3d_markers
+from solver.capture.formats.cortex_forces import ENDING as CORTEX_ENDING
+from solver.capture.formats.cortex_forces import read_cortex_forces
 from solver.capture.formats.motive_csv import read_motive_markers
 from solver.capture.formats.nexus_csv import read_nexus_forces, read_nexus_markers
 from solver.capture.formats.qtm_tsv import read_qtm_forces, read_qtm_markers
@@ -25,7 +27,7 @@ from solver.common.notes import Kind, Note, noted
 TABLES = (".mot", ".sto")
 RECORDINGS = (".trc", ".c3d")
 MARKERS_READ = ".trc, .c3d, .b3d, .tsv of QTM, .csv of Nexus or Motive"
-FORCES_READ = ".mot, .sto, .c3d, .tsv of QTM, .csv of Nexus"
+FORCES_READ = ".mot, .sto, .c3d, .forces of Cortex, .tsv of QTM, .csv of Nexus"
 READ_TEXT = {
     Program.QTM: read_qtm_markers,
     Program.NEXUS: read_nexus_markers,
@@ -65,7 +67,7 @@ def is_recording(path: Path) -> bool:
 
 def is_force_table(path: Path) -> bool:
     """Whether a file can hold forces, and holds no markers beside them."""
-    if path.suffix.lower() in TABLES:
+    if path.suffix.lower() in (*TABLES, CORTEX_ENDING):
         return True
     export = None if path.is_symlink() else export_of(path)
     return export is not None and export.forces and not export.markers
@@ -122,6 +124,8 @@ def read_forces(path: Path) -> Storage:
     """
     if path.suffix.lower() in TABLES:
         return read_storage(path)
+    if path.suffix.lower() == CORTEX_ENDING:
+        return read_cortex_forces(path)
     export = export_of(path)
     if export is None or not export.forces:
         raise CaptureError(f"{path}: forces of that kind cannot be read here. Export one of {FORCES_READ}.")

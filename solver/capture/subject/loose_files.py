@@ -13,7 +13,7 @@ from solver.capture.capture import TrialFiles
 from solver.capture.formats.c3d_contents import BLOCK as HEADER_BYTES
 from solver.capture.formats.c3d_contents import SIGNATURE, parameters_in
 from solver.capture.formats.qtm_tsv import force_files, plates_beside
-from solver.capture.formats.recording_files import TABLES, is_force_table, is_recording
+from solver.capture.formats.recording_files import CORTEX_ENDING, TABLES, is_force_table, is_recording
 from solver.capture.formats.storage import read_columns
 from solver.capture.formats.text_exports import ENDINGS as TEXT_ENDINGS
 from solver.capture.plates.force_columns import find_plates
@@ -252,13 +252,14 @@ def _by_exact_name(
 ) -> tuple[dict[Path, Path], tuple[Note, ...]]:
     """X_grf.mot, X_forces.mot, or X.mot where it holds forces, beside X.trc; and notes on what holds none.
 
-    Beside X.tsv it is X_f_1.tsv, which stands for all of X_f_*.tsv.
+    Beside X.tsv it is X_f_1.tsv, which stands for all of X_f_*.tsv; X.forces is Cortex'.
     """
     beside = {(p.parent, p.name.lower()): p for p in files}
     found: dict[Path, Path] = {}
     notes: tuple[Note, ...] = ()
     for markers in recordings:
-        own = plates_beside(markers)
+        cortex = (markers.parent, f"{markers.stem}{CORTEX_ENDING}".lower())
+        own = plates_beside(markers) or beside.get(cortex)
         if own is not None:
             found[markers] = own
             continue

@@ -49,7 +49,7 @@ KINDS = (  # what files of these endings are, and what to do with them
     ),
     (".cap .trb .vc .vc1 .vc2 .vc3", "a binary recording of Cortex", f"{AS_C3D} or TRC there"),
     (
-        ".anb .anc .cal .forces",
+        ".anb .anc .cal",
         "analog channels of Cortex",
         "export the forces in a C3D, beside or instead of the TRC",
     ),

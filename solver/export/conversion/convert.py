@@ -44,6 +44,7 @@ READERS: dict[str, Callable[[Path], Content]] = {
     ".trc": read_marker_file,
     ".mot": read_force_table,
     ".sto": read_force_table,
+    ".forces": read_force_table,
     **dict.fromkeys(TEXT_ENDINGS, read_text_export),
     ".b3d": read_b3d_file,
     ".parquet": read_parquet,
