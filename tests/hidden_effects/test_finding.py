@@ -61,7 +61,7 @@ CLEAN = [
     ("walk", "true"),
     ("walk", "generic"),
     ("squat", "true"),
-]  # more with noise, below
+]
 
 
 @pytest.fixture(scope="module")
