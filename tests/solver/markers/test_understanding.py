@@ -35,6 +35,21 @@ BY_FAMILY = {
             "RTOE": "mt2_head_r",
         },
     ),
+    "OptiTrack": (
+        labels(
+            "HeadTop HeadFront BackTop ChestTop ChestLow LShoulderTop RShoulderTop LUArmHigh RUArmHigh "
+            "LElbowOut RElbowOut LFArm RFArm LWristOut RWristOut WaistLFront WaistRFront WaistLBack "
+            "WaistCBack WaistRBack LKneeOut RKneeOut "
+            "LShin RShin LAnkleOut RAnkleOut LHeel RHeel LToeIn RToeIn LToeOut RToeOut LToeTip RToeTip"
+        ),
+        {
+            "LFArm": "forearm_l",
+            "WaistCBack": "sacrum",
+            "WaistRBack": "psis_r",
+            "ChestLow": "sternum_middle",
+            "LToeOut": "mt5_head_l",
+        },
+    ),
     "video keypoints": (
         labels(
             "Hip RHip RKnee RAnkle RBigToe RSmallToe RHeel LHip LKnee LAnkle LBigToe LSmallToe LHeel Neck "
