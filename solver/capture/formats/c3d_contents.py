@@ -73,6 +73,11 @@ class C3dHeader:
         return (self.data_block - 1) * BLOCK
 
     @property
+    def rotation_start(self) -> int:
+        """Address of the first frame's rotations [bytes]."""
+        return (self.rotation_block - 1) * BLOCK
+
+    @property
     def words_per_frame(self) -> int:
         """Numbers stored for each frame."""
         return 4 * self.points + self.analogs_per_frame
@@ -292,7 +297,7 @@ def _check_rotations(path: Path, header: C3dHeader) -> None:
         return
     if header.frames is None:
         raise CaptureError(f"{path}: more poses of segments than a header counts. Export it in parts.")
-    start = (header.rotation_block - 1) * BLOCK
+    start = header.rotation_start
     size = 4 * POSE * header.rotations * header.poses_per_frame * header.frames
     if header.processor != INTEL or min(header.rotations, header.poses_per_frame, start) < 1:
         raise CaptureError(f"{path}: ROTATION:USED, RATIO or DATA_START is damaged. {EXPORT_AGAIN}")
@@ -411,7 +416,7 @@ def open_c3d(path: Path) -> C3dContents:
 def _rotations(path: Path, header: C3dHeader) -> Float[np.ndarray, "poses segments 17"]:
     """Of a file without points, as stored; ezc3d leaves out how reliable they are."""
     poses = 0 if header.points else header.poses_per_frame * (header.frames or 0)
-    count, start = poses * header.rotations * POSE, max(0, header.rotation_block - 1) * BLOCK
+    count, start = poses * header.rotations * POSE, max(0, header.rotation_start)
     return np.fromfile(path, "<f4", count, offset=start).reshape(poses, header.rotations, POSE).astype(float)
 
 

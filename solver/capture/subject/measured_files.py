@@ -14,20 +14,8 @@ from solver.capture.formats.b3d.places import RESULTS, SUFFIX
 from solver.common.errors import CaptureError
 
 MARK = "written by addb-viewer"
-READ = (
-    ".trc",
-    ".c3d",
-    ".mot",
-    ".sto",
-    ".forces",
-    ".osim",
-    SUFFIX,
-    ".sqlite",
-    ".mp4",
-    ".m4v",
-    ".mov",
-    ".webm",
-)
+VIDEOS = (".mp4", ".m4v", ".mov", ".webm")
+READ = (".trc", ".c3d", ".mot", ".sto", ".forces", ".osim", SUFFIX, ".sqlite", *VIDEOS)
 NAMES = ("subject.toml", "settings.toml", "_subject.json", "review.json")
 TEXTS = (".csv", ".tsv", ".txt")  # measured where they begin as Motive, Nexus and QTM begin theirs
 PAGES = (".html",)  # nobody reads them here, but a folder may hold others' reports

@@ -38,7 +38,7 @@ from solver.dynamics.root_wrench import about_point, root_centre
 from solver.dynamics.trajectory.bordered_system import BorderedFactor, Gradient
 from solver.dynamics.trajectory.frame_spans import Span, are_long, teaching_spans, windows
 from solver.dynamics.trajectory.terms.term import REFERENCE_RATE_HZ, SharedParameters
-from solver.dynamics.trajectory.trajectory_search import Border, TrajectoryFit, searched
+from solver.dynamics.trajectory.trajectory_search import Border, TrajectoryFit, extra_covariance, searched
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory.trajectory_solver import (
     State,
@@ -170,7 +170,7 @@ class WindowedFit:
             phi=moved.phi,
             asked_phi=at.moved(-np.linalg.solve(asked_corner, asked_gradient)).phi,
             extra=moved.x,
-            extra_covariance=np.linalg.inv(corner)[free:, free:] if len(at.x) else taught.extra_covariance,
+            extra_covariance=extra_covariance(at, corner),
             border=Border(corner, at, of_all) if free else None,
         )
 

@@ -127,9 +127,11 @@ def searched(
         del system, factor
     progress("dynamics", 1.0)
     unsettled = noted(Kind.SOLVE, f"the trajectory fit did not settle in {iteration} iterations")
-    fit = _fit_at(solver, state, iterations=iteration, extra_covariance=extra_covariance(solver, state))
+    corner = np.zeros((0, 0))
+    if len(state.shared.x):
+        corner = solver.factorized(state, solver.linearized(state)).corner
     return replace(
-        fit,
+        _fit_at(solver, state, corner, iterations=iteration),
         converged=converged,
         notes=() if converged else unsettled,
         costs=tuple(float(c) for c in costs),
@@ -141,9 +143,9 @@ def searched(
 def _fit_at(
     solver: TrajectorySolver,
     state: State,
+    corner: Float[np.ndarray, "shared shared"],
     *,
     iterations: int,
-    extra_covariance: Float[np.ndarray, "extra extra"],
 ) -> TrajectoryFit:
     return TrajectoryFit(
         skeleton=state.shared.skeleton if state.shared.free_inertias else solver.inertias.skeleton,
@@ -153,7 +155,7 @@ def _fit_at(
         iterations=iterations,
         asked_phi=state.shared.phi,
         extra=state.shared.x,
-        extra_covariance=extra_covariance,
+        extra_covariance=extra_covariance(state.shared, corner),
     )
 
 
@@ -262,13 +264,11 @@ def _asked(
     return state.shared.moved(step.shared).phi
 
 
-def extra_covariance(solver: TrajectorySolver, state: State) -> Float[np.ndarray, "extra extra"]:
-    """Of x at the solution: the inverse of the border from which all bands are eliminated."""
-    if not len(state.shared.x):
-        return np.zeros((0, 0))
-    corner = solver.factorized(state, solver.linearized(state)).corner
-    free = state.shared.free_inertias
-    return np.linalg.inv(corner)[free:, free:]
+def extra_covariance(
+    at: SharedParameters, corner: Float[np.ndarray, "shared shared"]
+) -> Float[np.ndarray, "extra extra"]:
+    """Of x: by the inverse of the border from which all bands are eliminated, which no x need not have."""
+    return np.linalg.inv(corner)[at.free_inertias :, at.free_inertias :] if len(at.x) else np.zeros((0, 0))
 
 
 def take_steps(
@@ -304,5 +304,4 @@ def take_steps(
             state = solver.stepped(state, factor.step(gradient))
             corner = factor.corner
             del system, factor  # before the next ones are built
-        covariance = np.linalg.inv(corner)[state.shared.free_inertias :, state.shared.free_inertias :]
-        return _fit_at(solver, state, iterations=count, extra_covariance=covariance)
+        return _fit_at(solver, state, corner, iterations=count)

@@ -107,14 +107,14 @@ def test_the_step_and_the_covariance_are_those_of_a_dense_solve(crane, trial):
     dense = np.block([[band, border], [border.T, system.corner + prior_curvature]])
     gradient = np.concatenate([system.gradient.coefficients.ravel(), system.gradient.shared + prior_gradient])
     step = -np.linalg.solve(dense, gradient)
-    found = solver.factorized(state, [system]).step(solver.gradient_of(state, [system]))
-    tried = solver.stepped(state, found)
+    factor = solver.factorized(state, [system])
+    tried = solver.stepped(state, factor.step(solver.gradient_of(state, [system])))
     scale = np.abs(step[size + inertias :])
     np.testing.assert_allclose(
         tried.shared.x - state.shared.x, step[size + inertias :], atol=1e-6 * scale.max()
     )
     covariance = np.linalg.inv(dense)[size + inertias :, size + inertias :]
-    np.testing.assert_allclose(extra_covariance(solver, state), covariance, rtol=1e-6)
+    np.testing.assert_allclose(extra_covariance(state.shared, factor.corner), covariance, rtol=1e-6)
 
 
 def test_the_border_of_x_is_the_derivative_of_the_gradient(crane, trial):
