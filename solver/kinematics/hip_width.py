@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from solver.capture.capture import Markers
 from solver.kinematics.marker_matching import MarkerMatch
+from solver.skeleton.scaling import stretched_bone
 from solver.skeleton.skeleton import Skeleton
 
 STRAIGHT = 0.98  # spine to malleolus over the way by the knee, from which on a leg counts as straight
@@ -44,14 +45,15 @@ class HipPair:
         return arm
 
     def widened(self, skeleton: Skeleton, ratio: float) -> Skeleton:
-        """The skeleton with its hips `ratio` times as far apart; all else stays."""
-        joints = list(skeleton.joints)
+        """The skeleton with hips and the pelvis' bone `ratio` times as wide; its markers and mass stay."""
+        joints, bodies = list(skeleton.joints), list(skeleton.bodies)
+        bodies[self.pelvis] = stretched_bone(bodies[self.pelvis], np.where(np.eye(3)[self.axis], ratio, 1.0))
         for body in (self.right, self.left):
             arm = self.arm(skeleton, body)
             joints[body] = replace(
                 joints[body], p_parent_frame=joints[body].p_parent_frame + (ratio - 1) * arm
             )
-        return replace(skeleton, joints=tuple(joints))
+        return replace(skeleton, joints=tuple(joints), bodies=tuple(bodies))
 
 
 def hip_pair(skeleton: Skeleton) -> HipPair | None:

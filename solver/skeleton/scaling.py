@@ -102,13 +102,16 @@ def scaled_inertia(
     return stretched
 
 
+def stretched_bone(body: Body, factors: Float[np.ndarray, "3"]) -> Body:
+    """The body with its meshes, and what an export moves with them, at another size; its mass stays."""
+    return replace(body, geometry=tuple(_mesh(m, factors) for m in body.geometry), scale=body.scale * factors)
+
+
 def _body(body: Body, factors: Float[np.ndarray, "3"]) -> Body:
     return replace(
-        body,
+        stretched_bone(body, factors),
         com_body=body.com_body * factors,
         inertia_body=scaled_inertia(body.inertia_body, body.mass, factors),
-        geometry=tuple(_mesh(mesh, factors) for mesh in body.geometry),
-        scale=body.scale * factors,
     )
 
 

@@ -10,7 +10,7 @@ from solver.capture.subject.opened_subject import open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.fitting.settings import Settings
 from solver.kinematics.calibration import Calibration, calibrate, choose_frames
-from solver.kinematics.hip_width import expected_hip_width
+from solver.kinematics.hip_width import expected_hip_width, hip_pair
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.settings import KinematicsSettings
@@ -72,6 +72,15 @@ def test_soft_tissue_over_the_spines_makes_no_deeper_pelvis(body):
     found = fitted(body, recorded(body))
     np.testing.assert_allclose(found.factors[body.body_index("pelvis")], 1.0, atol=0.01)
     assert hip_width(found.skeleton) == pytest.approx(hip_width(body), abs=0.002)
+
+
+def test_bone_and_muscles_attachments_go_with_the_hips_and_inertia_stays(body):
+    wide, pelvis = hip_pair(body).widened(body, 1.2), body.body_index("pelvis")
+    assert hip_width(wide) == pytest.approx(1.2 * hip_width(body))
+    own, found = body.bodies[pelvis], wide.bodies[pelvis]
+    drawn = found.geometry[0].scale / own.geometry[0].scale
+    np.testing.assert_allclose([found.scale, drawn], [(1.0, 1.0, 1.2)] * 2)
+    assert found.inertia_body is own.inertia_body
 
 
 @pytest.mark.parametrize("folder", ["opencap_subject4", "opencap_subject6"])
