@@ -4,15 +4,16 @@ Steps without a layout's rows are steps of the quadratic model that ended there:
 what the fit saw of these forces. The test of this stage holds it against a fit that never saw them.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.common.cpu_timer import CpuTimer
 from solver.common.progress import Progress
+from solver.common.true_runs import runs
 from solver.dynamics.cross_validation.held_out import HeldOut, HeldOutLayout, judged_blocks
 from solver.dynamics.cross_validation.held_out_layouts import (
     BLOCKS,
@@ -27,7 +28,7 @@ from solver.dynamics.force_prediction.prediction_columns import PredictionTrial
 from solver.dynamics.force_prediction.prediction_fit import held_out_prediction
 from solver.dynamics.inverse_dynamics import counted_wrenches, used_frames
 from solver.dynamics.trajectory.extension import Extension
-from solver.dynamics.trajectory.frame_spans import Span, are_long, windows
+from solver.dynamics.trajectory.frame_spans import Span, are_long, teaching_spans, windows
 from solver.dynamics.trajectory.trajectory_fit import inertia_caution
 from solver.dynamics.trajectory.trajectory_solver import basis_for, knot_spacing
 from solver.dynamics.trajectory.trial_data import ExtraParameters
@@ -76,11 +77,12 @@ def predict_held_out(
         for done, part in judge.parts():
             progress("held_out", done)
             for layout in layouts:
-                layout.ask(part, kinds.get((layout.kind, layout.number)))
+                layout.ask(part, judge.teacher, kinds.get((layout.kind, layout.number)))
         judged = [judge.judged(layout) for layout in layouts]
+        first = layouts[0] if any(frames.any() for frames in layouts[0].held_out) else None
+        fit = judge.taught(fit, first) if first else fit
     trials, fitted = list(fit.trials), _fitted(fit.trials)
     seconds = {"held_out": cpu_timer.seconds["held_out"] / max(1, len(fitted))}
-    first = layouts[0] if any(frames.any() for frames in layouts[0].held_out) else None
     for k, i in enumerate(fitted if first else ()):
         whole = in_whole(replace(judge.seen[k], held_out=judged[0][k]), trials[i])
         trials[i] = replace(trials[i], held_out=whole.held_out, seconds=trials[i].seconds | seconds)
@@ -90,10 +92,6 @@ def predict_held_out(
         held_out_due=False,
         held_out_layouts=tuple(
             judge.by_blocks(layout, each) for layout, each in zip(layouts, judged, strict=True)
-        ),
-        groundwork=replace(
-            fit.groundwork,
-            prediction_kinds=first.learnt if first else fit.groundwork.prediction_kinds,
         ),
     )
     return with_predicted_std(judged_fit)
@@ -196,30 +194,33 @@ class _Layout:
 
     def __init__(self, kind: str, number: int, held_out: FramesByTrial) -> None:
         self.kind, self.number, self.held_out = kind, number, held_out
-        self.learnt: tuple[str, ...] = ()  # by the first part that was asked
+        self.learnt: tuple[str, ...] | None = None  # None: nobody was asked
         self.predicted, self.of_motion = (
             [np.full((len(frames), 6), np.nan) for frames in held_out] for _ in range(2)
         )
 
-    def ask(self, part: "_Part", kinds: tuple[str, ...] | None) -> None:
+    def ask(self, part: "_Part", teacher: "_Part", kinds: tuple[str, ...] | None) -> None:
         """What it misses where it holds frames of the layout.
 
         Args:
             part: of the fit.
-            kinds: of learnt terms, where they are known.
+            teacher: that chooses the kinds of learnt terms.
+            kinds: those, where they are known.
         """
-        own = [self.held_out[span.trial][span.start : span.end] for span in part.spans]
+        own = self._frames_of(part)
         if not any(frames.any() for frames in own):
             return
-        is_first = (self.kind, self.number) == LAYOUTS[0]
         if part.trials is not None:
-            taken = kinds
+            taken = kinds if self.learnt is None else self.learnt
             if taken is None or taken not in part.ended.sets:  # an edit may have taken their columns away
-                taken = part.kinds(own, whole_steps=self.kind != BLOCKS)
-            self.learnt = self.learnt or taken
+                taken = teacher.kinds(self._frames_of(teacher), whole_steps=self.kind != BLOCKS)
+            self.learnt = taken
             self._lay(self.predicted, part, own, part.ended.missed(own, taken))
-        if part.trials is None or is_first:
+        if part.trials is None or (self.kind, self.number) == LAYOUTS[0]:
             self._lay(self.of_motion, part, own, part.missed_by_motion(own))
+
+    def _frames_of(self, part: "_Part") -> FramesByTrial:
+        return [self.held_out[span.trial][span.start : span.end] for span in part.spans]
 
     @staticmethod
     def _lay(into: list[np.ndarray], part: "_Part", own: FramesByTrial, missed: Rows) -> None:
@@ -234,6 +235,7 @@ class _Judge:
         assert fit.groundwork is not None
         assert fit.groundwork.settled is not None
         groundwork, settled = fit.groundwork, fit.groundwork.settled
+        self.groundwork = groundwork
         self.settings, self.extension, self.fitted_skeleton = settings, extension, fit.skeleton
         self.began, self.phi = with_mass(groundwork.skeleton, settled.mass_kg), groundwork.phi
         self.seen = [seen_part(fit.trials[i]) for i in _fitted(fit.trials)]
@@ -243,18 +245,28 @@ class _Judge:
         plain = all_data(self.before, groundwork.match, weighed, extension)
         self.data = [replace(d, spline=t.spline) for d, t in zip(plain, self.seen, strict=True)]
         self.alone = [_markers_alone(trial, fit.skeleton, settings) for trial in self.before]
+        self.are_long = are_long([len(own.counts) for own in self.data], settings.trajectory)
 
     def layout(self, kind: str, number: int) -> _Layout:
         """Nobody has been asked about it yet."""
         frames = [_frames(trial, (kind, number), self.settings, self.extension) for trial in self.seen]
         return _Layout(kind, number, frames)
 
+    @cached_property
+    def teacher(self) -> "_Part":
+        """All trials as one problem, or of long ones what terms are learnt from."""
+        if not self.are_long:
+            spans = [Span(i, 0, len(own.counts)) for i, own in enumerate(self.data)]
+            return _Part(self, self.began, self.phi, spans)
+        spacing = [knot_spacing(own.start, self.settings.trajectory) for own in self.data]
+        spans = teaching_spans(self.data, spacing, self.settings.trajectory)
+        return _Part(self, self.fitted_skeleton, None, spans)
+
     def parts(self) -> "Iterator[tuple[float, _Part]]":
         """All trials as one problem, or window by window with inertias that stay; how much came before."""
         weights = self.settings.trajectory
-        if not are_long([len(own.counts) for own in self.data], weights):
-            whole = [Span(i, 0, len(own.counts)) for i, own in enumerate(self.data)]
-            yield 0.0, _Part(self, self.began, self.phi, whole)
+        if not self.are_long:
+            yield 0.0, self.teacher
             return
         spans = [
             span
@@ -264,6 +276,17 @@ class _Judge:
         for k, span in enumerate(spans):
             yield k / len(spans), _Part(self, self.fitted_skeleton, None, [span])
 
+    def taught(self, fit: Fit, layout: _Layout) -> Fit:
+        """With kinds that a layout chose; where no force was missing, with what they learn, for an edit."""
+        groundwork, trials = replace(self.groundwork, prediction_kinds=layout.learnt), list(fit.trials)
+        if layout.learnt is not None and groundwork.learnt is None and not self.are_long:
+            learnt, splines = self.teacher.ended.learnt(layout.learnt)
+            for i, spline in zip(_fitted(trials), splines, strict=True):
+                trials[i] = replace(trials[i], prediction_spline=spline)
+            known = {trial.capture.name: tuple(runs(trial.forces_known)) for trial in self.seen}
+            groundwork = replace(groundwork, learnt=learnt, learnt_on=known)
+        return replace(fit, trials=tuple(trials), groundwork=groundwork)
+
     def judged(self, layout: _Layout) -> list[HeldOut]:
         """Each trial on a layout that all parts were asked about."""
         judged, learns = [], self.settings.prediction.enabled
@@ -272,7 +295,7 @@ class _Judge:
             markers, cutoffs = self.alone[k].at_best(used & ~frames)
             predicted, of_motion = (self.gains[k] * rows[k] for rows in (layout.predicted, layout.of_motion))
             judged.append(
-                HeldOut(frames & used, predicted, markers, cutoffs, of_motion, layout.learnt)
+                HeldOut(frames & used, predicted, markers, cutoffs, of_motion, layout.learnt or ())
                 if learns
                 else HeldOut(frames & used, of_motion, markers, cutoffs)
             )
@@ -285,7 +308,7 @@ class _Judge:
             found = judged_blocks(held_out, frames, trial.capture.markers.first_frame)
             if found is not None:
                 blocks[trial.capture.name] = found
-        return HeldOutLayout(layout.kind, layout.number, blocks, layout.learnt)
+        return HeldOutLayout(layout.kind, layout.number, blocks, layout.learnt or ())
 
     def _used(self, trial: TrialFit) -> Bool[np.ndarray, " frames"]:
         assert trial.contacts is not None
@@ -335,24 +358,16 @@ class _Part:
     @cached_property
     def _begun(self) -> HeldOutPrediction:
         """Where the trajectory fit ended."""
-        assert self.trials is not None
-        return held_out_prediction(
-            self.skeleton, self.trials, self.weights, self.settings, phi=self.phi, extra=self.extra
-        )
+        return self._predicting(held_out_prediction)
 
     @cached_property
     def ended(self) -> HeldOutPrediction:
         """Where the prediction fit ends with no terms learnt."""
-        assert self.trials is not None
-        return held_out_prediction(
-            self.skeleton,
-            self.trials,
-            self.weights,
-            self.settings,
-            phi=self.phi,
-            extra=self.extra,
-            is_at_its_end=True,
-        )
+        return self._predicting(partial(held_out_prediction, is_at_its_end=True))
+
+    def _predicting(self, predicting: Callable[..., HeldOutPrediction]) -> HeldOutPrediction:
+        given = self.skeleton, self.trials, self.weights, self.settings
+        return predicting(*given, phi=self.phi, extra=self.extra)
 
     def missed_by_motion(self, held_out: FramesByTrial) -> Rows:
         """Residuals on held-out frames by the fit's own motion, as if it had not seen them."""

@@ -98,11 +98,6 @@ class Calibration:
         """Scale factors along the axes of each body."""
         return self.solver.groups.factors(self.shared.log_scale)
 
-    @property
-    def offsets_body(self) -> Float[np.ndarray, "markers 3"]:
-        """Added to the scaled model's marker positions [m]."""
-        return self.shared.offsets
-
 
 @dataclass(frozen=True)
 class Evidence:

@@ -196,6 +196,8 @@ def of_one_person(subject: Subject, recorded: Sequence[Capture], static: Capture
         CaptureError: they are of several people, and nobody says otherwise.
     """
     by_name = {c.name: c for c in recorded} | ({f"{static.name} (static)": static} if static else {})
+    if len(by_name) < 2:
+        return ()
     found = people_among(
         {name: Recorded(c.markers, c.files[0] if c.files else None, c.prefix) for name, c in by_name.items()}
     )

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.dynamics.cross_validation.held_out_steps import HeldOutSteps, TrialHeldOut
+from solver.dynamics.force_prediction.learnt_terms import LearntTerms
 from solver.dynamics.force_prediction.prediction_columns import Parameters
 from solver.dynamics.motion_change import ENDS_S
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
@@ -48,6 +49,7 @@ class HeldOutPrediction:
         with_columns: Callable[[Sequence[TrialData]], list[TrialData]],
         kinds: Sequence[str],
         always: Sequence[str],
+        peak_N: float,
     ) -> None:
         """Linearize there.
 
@@ -60,8 +62,10 @@ class HeldOutPrediction:
             with_columns: makes the columns of trials, of which it sees what counts alone.
             kinds: to choose among.
             always: kinds that take part in every set.
+            peak_N: of the force that stepping demands, as the columns have it.
         """
         self.trials, self.trajectory, self.with_columns = trials, trajectory, with_columns
+        self.peak_N = peak_N
         self.sets = [s for n in range(len(kinds) + 1) for s in combinations(kinds, n)]
         weight = {True: INERTIA_PRIOR_WEIGHT, False: 1.0}
         self.choices = [(parameters.some((*always, *s)), weight[INERTIAS in s]) for s in self.sets]
@@ -97,6 +101,16 @@ class HeldOutPrediction:
         """Residuals on the held-out frames of each trial, as `HeldOutSteps.missed`, with these kinds."""
         choice = self.choices[self.sets.index(taken)]
         return [missed[0] for missed in self.steps.missed(self._layout(held_out), [choice])]
+
+    def learnt(
+        self, taken: tuple[str, ...]
+    ) -> tuple[LearntTerms, list[Float[np.ndarray, "coefficients dofs"]]]:
+        """What terms of these kinds come to in one step, by all known frames; and the splines there."""
+        choice, begun = self.choices[self.sets.index(taken)], self.steps.state
+        (step,) = self.steps.steps(self._layout([np.zeros_like(t.counts) for t in self.trials]), [choice])
+        there = begun.shared.moved(step.shared)
+        splines = [c + s for c, s in zip(begun.coefficients, step.coefficients, strict=True)]
+        return LearntTerms(taken, there.phi, there.x[choice[0]], self.peak_N), splines
 
     @cached_property
     def _judged(self) -> "list[_Block]":

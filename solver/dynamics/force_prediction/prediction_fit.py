@@ -10,6 +10,7 @@ would have read.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -95,6 +96,7 @@ def _held_out(
         with_columns=lambda data: made.with_columns(data, kinds),
         kinds=[kind for kind in kinds if kind == INERTIAS or kind in every.of],
         always=(OTHER,),
+        peak_N=made.peak_N,
     )
 
 
@@ -142,34 +144,23 @@ def fit_prediction(
     """
     extra = extra or ExtraParameters.none()
     weights = _weights(trajectory, settings)
-    if not are_long([len(trial.data.counts) for trial in trials], weights):
-        return _together(
-            skeleton,
-            trials,
-            weights,
-            settings,
-            phi=phi,
-            extra=extra,
-            kinds=kinds,
-            chosen=chosen,
-            learnt=learnt,
-        )
-    spacing = [knot_spacing(trial.data.start, weights) for trial in trials]
-    trials = [_with_levels(trial, skeleton, weights) for trial in trials]
-    taught = _together(
+    together = partial(
+        _together,
         skeleton,
-        [
-            trials[s.trial].part(s.start, s.end, spacing[s.trial])
-            for s in teaching_spans([trial.data for trial in trials], spacing, weights)
-        ],
-        weights,
-        settings,
+        weights=weights,
+        settings=settings,
         phi=phi,
         extra=extra,
         kinds=kinds,
         chosen=chosen,
         learnt=learnt,
     )
+    if not are_long([len(trial.data.counts) for trial in trials], weights):
+        return together(trials)
+    spacing = [knot_spacing(trial.data.start, weights) for trial in trials]
+    trials = [_with_levels(trial, skeleton, weights) for trial in trials]
+    spans = teaching_spans([trial.data for trial in trials], spacing, weights)
+    taught = together([trials[s.trial].part(s.start, s.end, spacing[s.trial]) for s in spans])
     made = PredictionColumns(skeleton, settings, trials, extra, taught.learnt.peak_N)
     return _in_windows(taught, made, spacing, weights)
 

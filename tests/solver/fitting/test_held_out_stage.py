@@ -11,12 +11,14 @@ from solver.dynamics.cross_validation.held_out_layouts import LAYOUTS, hold_out_
 from solver.dynamics.force_prediction.held_out_prediction import HeldOutPrediction
 from solver.dynamics.trajectory.trajectory_fit import fit_trajectories
 from solver.fitting.held_out_stage import leave_stances_out, predict_held_out
+from solver.fitting.pipeline import resolve
 from solver.fitting.settings import Settings
 from solver.fitting.state import MassAndGains
 from solver.fitting.summary import summary
 from solver.fitting.torques_stage import under_forces
 from solver.fitting.trajectory_stage import all_data, before_forces, begin_at_forces
 from solver.skeleton.scaling import with_mass
+from tests.flagged import flagged
 
 MOTION_ALONE = replace(Settings(), prediction=replace(Settings().prediction, enabled=False))
 OFF = 1.0  # [N, N·m] that the step may be off, of 35 to 53 N and 38 N·m missed
@@ -65,10 +67,7 @@ def never_shown(walk, number):
 
 
 def under_forces_without(walk, frames):
-    """Dynamics of a fit that begins at the markers and does not know the forces of some frames.
-
-    It knows the other frames alone, but for the body's mass, which all forces have weighed.
-    """
+    """Dynamics of a fit that begins at the markers and knows of some frames' forces but their weight."""
     ground, before = walk.groundwork, before_forces(walk.trials[0])
     weights, settled = MOTION_ALONE.trajectory, ground.settled
     known = replace(before, mask=replace(before.mask, counts=before.mask.counts & ~frames[:, None]))
@@ -96,6 +95,16 @@ def test_a_stance_left_out_moves_torques_elsewhere_as_in_a_fit_without_it(walk):
     without = [under_forces_without(walk, frames).joint_torques[elsewhere, 6:] for frames in hidden]
     refit = without[1] - without[0]
     assert np.sqrt(np.mean((told - refit) ** 2)) < 0.25 * np.sqrt(np.mean(refit**2))
+
+
+def test_a_first_flag_begins_with_what_the_judged_fit_learnt(recorded_fit):
+    """No force was missing before; torques are nearly those of a fit of all frames to what is left."""
+    fit = recorded_fit("walk_treadmill_stepwidth")
+    flags = {"example1": flagged((200, 230, None, "manualReview"))}
+    unlearnt = replace(fit, groundwork=replace(fit.groundwork, learnt=None))
+    fits = fit, resolve(fit, flags, Settings()), resolve(unlearnt, flags, Settings())
+    first, ours, anew = (one.trials[0].dynamics.joint_torques for one in fits)
+    assert np.sqrt(np.mean((ours - anew) ** 2)) < 0.1 * np.sqrt(np.mean((anew - first) ** 2))
 
 
 @pytest.mark.parametrize("number", [0, 3])
