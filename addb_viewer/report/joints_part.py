@@ -25,7 +25,7 @@ FINE = (
     "From one contact of a foot (0 %) to its next (100 %): line, mean of the strides; band, one standard "
     "deviation between strides; upright line, mean foot-off. Torques are internal moments, positive in the "
     "direction that the title names; power is positive where the joint delivers work. Torques and powers are "
-    "of strides whose frames all count."
+    "of strides whose frames all count, predicted ones of all."
 )
 ANGLES = {  # rows: OpenSim's name, CGM's, ISB's
     "pelvis: tilt": ("opensim_pelvis_tilt", "cgm_pelvis_tilt", "isb_pelvis_tilt"),

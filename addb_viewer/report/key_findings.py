@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from addb_viewer.report.content import SubjectReport
-from addb_viewer.report.frames_kept import Kept, decided_by, frames_words, in_all, seconds_words
+from addb_viewer.report.frames_kept import NO_FORCES, Kept, decided_by, frames_words, in_all, seconds_words
 from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.text.change_words import change_sentence
 from addb_viewer.text.diagnosis_vocabulary import listed
@@ -137,7 +137,8 @@ def _frames(report: SubjectReport) -> Safe:
     who = [decided_by(source, of) for source, of in zip(sources, kept, strict=True)]
     lines.append(f"Who decided: {listed(list(dict.fromkeys(who)))}.")
     unconfirmed = any(DETECTION in source for source in sources)
-    kind = BAD if not count else DOUBT if count < FEW * frames or unconfirmed else GOOD
+    bad = not count and {cause.reason for trial in kept for cause in trial.causes} != {NO_FORCES}
+    kind = BAD if bad else DOUBT if count < FEW * frames or unconfirmed else GOOD
     return _card(kind, frames_sentence(kept), lines)
 
 

@@ -35,14 +35,14 @@ class CycledTrial:
         """
         if self.gait is None:
             return ()
-        feet = [foot_words(foot) for foot in self.gait.feet]
-        return tuple(cycle for cycle in self.gait.cycles if feet[cycle.foot] == side)
+        return tuple(one for one in self.gait.cycles if foot_words(self.gait.feet[one.foot]) == side)
 
     def curves(self, quantity: JointQuantity) -> Iterator[tuple[str, StrideCurves]]:
         """A quantity of each side over that foot's strides; of the trunk over those of either foot."""
         for side, column in quantity.columns:
             values, std = quantity.values(self.of.joints, column), quantity.std(self.of.joints, column)
-            counts = self.of.counts if quantity.kind.rests_on_forces else None
+            rests = quantity.kind.rests_on_forces and not self.of.joints.predicted
+            counts = self.of.counts if rests else None
             for foot in (side,) if side else SIDES:
                 yield foot, stride_curves(self.cycles(foot), self.of.times, values, counts, std)
 

@@ -127,6 +127,7 @@ def _of_stem(
             continue
         called = TITLES[kind][turns]
         words = motion if not called else f"{motion.removesuffix(' angle')} {called}"
+        words = f"predicted {words}" if joints.predicted and kind.rests_on_forces else words
         capital = words[:1].upper() + words[1:]
         unit, divisor = UNITS[kind][turns], 1.0
         if mass is not None and kind.rests_on_forces:

@@ -84,11 +84,9 @@ def _joint_chart(quantity: JointQuantity, replay: Replay, before: Replay | None)
             Line(BEFORE, was.values(before.joints, column), SIDE_COLORS[side], dotted=True)
             for side, column in was.columns
         ]
-    predicted = quantity.kind.rests_on_forces and replay.joints.predicted
     for side, column in quantity.columns:
-        label = " ".join(filter(None, (side, "predicted" if predicted else "")))
         values, std = quantity.values(replay.joints, column), quantity.std(replay.joints, column)
-        lines.append(Line(label, values, SIDE_COLORS[side], std=std))
+        lines.append(Line(side, values, SIDE_COLORS[side], std=std))
     shaded = None
     if quantity.kind.rests_on_forces and replay.residual is not None:
         shaded = ~replay.residual.used

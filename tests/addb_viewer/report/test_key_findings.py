@@ -47,6 +47,7 @@ def test_the_largest_marker_error_has_a_name_and_a_frame(report):
 def test_a_subject_without_forces(small_fit):
     report = SubjectReport(recording_of(small_fit, trials=["no/forces"]))
     assert frames_sentence(report.kept) == "0 of 4 frames are usable (0 %)"
+    assert 'class="card doubt"' in key_findings(report)
     bounds = bounds_of(report)
     assert bounds.words == "All 2 bounds are met"
     assert bounds.unknown == ("Residual force, RMS", "Residual moment, RMS")

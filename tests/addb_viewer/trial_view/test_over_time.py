@@ -83,7 +83,6 @@ def test_the_solve_that_is_compared_with_and_other_trials_lie_behind(make_replay
 def test_torques_that_rest_on_no_force_are_called_predicted(make_replay):
     replay = make_replay()
     replay = replace(replay, joints=replace(replay.joints, predicted=True), residual=None)
-    (torque, angle) = charts_json(replay, None, (), ("knee_angle torque", "knee_angle angle"))
-    assert [line["label"] for line in torque["lines"]] == ["right predicted", "left predicted"]
-    assert [line["label"] for line in angle["lines"]] == ["right", "left"]
-    assert torque["shaded"] == []
+    drawn = charts_json(replay, None, (), ("knee_angle torque", "knee_angle angle"))
+    assert [chart["title"] for chart in drawn] == ["Predicted knee flexion torque", "Knee flexion angle"]
+    assert drawn[0]["shaded"] == []
