@@ -18,7 +18,7 @@ from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.edit_stage import follow_small_edit
 from solver.fitting.failing_trials import Failed, together, without_failing
-from solver.fitting.fit_result import Fit, TrialFit
+from solver.fitting.fit_result import Fit
 from solver.fitting.held_out_stage import predict_held_out, with_figures_of
 from solver.fitting.mass_stage import weigh_body
 from solver.fitting.model_stage import read_recordings, repair_labels, scale_model, weigh_who_stands
@@ -118,7 +118,7 @@ def _solve(
     fit = together(
         state.trials,
         lambda trial: trial.capture.name,
-        partial(_finish_some, state, settings, part(progress, TRACKED, FITTED)),
+        lambda some: finish(replace(state, trials=tuple(some)), settings, part(progress, TRACKED, FITTED)),
     )
     del state  # where the markers alone had the model's
     release_memory()
@@ -172,10 +172,6 @@ def finish(state: FitState, settings: Settings, progress: Progress, *, with_std:
     state = lay_into_whole(state)
     state = leave_out_impossible_angles(state)
     return as_fit(state, settings)
-
-
-def _finish_some(state: FitState, settings: Settings, progress: Progress, trials: Sequence[TrialFit]) -> Fit:
-    return finish(replace(state, trials=tuple(trials)), settings, progress)
 
 
 def fit_to_forces(state: FitState, settings: Settings, progress: Progress) -> FitState:

@@ -70,7 +70,7 @@ def as_fit(state: FitState, settings: Settings) -> Fit:
         ),
         groundwork=replace(
             groundwork,
-            mass_kg=person.mass.kg,
+            mass_kg=state.detected_mass_kg,
             phi=result.phi if result else None,
             learnt=state.prediction.learnt if state.prediction else groundwork.learnt,
             learnt_on=state.learnt_on,

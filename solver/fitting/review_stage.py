@@ -74,18 +74,20 @@ def is_mass_guessed(state: FitState) -> bool:
 def detect_missing_forces(state: FitState, settings: Settings) -> FitState:
     """The forces that count without frames that surely miss one, where no person says otherwise.
 
-    Proposals of a former fit stand as long as the mass and the erroneous stretches of its mask do, which they
-    were judged with.
+    Proposals of a former fit stand as long as the erroneous stretches of its mask do, which they were judged
+    with, and the mass to within what an edit near it may change.
     """
     assert state.person is not None
-    mass, said = state.person.mass, state.reviews_of_parts
+    mass, said, judged_kg = state.person.mass, state.reviews_of_parts, state.detected_mass_kg
+    is_as_before = judged_kg is not None and abs(mass.kg / judged_kg - 1) <= settings.trajectory.edit_gain
     erroneous = tuple(tuple(_erroneous(fit)) for fit in state.trials)
     trials = []
     for fit, now, then in zip(state.trials, erroneous, state.detected_without, strict=True):
-        stands = mass.kg == state.detected_mass_kg and now == then
+        stands = is_as_before and now == then
         judged = fit if stands else propose(fit, state.skeleton, settings, mass.guessed_within)
         trials.append(_proposed(judged, settings, said))
-    return replace(state, trials=tuple(trials), detected_mass_kg=mass.kg, detected_without=erroneous)
+    judged_kg = judged_kg if is_as_before else mass.kg
+    return replace(state, trials=tuple(trials), detected_mass_kg=judged_kg, detected_without=erroneous)
 
 
 def with_same_forces(fit: Fit, reviews: Mapping[str, ForceReview], settings: Settings) -> Fit | None:

@@ -14,7 +14,7 @@ from solver.capture.subject.opened_subject import open_subject
 from solver.common.errors import Cancelled, FitError
 from solver.common.progress import silent
 from solver.dynamics.force_prediction.held_out_prediction import HeldOutPrediction
-from solver.fitting import trajectory_stage
+from solver.fitting import review_stage, trajectory_stage
 from solver.fitting.edit_stage import small_edit
 from solver.fitting.fit_result import Fit
 from solver.fitting.held_out_stage import predict_held_out
@@ -152,6 +152,15 @@ def test_many_changed_frames_ask_blocks_anew(case, reviewed, monkeypatch):
     fewer = resolve(reviewed, {name: flagged(*trial_flags(case), most)}, SETTINGS)
     assert asked
     assert fewer.groundwork.learnt_on != reviewed.groundwork.learnt_on
+
+
+@pytest.mark.parametrize(("moved", "asked"), [(0.0005, 0), (0.002, 1)])
+def test_proposals_stand_until_the_mass_has_moved(case, moved, asked, monkeypatch):
+    calls, ground = [], case.first.groundwork
+    monkeypatch.setattr(review_stage, "detect", lambda *_, **__: calls.append(0) or ())
+    ground = replace(ground, mass_kg=(1 + moved) * ground.mass_kg)
+    resolve(replace(case.first, groundwork=ground), case.before, SETTINGS)
+    assert len(calls) == asked
 
 
 def test_taking_it_back_gives_the_first_fit_again(case, reviewed):
