@@ -29,24 +29,23 @@ RESTS_S = 1.5  # who stays at a range that long may ask about it; who decides an
 class WhatIfQuestions:
     """One question at a time: the last one asked is the one that is answered on the screen.
 
-    Decisions ask as well, where the solver is ready anyway: what they change since the kept fit.
+    Decisions ask as well, where the solver is ready or the person rests: what they change since the kept fit.
     """
 
     def __init__(self, screen: Screen, answer: viser.GuiHtmlHandle, notices: Notices) -> None:
-        self.screen, self.answer, self.notices = screen, answer, notices
-        self._asked = 0
+        self.screen, self.answer, self.notices, self._asked = screen, answer, notices, 0
         self._followed: tuple[str, ForceReview] | None = None  # trial on the screen, what is said of it
         self._turn = threading.Lock()  # of decisions: those that others have followed need no answer
         self._resting: threading.Timer | None = None
 
-    def warm_up(self, still_here: Callable[[], bool]) -> None:
+    def warm_up(self, still_here: Callable[[], bool], ask: Callable[[], None] | None = None) -> None:
         """Make the answer come soon, if the person stays where they are for `RESTS_S`; never waits.
 
-        Until then nothing is at work: where several people go through many trials, their processors are for
-        the pages.
+        Until then processors are for the pages: several people may go through many trials.
 
         Args:
             still_here: whether what could be asked about is still selected; called from another thread.
+            ask: what is to be asked then, if anything.
         """
         replay, what_if = self.screen.replay, self.screen.shared.what_if
         if replay is None or replay.residual is None:
@@ -55,7 +54,7 @@ class WhatIfQuestions:
         def warm() -> None:
             with contextlib.suppress(SolverError):  # the subject has been closed, or has another fit
                 if still_here():
-                    what_if.warm()
+                    (ask or what_if.warm)()
 
         self.rest_no_more()
         self._resting = threading.Timer(RESTS_S, warm)
@@ -103,17 +102,17 @@ class WhatIfQuestions:
         before, self._followed = self._followed, now
         if before is None or now == before or replay.residual is None:
             return
-        if not what_if.is_warm:
-            self._asked += 1
-            self.answer.content = ""  # it was about other decisions
-            return
         question = self._question(replay.name, None, now[1], "Decided here since the kept fit")
 
         def in_turn() -> None:
             with self._turn:
                 question()
 
-        threading.Thread(target=in_turn, name="what if", daemon=True).start()
+        if what_if.is_warm:
+            threading.Thread(target=in_turn, name="what if", daemon=True).start()
+        else:
+            self.answer.content = ""  # it was about other decisions
+            self.warm_up(lambda: now == self._followed, in_turn)
 
     def _question(
         self, trial: str, present: ForceReview | None, instead: ForceReview, words: str
@@ -121,11 +120,12 @@ class WhatIfQuestions:
         """What asks the solver, and shows its answer; nothing where another question has come since."""
         self._asked += 1
         number, what_if = self._asked, self.screen.shared.what_if
-        self.answer.content = boxed(f"<b>{html.escape(words)}</b><br>asking the solver …")
+        asking = boxed(f"<b>{html.escape(words)}</b><br>asking the solver …")
 
         def ask() -> None:
             if number != self._asked:
                 return
+            self.notices.do("Asking", lambda: self._show(number, asking))
             try:
                 told = what_if.ask(trial, present, instead)
             except SolverError as failure:
