@@ -79,7 +79,7 @@ def _last(job: Job) -> DiagnosisReport | None:
 
 
 def after_trial(before: DiagnosisReport | None, now: DiagnosisReport) -> AfterTrial | None:
-    """Whether trials that were recorded since decided what was not sure; None where none were.
+    """Whether trials that were recorded since, or a scale, decided what was not sure; None where none were.
 
     Args:
         before: the last diagnosis.
@@ -87,10 +87,11 @@ def after_trial(before: DiagnosisReport | None, now: DiagnosisReport) -> AfterTr
     """
     if before is None:
         return None
-    if before.trials == now.trials:
+    weighed = before.scale_factor is None and now.scale_factor is not None
+    if before.trials == now.trials and not weighed:
         return before.after_trial
     asked, more = before.to_be_sure, tuple(t for t in now.trials if t not in before.trials)
-    if asked is None or not more or not set(before.trials) <= set(now.trials):
+    if asked is None or not (more or weighed) or not set(before.trials) <= set(now.trials):
         return None
     sure = {(c.id, c.target): c.confidence for c in now.effects}
     confidence = sure.get((asked.id, asked.target), 0.0)

@@ -72,10 +72,10 @@ def to_be_sure(figures: DiagnosisReport, effect: Cause) -> str:
     rival = rival_in_words(asked)
     if asked.trial is None:
         return f"no short trial of the list would tell it from {rival}"
-    return (
-        f"{capital(trial_in_words(asked))}. That tells it from {rival}; expected, if it is right: "
-        f"{_odds(asked.odds)} become {_odds(asked.odds_after)}."
-    )
+    expected = f"if it is right: {_odds(asked.odds)} become {_odds(asked.odds_after)}"
+    if asked.nats < asked.nats_if_other and asked.odds_after <= asked.odds:
+        expected = "if that is right instead, it shows"
+    return f"{capital(trial_in_words(asked))}. That tells it from {rival}; expected, {expected}."
 
 
 def trial_in_words(asked: ToBeSure) -> str:
@@ -104,7 +104,8 @@ def what_was_decided(figures: DiagnosisReport) -> Section:
     name = title(Rival(after.asked.id, after.asked.target))
     now = f"now {percent(after.confidence)}" if after.confidence else "not named any more"
     verb = "decided" if after.decided else "did not decide"
-    said = f"{capital(listed(after.trials))} {verb} between {name} ({now}) and {rival_in_words(after.asked)}."
+    what = listed(after.trials) if after.trials else "the scale"
+    said = f"{capital(what)} {verb} between {name} ({now}) and {rival_in_words(after.asked)}."
     return Section("What the further trial says", (said,))
 
 

@@ -224,6 +224,7 @@ class Subject:
     other_statics: tuple[Path, ...] = ()  # static trials that are not used
     plan: tuple[PlanItem, ...] = ()  # what is to be recorded; empty where nobody said
     awaited: tuple[Path, ...] = ()  # files that subject.toml names and that are not there yet
+    scale_factor: float | None = None  # a scale's reading over the mass that was entered; None: no scale
     is_described: bool = True  # somebody says that the trials are one person's
 
     @property

@@ -21,6 +21,7 @@ from solver.common.errors import FitError
 from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
 from solver.diagnosis.causes.about import Named
+from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.causes.effect import Candidate, Corrected, Eta, Range, Signature
 from solver.diagnosis.causes.observed_trial import Scene
@@ -92,7 +93,8 @@ def extension_for(
 
     selection = select(balance, named(balance.scenes), part(progress, FITTED, 1.0), named)
     extension = extension_of(balance.scenes, selection.solved)
-    undone = causes.keys() & {c.key for c in selection.corrected}
+    weighed = {SubjectMass("all").key} if balance.scenes[0].scale_factor is not None else set()
+    undone = causes.keys() & ({c.key for c in selection.corrected} | weighed)
     again = {(cause.id, cause.target) for cause in extension.causes}
     missing = causes.keys() - again - undone
     flagged = {key for key in missing if _are_left_out(causes[key], balance.scenes)}

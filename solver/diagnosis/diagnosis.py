@@ -70,7 +70,7 @@ class AfterTrial:
     """What further trials decided of what was not sure without them."""
 
     asked: ToBeSure  # before
-    trials: tuple[str, ...]  # that were recorded since
+    trials: tuple[str, ...]  # that were recorded since; none: a scale was read
     decided: bool
     confidence: float  # of the name now; 0 where it is none any more
 

@@ -145,6 +145,7 @@ class DiagnosisReport:
     direct_checks: tuple[DirectCheck, ...] = ()
     to_be_sure: ToBeSure | None = None
     after_trial: AfterTrial | None = None  # where an earlier diagnosis of fewer trials was not sure
+    scale_factor: float | None = None  # a scale's reading over the entered mass; None: no scale
 
     def as_json(self) -> dict[str, Any]:
         """Plain values, as `diagnose --json` has them."""

@@ -14,6 +14,7 @@ from solver.contact.mask import mask_of, with_own_file
 from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import MissingRange
 from solver.diagnosis.causes.observed_trial import MarkerScene, PlateScene, Scene
+from solver.dynamics.force_prediction.marker_noise import MarkerNoise
 from solver.dynamics.force_prediction.marker_posterior import (
     LongMarkerPosterior,
     MarkerPosterior,
@@ -24,6 +25,7 @@ from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.dynamics.trajectory.marker_error_levels import POSE_SLOW_M
+from solver.fitting.diagnosis_settings import DiagnosisSettings
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.settings import Settings
 from solver.kinematics.model_ownership import SAME_MASS
@@ -68,9 +70,7 @@ def scene_of(
     assert fit.contacts is not None
     start = (fit.kinematics_only.motion if fit.kinematics_only else fit.motion).filled()
     observed = observed_markers(fit, skeleton)
-    noise = settings.diagnosis.markers
-    if seen_as_poses(skeleton.marker_names):
-        noise = replace(noise, least_m=max(noise.least_m, POSE_SLOW_M))
+    noise = noise_of_markers(skeleton, settings.diagnosis)
     posterior = trial_posterior(skeleton, observed, start, noise, settings.trajectory)
     kinematics = ForwardKinematics(skeleton)
     motion = posterior.motion.low_passed(settings.diagnosis.signature_cutoff_Hz)
@@ -102,9 +102,16 @@ def scene_of(
         proposals=fit.proposals,
         counts=_counts(fit, settings, flagged),
         contact_settings=settings.contact,
+        trajectory_settings=settings.trajectory,
         notes=fit.capture.notes,
     )
     return scene, posterior
+
+
+def noise_of_markers(skeleton: Skeleton, settings: DiagnosisSettings) -> MarkerNoise:
+    """As the settings have it; poses err more slowly than markers."""
+    noise, is_poses = settings.markers, seen_as_poses(skeleton.marker_names)
+    return replace(noise, least_m=max(noise.least_m, POSE_SLOW_M)) if is_poses else noise
 
 
 def _required(kinematics: ForwardKinematics, posterior: Posterior) -> Float[np.ndarray, "frames 6"]:
@@ -135,9 +142,12 @@ def scenes_of(
         for trial in fit.trials
         if trial.contacts is not None and trial.contacts.has_plates and trial.motion.frames >= FEWEST_FRAMES
     ]
-    mass_was_entered = fit.subject.mass_kg is not None
+    entered, factor = fit.subject.mass_kg is not None, fit.subject.scale_factor
     return [
-        (replace(scene, size_against_own_model=size, mass_was_entered=mass_was_entered), posterior)
+        (
+            replace(scene, size_against_own_model=size, mass_was_entered=entered, scale_factor=factor),
+            posterior,
+        )
         for scene, posterior in pairs
     ]
 

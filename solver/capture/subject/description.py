@@ -39,6 +39,7 @@ class Description:
     """What one file says; None where it is silent."""
 
     mass_kg: float | None = None
+    scale_kg: float | None = None
     height_m: float | None = None
     sex: str | None = None
     age_years: float | None = None
@@ -53,6 +54,16 @@ class Description:
     prefix: str | None = None  # before the person's labels, in files of several people
     plan: tuple[PlanItem, ...] | None = None
     notes: tuple[Note, ...] = ()
+
+    @property
+    def counted_kg(self) -> float | None:
+        """The person's mass: a scale's word goes before any other."""
+        return self.mass_kg if self.scale_kg is None else self.scale_kg
+
+    @property
+    def scale_factor(self) -> float | None:
+        """As in `Subject`."""
+        return None if self.scale_kg is None else self.scale_kg / (self.mass_kg or self.scale_kg)
 
     def or_else(self, other: "Description") -> "Description":
         """The same, with the other one's word where this one is silent."""

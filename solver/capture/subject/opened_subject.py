@@ -125,7 +125,8 @@ def open_subject(folder: Path, *, awaits: bool = False) -> Subject:
         subject = Subject(
             folder=folder,
             trials=tuple(replace(trial, prefix=described.prefix) for trial in trials),
-            mass_kg=described.mass_kg,
+            mass_kg=described.counted_kg,
+            scale_factor=described.scale_factor,
             height_m=described.height_m,
             sex=described.sex,
             age_years=described.age_years,

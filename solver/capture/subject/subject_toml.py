@@ -18,6 +18,7 @@ from solver.common.notes import Note
 
 KEYS = (
     "mass_kg",
+    "scale_kg",
     "height_m",
     "sex",
     "age_years",
@@ -81,14 +82,16 @@ def read_subject_toml(
     """
     entries = replace(read_toml(path), awaited=awaited)
     mass, mass_notes = entries.number("mass_kg", "mass")
+    scale, scale_notes = entries.number("scale_kg", "mass")
     height, height_notes = entries.number("height_m", "height")
     age, age_notes = entries.number("age_years", "age")
     sex, sex_notes = entries.sex()
     trials, trial_notes = _trials(entries)
     release, release_notes = release_words(entries)
-    notes = mass_notes + height_notes + age_notes + sex_notes + trial_notes + release_notes
+    notes = mass_notes + scale_notes + height_notes + age_notes + sex_notes + trial_notes + release_notes
     return Description(
         mass_kg=mass,
+        scale_kg=scale,
         height_m=height,
         sex=sex,
         age_years=age,
@@ -266,8 +269,12 @@ def described_as_toml(subject: Subject) -> str:
 
 
 def _person(subject: Subject) -> Iterator[str]:
+    entered, scale = subject.mass_kg, None
+    if subject.mass_kg is not None and subject.scale_factor is not None:
+        entered, scale = round(subject.mass_kg / subject.scale_factor, 9), subject.mass_kg
     for key, value, without in (
-        ("mass_kg", subject.mass_kg, "70.0  # unknown: estimated from the forces, else the height"),
+        ("scale_kg", scale, None),
+        ("mass_kg", entered, "70.0  # unknown: estimated from the forces, else the height"),
         ("height_m", subject.height_m, "1.75  # unknown: estimated from the scaled model"),
         ("sex", subject.sex, '"female"'),
         ("age_years", subject.age_years, None),

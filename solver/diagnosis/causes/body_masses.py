@@ -115,8 +115,9 @@ class SubjectMass(Candidate):
 
     @classmethod
     def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
-        """One person, if anybody entered what they weigh."""
-        return [cls("all")] if any(scene.mass_was_entered for scene in scenes) else []
+        """One person, if anybody entered what they weigh; what a scale says is not in doubt."""
+        entered = any(scene.mass_was_entered and scene.scale_factor is None for scene in scenes)
+        return [cls("all")] if entered else []
 
 
 @dataclass(frozen=True)
@@ -164,8 +165,8 @@ class SegmentMass(Candidate):
         return WHOLE_LIMBS_ODDS * whole + ONE_SIDED_ODDS * self.one_sided
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
-        """Person's mass right, and person's mass wrong likewise."""
-        return ((1.0,), (0.0,))
+        """Person's mass right, and, unless a scale told it, person's mass wrong likewise."""
+        return ((1.0,), (0.0,)) if scenes[0].scale_factor is None else ((1.0,),)
 
     def admissible(self, eta: Eta) -> bool:
         """Between none and all."""
@@ -275,14 +276,20 @@ class CarriedMass(InTrials):
         return BETWEEN_OTHERS_ODDS if self.between_others else 0.0
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """Mass, three first moments and six second moments about the segment's centre of mass."""
+        """Mass, three first moments and six second moments about the segment's centre of mass.
+
+        A scale that told the whole has the load in it: the body is as much lighter.
+        """
         if self.target not in scene.skeleton.body_names or self.trial not in (None, scene.name):
             return None
         body = scene.skeleton.body_index(self.target)
         changes = load_basis(scene.skeleton.bodies[body].com_body)
         second = LOAD_KG * SPREAD_M**2
         prior_std = np.concatenate([[LOAD_KG], np.full(3, LOAD_KG * LOAD_REACH_M), np.full(6, second)])
-        return Signature(-required_by_changes(scene, body, changes), prior_std)
+        columns = -required_by_changes(scene, body, changes)
+        if scene.scale_factor is not None:
+            columns[:, :, 0] += force_at(scene.required_ground[:, :3], scene.com_ground) / scene.skeleton.mass
+        return Signature(columns, prior_std)
 
     def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """mass_kg, and the load's centre in the body's frame by division."""

@@ -18,6 +18,7 @@ from solver.contact.detected_ranges import Proposal
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole
 from solver.contact.wrenches import ContactWrenches
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Skeleton
@@ -131,9 +132,13 @@ class Scene:
     proposals: tuple[Proposal, ...]
     counts: Bool[np.ndarray, " frames"]  # recorded, tracked and not flagged by a person
     contact_settings: ContactSettings  # of the solve
+    trajectory_settings: TrajectorySettings  # likewise
     notes: tuple[Note, ...] = field(default=())
     size_against_own_model: float | None = None  # logarithm; None where the model is nobody's
     mass_was_entered: bool = True  # the person's mass was entered; otherwise it is what the forces carry
+    scale_factor: float | None = (
+        None  # a scale's reading, as in the trials, over what was entered; None: no scale
+    )
 
     @property
     def frames(self) -> int:

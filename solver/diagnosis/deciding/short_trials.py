@@ -71,7 +71,8 @@ WALKS = (
     Kind("faster", "walk once more, faster", 0.0),
     Kind("back", "walk back the other way", 0.0, turned=True),
 )
-IDS = tuple(kind.id for kind in (*STANDING, ACROSS, *WALKS))
+SCALE = Kind("scale", "what a scale says of the person, with all that is worn (`scale_kg`)", 0.0)
+IDS = tuple(kind.id for kind in (*STANDING, ACROSS, *WALKS, SCALE))
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class ShortTrial:
     """One that could be recorded next."""
 
     kind: Kind
-    plates: tuple[str, ...]  # on which it is done; none: as in the present trial
+    plates: tuple[str, ...]  # on which it is done; none: as in the present trial, or on a scale
 
     @property
     def words(self) -> str:
@@ -95,6 +96,8 @@ class ShortTrial:
             in_full: with as many frames a second, also of who stands.
         """
         try:
+            if self.kind is SCALE:
+                return ShortTrial(STANDING[0], tuple(_loaded(present)[:1])).scene(present, in_full=in_full)
             return self._stand(present, in_full) if self.plates else self._walk(present)
         except ModelError:
             return None
@@ -145,13 +148,13 @@ class _Loads:
 
 
 def short_trials(present: Scene, about: Sequence[str]) -> Iterator[ShortTrial]:
-    """All that this laboratory can record next.
+    """All that this laboratory can record next; beside these trials, what a scale says unless one did.
 
     Args:
         present: a trial.
         about: targets that it may be about, plates among them, the likeliest first.
     """
-    loaded = [p.target for p in present.plates if p.loaded.any()]
+    loaded = _loaded(present)
     one = next((target for target in about if target in loaded), loaded[0])
     yield from (ShortTrial(kind, (one,)) for kind in STANDING)
     apart = {
@@ -165,6 +168,8 @@ def short_trials(present: Scene, about: Sequence[str]) -> Iterator[ShortTrial]:
     if apart.get(other, APART_M) < APART_M:
         yield ShortTrial(ACROSS, (one, other))
     yield ShortTrial(AGAIN, ())
+    if present.scale_factor is None:
+        yield ShortTrial(SCALE, ())
     contacts = present.contacts.in_contact
     if (contacts.sum(axis=1) == 1).mean() > ONE_FOOT_SHARE:
         yield ShortTrial(WALKS[1], ())
@@ -203,6 +208,10 @@ def _soles_height(scene: Scene, q: Float[np.ndarray, "frames dofs"]) -> Float[np
     feet = [scene.skeleton.body_index(name) for name in scene.contacts.foot_bodies]
     height = p_ground[:, feet, 1].mean(axis=1)
     return np.asarray(height - height[0])
+
+
+def _loaded(scene: Scene) -> list[str]:
+    return [p.target for p in scene.plates if p.loaded.any()]
 
 
 def _plate(scene: Scene, target: str) -> PlateScene:

@@ -124,10 +124,9 @@ def trial_rows(
     if not windows.count:
         return None
     markers = posterior.wrench_covariance(scene.measured_ground, windows)
-    noise = np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3)
     of_window = np.arange(windows.count)
     blocks = markers.reshape(windows.count, 6, windows.count, 6)
-    blocks[of_window, :, of_window] += np.diag(noise**2) + plates_noise(scene, windows)
+    blocks[of_window, :, of_window] += readings_noise(scene, windows, settings)
     nothing = np.zeros((0, 0))
     rows = TrialRows(scene, windows, markers, nothing, nothing, nothing, np.zeros(0))
     return TrialRows(
@@ -154,6 +153,14 @@ def plate_noise(plate: PlateScene) -> Float[np.ndarray, "6"]:
     moment = recorded.moment_ground - cross(plate.centre_ground, recorded.force_ground)
     wrench = np.concatenate([recorded.force_ground, moment], axis=1)
     return np.nan_to_num(white_noise(np.where(plate.loads.carrying[:, None], wrench, np.nan)))
+
+
+def readings_noise(
+    scene: Scene, windows: Windows, settings: DiagnosisSettings
+) -> Float[np.ndarray, "windows 6 6"]:
+    """Of filtered plates, and of the white noise of raw ones; arguments as in `plates_noise`."""
+    noise = np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3)
+    return np.diag(noise**2) + plates_noise(scene, windows)
 
 
 def plates_noise(scene: Scene, windows: Windows) -> Float[np.ndarray, "windows 6 6"]:

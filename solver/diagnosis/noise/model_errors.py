@@ -16,6 +16,7 @@ from solver.skeleton.skeleton import Body
 # relative, where no mass was entered: what forces carry, of which some may be missing. With more, a foot
 # beside the plates all along would only seem to make the person lighter
 UNWEIGHED_MASS_STD = 0.012
+SCALE_STD = 0.002  # relative, of a scale that stands level, read with all that is worn in the trials
 SEGMENT_INERTIA_STD = 0.10  # relative scatter of their moments of inertia
 BOUNCE_STD = 0.10  # skin and a stiff trunk exaggerate the motion of the centre of mass by 10 to 20 %
 SWAY_STD = 0.05  # likewise along the ground, where nearly all of such motion is real
@@ -92,7 +93,8 @@ def _mass_covariance(scene: Scene, settings: DiagnosisSettings) -> Float[np.ndar
     """
     masses = np.array([body.mass for _, body in _heavy(scene)])
     std = settings.segment_mass_std * masses
-    whole = (settings.body_mass_std * scene.skeleton.mass) ** -2.0
+    entered_std = settings.body_mass_std if scene.scale_factor is None else SCALE_STD
+    whole = (entered_std * scene.skeleton.mass) ** -2.0
     covariance = np.linalg.inv(np.diag(std**-2.0) + whole)
     if not scene.mass_was_entered:
         covariance = covariance + UNWEIGHED_MASS_STD**2 * np.outer(masses, masses)

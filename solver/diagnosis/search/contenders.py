@@ -19,6 +19,7 @@ LEAST_UNKNOWN_SHARE = 0.012  # [BW] a force below it nobody would look for
 BESIDE_UNKNOWN_SHARE = 0.1
 RIVAL_NATS = 4.0  # of log evidence, within which two causes are not told apart
 RIVAL_SHARE = 0.03  # of the gain, likewise: what the model gets wrong grows with what a cause explains
+MOST_TOLD_NATS = 50.0  # of a finding without the balance: surer is nobody
 TEMPER_NATS = 3.0  # evidence is overconfident where the model is wrong
 SAME_TRACE = 0.9  # cosine of what two causes explain, from which on they are told as one class
 

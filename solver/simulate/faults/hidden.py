@@ -91,6 +91,7 @@ class Recording:
     mass_kg: float | None
     height_m: float | None
     sex: str | None
+    scale_kg: float | None = None  # read with all that is worn in the trials
     model: Skeleton | None = None  # to be written; None: copy `model_file`, or the default body
     model_file: Path | None = None
     static: Markers | None = None
@@ -124,7 +125,8 @@ def write_recording(folder: Path, recording: Recording) -> None:
     """Write subject.toml, NAME.trc, NAME_grf.mot, static.trc and model.osim."""
     folder.mkdir(parents=True, exist_ok=True)
     lines = []
-    for key, value in (("mass_kg", recording.mass_kg), ("height_m", recording.height_m)):
+    for key in ("mass_kg", "scale_kg", "height_m"):
+        value = getattr(recording, key)
         if value is not None:
             lines.append(f"{key} = {value:.6g}")
     if recording.sex:

@@ -32,6 +32,12 @@ def test_it_decides_where_one_of_both_is_sure_now(answer, decided, confidence):
     assert (found.trials, found.decided, found.confidence) == (("stand",), decided, confidence)
 
 
+def test_a_scale_decides_without_another_trial():
+    weighed = replace(now(), trials=BEFORE.trials, scale_factor=1.04)
+    assert after_trial(BEFORE, weighed).trials == ()
+    assert after_trial(BEFORE, weighed).decided
+
+
 def test_a_clean_answer_decides_for_nothing():
     against_nothing = replace(BEFORE, to_be_sure=replace(ASKED, other_id="nothing", other_target=""))
     assert after_trial(against_nothing, now("", verdict="clean")).decided

@@ -7,6 +7,7 @@ import pytest
 
 from solver.diagnosis.cause_decisions import UNEXPLAINED_SCALE
 from solver.diagnosis.causes.about import About
+from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.observed_trial import force_at
@@ -234,6 +235,22 @@ def test_likeness_is_the_cosine_between_whitened_signatures(sound):
     expected = abs(a @ Q @ b) / np.sqrt((a @ Q @ a) * (b @ Q @ b))
     assert likeness(one, other, solved) == pytest.approx(expected, rel=1e-6)
     assert likeness(one, one, solved) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("factor", "is_named"), [(None, False), (1.004, False), (1.04, True)])
+def test_a_scale_says_that_the_entered_mass_is_wrong(drawn, balance_of_scenes, factor, is_named):
+    weighed = balance_of_scenes(replace(drawn(1), scale_factor=factor))
+    null = weighed.solve([])
+    found = conclude(weighed, Selection(null, null, ()))
+    assert [(e.id, e.confidence > 0.99) for e in found.effects] == [("subject_mass", True)] * is_named
+    assert found.scale_factor == factor
+
+
+def test_what_a_scale_weighed_with_the_body_is_named_instead(short_scene, drawn, rows_of):
+    held, weighed = CarriedMass("hand_l"), replace(short_scene, scale_factor=1.07)
+    missing = 5.0 * held.signature(weighed, ()).columns[:, :, 0]
+    balance = Balance([rows_of(replace(drawn(4, missing, scale=0.2), scale_factor=1.07))], SETTINGS)
+    assert [e.id for e in conclude(balance, select(balance, [held])).effects] == ["carried_mass"]
 
 
 def test_nothing_selected_and_nothing_seen_needs_no_candidates(sound):

@@ -63,7 +63,8 @@ def open_b3d_subject(folder: Path, file: Path) -> Subject:
     subject = Subject(
         folder=folder,
         trials=trials,
-        mass_kg=described.mass_kg,
+        mass_kg=described.counted_kg,
+        scale_factor=described.scale_factor,
         height_m=described.height_m,
         sex=described.sex,
         age_years=described.age_years,

@@ -38,6 +38,22 @@ def test_the_table_is_read_and_a_bibtex_file_with_it(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("text", "counted_kg", "factor"),
+    [
+        ("mass_kg = 70", 70.0, None),
+        ("mass_kg = 70\nscale_kg = 73.5", 73.5, 1.05),
+        ("scale_kg = 73.5", 73.5, 1.0),
+    ],
+)
+def test_a_scale_s_word_counts_and_what_was_entered_stays_known(tmp_path, text, counted_kg, factor):
+    found = told(tmp_path, text)
+    assert (found.counted_kg, found.scale_factor) == (counted_kg, factor and pytest.approx(factor))
+    subject = Subject(tmp_path, (), mass_kg=found.counted_kg, scale_factor=found.scale_factor)
+    again = told(tmp_path, "\n".join(described_as_toml(subject).splitlines()[:6]))
+    assert (again.counted_kg, again.scale_factor) == (counted_kg, factor and pytest.approx(factor))
+
+
 def test_without_the_table_nothing_is_said(tmp_path):
     assert told(tmp_path, "mass_kg = 70").release is None
 

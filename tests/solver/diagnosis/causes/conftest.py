@@ -169,6 +169,7 @@ def scene_of_trial(trial: SyntheticTrial, capture: Capture, settings: Settings |
         proposals=(),
         counts=np.ones(motion.frames, dtype=bool),
         contact_settings=settings.contact,
+        trajectory_settings=settings.trajectory,
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from solver.diagnosis.causes.body_masses import SegmentMass, SubjectMass
 from solver.diagnosis.causes.forces_on_trunk import BodyWeightSupport
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
@@ -14,19 +15,24 @@ from solver.diagnosis.deciding.deciding_trial import (
     NOTHING,
     SURE,
     Expected,
-    Hypothesis,
     best_of,
+    chance_of_sure,
     expected,
     in_full,
+    shares_after,
+)
+from solver.diagnosis.deciding.predicted_trial import (
+    Hypothesis,
     planned_rows,
     posteriors,
     predict,
     rows_of_trial,
-    shares_after,
 )
-from solver.diagnosis.deciding.short_trials import AGAIN, ShortTrial
+from solver.diagnosis.deciding.short_trials import AGAIN, SCALE, STANDING, ShortTrial
 from solver.diagnosis.search.balance import Balance, laboratory_errors
 from solver.diagnosis.search.selection import select
+from solver.dynamics.force_prediction.marker_posterior import trial_posterior
+from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 
 SETTINGS = replace(
@@ -107,7 +113,7 @@ def test_nats_are_the_mean_log_ratio_of_draws(predictions):
 
 def test_the_best_trial_is_first_and_says_what_to_do(balance, pair):
     promised = expected(balance, posteriors(balance, pair))
-    assert [e.share(pair) for e in promised] == sorted((e.share(pair) for e in promised), reverse=True)
+    assert [e.chance(pair) for e in promised] == sorted((e.chance(pair) for e in promised), reverse=True)
     best = promised[0]
     odds = np.exp(best.nats[0, 1] / TEMPER)
     assert best.shares[0, 0] / best.shares[0, 1] == pytest.approx(odds)
@@ -142,6 +148,7 @@ def test_the_rival_that_is_told_is_one_that_the_trial_parts(balance, pair):
         ShortTrial(AGAIN, ()),
         np.array([[0.0, 0.5, 9.0], [0.5, 0.0, 9.0], [9.0, 9.0, 0.0]]),
         np.array([[0.6, 0.4, 0.0], [0.4, 0.6, 0.0], [0.0, 0.0, 1.0]]),
+        np.array([0.0, 0.0, 1.0]),
     )
     name, first = (replace(h, share=share) for h, share in zip(pair, (0.4, 0.35), strict=True))
     some = [name, first, replace(first, target="plate_3", share=0.25)]
@@ -163,6 +170,71 @@ def test_facing_the_other_way_tells_a_plate_s_place_from_the_body_s(balance):
     some = hypotheses(balance, PlatePosition("plate_2"), PlatePosition("plate_1"))
     by_kind = {e.trial.kind.id: e.nats[0, 1] for e in expected(balance, posteriors(balance, some))}
     assert by_kind["turned"] > by_kind["stand"]
+
+
+def test_a_scale_tells_gains_and_no_places(balance, pair):
+    """The person's true weight says which of two plates reads it right."""
+    places = hypotheses(balance, PlatePosition("plate_2"), PlatePosition("plate_1"))
+    gains, places = (
+        {e.trial.kind.id: e.nats[0, 1] for e in expected(balance, posteriors(balance, some))}
+        for some in (pair, places)
+    )
+    assert gains["scale"] > 2.0
+    assert places["scale"] == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_scale_names_a_wrong_mass_and_leaves_other_masses_as_likely(drawn, rows_of, short_scene):
+    lighter = Balance([rows_of(drawn(4, -0.06 * short_scene.required_ground))], SETTINGS)
+    noise_scale = lighter.noise_grid.nearest(1.0, 1.0)
+    terms = [lighter.term(SubjectMass("all"), ()), lighter.term(SegmentMass("torso"), (0.0,))]
+    some = [Hypothesis(*t.candidate.key, 0.5, TEMPER, lighter.solve_at([t], noise_scale)) for t in terms]
+    by_kind = {e.trial.kind.id: e for e in expected(lighter, posteriors(lighter, some))}
+    assert by_kind["scale"].sure[0] > SURE > by_kind["scale"].sure[1]
+    assert by_kind["scale"].nats[1, 0] < 1.0
+
+
+def test_a_scale_errs_by_a_fifth_of_a_percent(balance, pair):
+    rows = rows_of_trial(balance, ShortTrial(SCALE, ()), balance.scenes[0])
+    planned = planned_rows(balance, rows, pair[0].solved.noise_scale, on_scale=True)
+    lighter = np.tile([0.0, 0.01 * rows.scene.weight_N, 0.0, 0.0, 0.0, 0.0], rows.windows.count)
+    assert planned.whiten(lighter[:, None]).item() == pytest.approx(5.0, rel=0.3)
+
+
+def test_markers_leave_less_noise_in_who_stands_than_in_who_walks(short_scene, rows_of):
+    """The same markers: smooth motion bears more smoothing."""
+    errors = 0.001 * np.random.default_rng(0).standard_normal(short_scene.markers.model_ground.shape)
+    markers = replace(short_scene.markers, observed_ground=short_scene.markers.model_ground + errors)
+    walks = rows_of(replace(short_scene, markers=markers))
+    stands = rows_of_trial(Balance([walks], SETTINGS), ShortTrial(STANDING[0], ("plate_2",)), walks.scene)
+    fitted = trial_posterior(
+        short_scene.skeleton,
+        markers.observed_ground,
+        short_scene.motion,
+        SETTINGS.markers,
+        TrajectorySettings(),
+    )
+    walking = fitted.wrench_covariance(short_scene.measured_ground, walks.windows)
+    variance = [np.diag(C).reshape(-1, 6)[:, :3].mean() for C in (stands.covariance, walking)]
+    assert SETTINGS.force_noise_N**2 < variance[0] < SETTINGS.force_noise_N**2 + 0.1 * variance[1]
+
+
+def test_those_that_are_left_out_fare_as_the_rival_that_fares_best(balance, pair):
+    some = [replace(h, share=s) for h, s in zip(pair, (0.6, 0.2), strict=True)]
+    nothing_said, said = (shares_after(some, np.array([[0.0, n], [n, 0.0]])) for n in (0.0, 50.0))
+    assert nothing_said[0, 0] == pytest.approx(0.6)
+    assert said[0, 0] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_the_chance_to_be_sure_is_that_of_draws():
+    """The likeliest rival's nats are drawn: N(D, 2 D)."""
+    now, nats, temper = np.array([0.5, 0.5]), 8.0, 3.0
+    drawn = nats + np.sqrt(2 * nats) * np.random.default_rng(0).standard_normal(200_000)
+    share = 1 / (1 + np.exp(-drawn / temper))
+    expected_share = 1 / (1 + np.exp(-nats / temper))
+    shares = np.array([[expected_share, 1 - expected_share], [1 - expected_share, expected_share]])
+    table = np.full((2, 2), nats)
+    found = chance_of_sure(shares, table, np.full((2, 2), temper))
+    assert found @ now == pytest.approx((share >= SURE).mean(), abs=0.01)
 
 
 def test_where_nothing_helps_that_is_said(balance):

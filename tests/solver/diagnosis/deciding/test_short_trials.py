@@ -1,10 +1,12 @@
 """Short trials as they are stated: what right plates would record of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from solver.common.gravity import GRAVITY
-from solver.diagnosis.deciding.short_trials import PLANNED, STANDING, WALKS, short_trials
+from solver.diagnosis.deciding.short_trials import IDS, PLANNED, SCALE, short_trials
 from solver.simulate.ground_demand import GroundDemand
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
@@ -25,10 +27,14 @@ def about_plate(scene, target):
     return F, at - plate.centre_ground[[0, 2]]
 
 
-def test_the_list_has_ten_kinds_and_every_one_is_planned_or_left_out(planned):
-    assert len(STANDING) + len(WALKS) + 1 == 10
-    assert {"stand", "turned", "squat", "bounce", "arms", "bend", "again", "faster", "back"} == set(planned)
+def test_every_kind_is_planned_but_what_needs_plates_side_by_side(planned):
+    assert set(IDS) - {"shift"} == set(planned)
     assert all(scene is not None and scene.name == PLANNED for _, scene in planned.values())
+
+
+def test_who_was_on_a_scale_is_not_sent_there_again(short_scene):
+    weighed = replace(short_scene, scale_factor=1.0)
+    assert SCALE.id not in {t.kind.id for t in short_trials(weighed, ["plate_2"])}
 
 
 @pytest.mark.parametrize("kind", ["stand", "squat", "arms", "again", "faster", "back"])
