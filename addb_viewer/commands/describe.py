@@ -1,5 +1,6 @@
 """`addb-viewer init`, `markers` and `settings`: how a subject is understood, in files to correct."""
 
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -71,6 +72,7 @@ def init(folder: Folder, recursive: Recursive = False, debug: Debug = False) -> 
                     )
         for note in notes:
             typer.echo(f"note: {note}")
+        typer.echo(f"next: look at subject.toml, then addb-viewer fit {shlex.quote(str(folder))}")
 
 
 def _subjects(folder: Path, recursive: bool) -> tuple[Sequence[Subject], Sequence[str]]:
@@ -98,8 +100,9 @@ def _describe(subject: Subject, said: frozenset[str]) -> frozenset[str]:
     forces = sum(trial.forces is not None for trial in subject.trials)
     inside = sum(trial.forces is None and trial.markers.suffix.lower() == ".c3d" for trial in subject.trials)
     trials = f"{len(subject.trials)} trial{'s' * (len(subject.trials) != 1)}"
-    in_c3d = f", {inside} in C3D files, which may hold forces themselves" if inside else ""
-    found = f"{trials}, {forces} with a force file{in_c3d}"
+    with_forces = [f"{forces} with a force file"] if forces or not inside else []
+    with_forces += [f"{inside} in C3D files, which may hold forces themselves"] if inside else []
+    found = ", ".join([trials, *with_forces])
     if subject.static is not None:
         found += f"; static trial {subject.static.name}"
     found += f"; {len(subject.unused)} files not used"

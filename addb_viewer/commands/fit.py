@@ -1,6 +1,7 @@
 """`addb-viewer fit`: kinematics and dynamics of a subject; the results are kept and summed up."""
 
-from collections.abc import Iterable, Sequence
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -33,7 +34,10 @@ from addb_viewer.jobs.solving import job_for, solved
 from addb_viewer.jobs.terminal_progress import terminal_progress
 from addb_viewer.text.note_words import by_kind
 from addb_viewer.text.summary_table import print_summary
+from addb_viewer.trial_view.kept_verdicts import kept_verdicts
+from addb_viewer.trial_view.trial_verdict import TrialVerdict
 from solver.capture.capture import UnusedFile
+from solver.capture.formats.text_table import some_of
 from solver.common.typed_json import from_plain, plain
 from solver.fitting.fit_result import Fit
 from solver.fitting.fit_summary import FitSummary
@@ -100,10 +104,14 @@ def fit(
         figures = summary(fit, files=[str(path) for path in done.files])
         if json is not None:
             write_json(json, plain(figures))
+        reviewed = done.files and not ignore_review
+        good_for = _good_for(kept_verdicts(job.subject, job.results)) if reviewed else []
+        if good_for and out is None:
+            good_for.append(f"next: addb-viewer open {shlex.quote(str(subject))}")
         print_summary(
             figures if done.new else replace(figures, files=()),
             notes=notes,
-            closing=[*unused_lines(fit.unused, whole=notes), *filter(None, [done.said])],
+            closing=[*unused_lines(fit.unused, whole=notes), *filter(None, [done.said]), *good_for],
         )
         if fit.unread:
             for unread in fit.unread:
@@ -133,6 +141,16 @@ def key_findings(figures: dict[str, Any], _: str = "") -> Row:
     }
 
 
+def _good_for(verdicts: Mapping[str, TrialVerdict]) -> list[str]:
+    """What each trial is good for, as the app's first line; of more than a few, which are good for what."""
+    if len(verdicts) <= NAMED:
+        return [f"{name}: {verdict.line.text}" for name, verdict in verdicts.items()]
+    trials: dict[str, list[str]] = {}
+    for name, verdict in verdicts.items():
+        trials.setdefault(f"{verdict.line.sign} {verdict.line.use}", []).append(name)
+    return [f"{use}: {some_of(names)}" for use, names in trials.items()]
+
+
 def _counted(fit: Fit) -> str:
     """How many of the wanted trials could not be read."""
     trials = [trial.name for trial in fit.unread if trial.name]
@@ -155,4 +173,6 @@ def unused_lines(files: Sequence[UnusedFile], *, whole: bool) -> list[str]:
     if whole:
         return [f"{count}:", *(f"  {file.file}: {file.reason}" for file in files)]
     more = ", …" if len(files) > NAMED else ""
-    return [f"{count}: {', '.join(file.file for file in files[:NAMED])}{more}; --notes says why"]
+    reasons = {file.reason for file in files}
+    why = f" ({reasons.pop()})" if len(reasons) == 1 else "; --notes says why"
+    return [f"{count}: {', '.join(file.file for file in files[:NAMED])}{more}{why}"]

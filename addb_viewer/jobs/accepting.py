@@ -31,11 +31,7 @@ from solver.kinematics.label_faults.fault import EXCHANGED, Exchange
 
 
 def exchanges_of(figures: DiagnosisReport) -> tuple[Exchange, ...]:
-    """The exchanged labels of a diagnosis, one for each stretch of frames.
-
-    Args:
-        figures: of the diagnosis.
-    """
+    """The exchanged labels of a diagnosis, one for each stretch of frames."""
     found = []
     for effect in figures.effects:
         if about(effect).corrected_by is CorrectedBy.LABELS:

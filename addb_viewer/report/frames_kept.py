@@ -128,11 +128,7 @@ def decided_by(mask_source: str, kept: Kept) -> str:
 
 
 def kept_frames(replay: Replay) -> Kept:
-    """Tell the frames of a trial apart; each that does not count has a cause.
-
-    Args:
-        replay: the trial.
-    """
+    """Tell the frames of a trial apart; each that does not count has a cause."""
     phases = replay.forces.contacts
     contacts = (sum(p.is_measured for p in phases), len(phases)) if phases else None
     if replay.residual is None:

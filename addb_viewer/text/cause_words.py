@@ -1,5 +1,6 @@
 """One cause of a diagnosis in words: what it is, how large, when, how sure, what to do, what looks alike."""
 
+import shlex
 from collections.abc import Callable, Sequence
 
 from addb_viewer.text.diagnosis_vocabulary import (
@@ -34,7 +35,8 @@ ToFlag = Callable[[str, int, int, str], str]  # trial, first frame, end, foot â†
 
 def by_command(trial: str, start: int, end: int, foot: str) -> str:
     """How to flag frames in a terminal."""
-    return f"addb-viewer flag SUBJECT {trial} {start}:{end} --foot {foot} --reason notOverForcePlate"
+    said = f"addb-viewer flag SUBJECT {shlex.quote(trial)} {start}:{end} --foot {foot}"
+    return f"{said} --reason notOverForcePlate"
 
 
 def cause(figures: DiagnosisReport, k: int, to_flag: ToFlag = by_command) -> Section:

@@ -30,11 +30,7 @@ class ChangeRow:
 
 
 def change_sentence(change: ChangeFigures | None) -> str:
-    """In one line; empty where nothing was fitted to forces.
-
-    Args:
-        change: of a trial.
-    """
+    """In one line; empty where nothing was fitted to forces."""
     if change is None or change.joints_rms_deg is None:
         return ""
     most = [c for c in largest_first(change) if not c.root and c.unit == "deg"][:MOST_NAMED]

@@ -24,11 +24,7 @@ SPREAD = "±: in 19 of 20 cases the true value lies within."
 
 
 def page(figures: DiagnosisReport) -> list[Section]:
-    """The whole answer, the verdict first.
-
-    Args:
-        figures: of the diagnosis.
-    """
+    """The whole answer, the verdict first."""
     causes = [cause(figures, k) for k in range(len(figures.effects))]
     sections = [
         verdict(figures),
@@ -46,11 +42,7 @@ def page(figures: DiagnosisReport) -> list[Section]:
 
 
 def screen(figures: DiagnosisReport) -> list[Section]:
-    """The answer that fits a screen: the verdict, each cause with its size and what to do, what remains.
-
-    Args:
-        figures: of the diagnosis.
-    """
+    """The answer that fits a screen: the verdict, each cause with its size and what to do, what remains."""
     each = [cause(figures, k) for k in range(len(figures.effects))]
     causes = [
         replace(one, rows=tuple((label, _short(text)) for label, text in one.rows if label in ON_A_SCREEN))

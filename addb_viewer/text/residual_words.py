@@ -72,12 +72,10 @@ def _overall(figures: DiagnosisReport, residual: Residual) -> list[str]:
         lines.append(_of_the_markers(figures))
     if corrected_causes(figures):
         lines.append("That is with the fault left in, as in the files: the unloaded plate itself shows it.")
-    weighed = [note for note in figures.notes if note.kind is Kind.ENTERED_MASS]
     if figures.verdict == "explained":
         before = "; that is before any cause is corrected."
+        weighed = [note for note in figures.notes if note.kind is Kind.ENTERED_MASS]
         lines += [f"{capital(note.without_advice)}{before}" for note in weighed]
-    elif figures.verdict != "clean":
-        lines += [f"{capital(note)}." for note in weighed]
     return lines
 
 

@@ -18,7 +18,7 @@ from solver.dynamics.thresholds import Thresholds
 from solver.fitting.fit_summary import FitSummary, HeldOutFigures, TrialFigures
 
 WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
-_MOST_DECISIONS = 5  # lines: with what is held out, noted, written and not used, a screen's end has ten
+_MOST_DECISIONS = 5  # lines: with what is held out, noted, written and not used ten, before the verdicts
 _MASKS = {
     "review": "the review",
     "review.json": "the imported review.json",

@@ -6,6 +6,7 @@ from addb_viewer.text.cause_words import instead_of
 from addb_viewer.text.diagnosis_vocabulary import (
     CONFIDENT,
     about,
+    capital,
     certainty,
     listed,
     names_of,
@@ -20,6 +21,7 @@ from addb_viewer.text.remainder_words import explains_most
 from addb_viewer.text.residual_words import is_whole
 from addb_viewer.text.sections import Section
 from addb_viewer.text.use_words import trials_in_question, use
+from solver.common.notes import Kind
 from solver.diagnosis.causes.about import AtFault
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
 
@@ -48,15 +50,13 @@ def verdict(figures: DiagnosisReport) -> Section:
     whose = [_at_fault(figures)] if effects else []
     early = [ENDED_EARLY] if figures.ended_early else []
     doubt = [_only_tentative(figures)] if is_tentative(figures) else []
-    return Section("Verdict", (text, *whose, *early, *doubt, use(figures)))
+    weighed = [f"{capital(note)}." for note in figures.notes if note.kind is Kind.ENTERED_MASS]
+    first = weighed if figures.verdict == "unexplained" else []  # with a wrong mass, causes mean little
+    return Section("Verdict", (*first, text, *whose, *early, *doubt, use(figures)))
 
 
 def headline(figures: DiagnosisReport) -> str:
-    """The verdict in a sentence, for where the causes stand below it.
-
-    Args:
-        figures: of the diagnosis.
-    """
+    """The verdict in a sentence, for where the causes stand below it."""
     doubt = " Take that as tentative, not as a finding." if is_tentative(figures) else ""
     return _judged(figures, "") + _how_likely(figures) + doubt
 

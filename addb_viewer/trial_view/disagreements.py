@@ -57,11 +57,7 @@ def disagreements(before: TrialReview, now: TrialReview) -> Iterator[tuple[str, 
 
 
 def conflict_words(conflict: Conflict) -> str:
-    """Who says what about which frames, in the words of the keys.
-
-    Args:
-        conflict: of two people.
-    """
+    """Who says what about which frames, in the words of the keys."""
     of_foot = f", {foot_words(conflict.foot)}" if conflict.foot else ""
     said = ", ".join(f"{o.author} says '{_label_words(o)}'" for o in (conflict.earlier, conflict.later))
     return (

@@ -245,7 +245,7 @@ def _sentence(shown: Sequence[Finding]) -> str:
     """What is sure stands beside the other; of two that are not, it may be either."""
     if len(shown) < 2:
         return "".join(one.text for one in shown)
-    first, second = shown[0].text, shown[1].beside
+    first, second = shown[0].text, shown[1].words if shown[1].act == shown[0].act else shown[1].beside
     if not first.endswith(HARMLESS) or not second.endswith(HARMLESS):
         second = second.removesuffix(HARMLESS)  # there is something to repeat
     if not any(one.sure for one in shown):

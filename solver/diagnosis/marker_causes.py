@@ -21,6 +21,7 @@ from solver.diagnosis.direct_checks.statement import STATED_NATS, About, Stateme
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.settings import Settings
+from solver.markers.understanding import understand
 
 ROUNDS = 3  # a swap hides a slip, and a repaired pose shows the next
 
@@ -140,7 +141,9 @@ def _with_cut_paths(
     trial: TrialFit, scene: Scene, before: Sequence[MarkerFinding], notes: list[Note]
 ) -> list[MarkerFinding]:
     """By the recording alone, of all its markers; what was told before is not told again."""
-    markers, found = trial.capture.markers, []
+    points, found = trial.capture.markers, []
+    computed = {row.label for row in understand(points.names, [points]).labels if row.computed}
+    markers = points.chosen([m for m, name in enumerate(points.names) if name not in computed])
     reach = TOGETHER_S * scene.rate
     for leap in leaps(markers.positions_ground, markers.rate):
         known = [f for f in before if f.frames.trial == scene.name]

@@ -177,9 +177,8 @@ def _stored(found: StoredPass, used: Bool[np.ndarray, " frames"]) -> StoredFigur
         known = series[used & np.isfinite(series)]
         return _number(np.sqrt(np.mean(known**2))) if len(known) else None
 
-    return StoredFigures(
-        found.kind, rms(found.marker_rms_m), rms(found.force_N), rms(found.moment_Nm), tuple(found.notes)
-    )
+    notes = tuple(map(str, found.notes))  # of which a file keeps the sentence alone
+    return StoredFigures(found.kind, rms(found.marker_rms_m), rms(found.force_N), rms(found.moment_Nm), notes)
 
 
 def _predicted_ranges(trial: TrialFit) -> tuple[Span, ...]:

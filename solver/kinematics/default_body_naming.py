@@ -303,14 +303,14 @@ def _notes(
     if word:
         notes += noted(Kind.LABELS, f"labels that the marker map explains: {some_of(list(word))}")
     doubtful = [
-        f"{r.label} ({r.landmark}, {r.confidence:.2f})"
+        f"{r.label} ({r.landmark})"
         for r in rows
         if r.label not in word and r.landmark is not None and not r.used and not named.get(r.label)
     ]
     if doubtful:
         notes += noted(
             Kind.UNUSED_LABELS,
-            f"labels not understood with enough confidence, or of a place that another label has: "
-            f"{some_of(doubtful)}; `addb-viewer markers` lists the alternatives",
+            f"labels left out, as their place is not sure or another label has it: {some_of(doubtful)}; "
+            f"`addb-viewer markers SUBJECT` says why",
         )
     return tuple(notes)

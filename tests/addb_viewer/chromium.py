@@ -23,12 +23,7 @@ def installed():
 
 
 def remembering(reviewer, **more):
-    """A page's first script: the browser remembers somebody, unless it remembers what a page told it.
-
-    Args:
-        reviewer: name of the person.
-        more: what else the app keeps in a browser, by its name there.
-    """
+    """A page's first script: the browser remembers somebody, unless it remembers what a page told it."""
     item = "addb-viewer"
     memory = json.dumps(json.dumps({"reviewer": reviewer, **more}))
     return f'localStorage.getItem("{item}") ?? localStorage.setItem("{item}", {memory});'

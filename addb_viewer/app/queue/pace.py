@@ -44,11 +44,7 @@ class Pair:
 
 
 def shares(rows: Sequence[Row]) -> list[Share]:
-    """Of everybody who has edited or is to review anything, who has finished most first.
-
-    Args:
-        rows: of the queue.
-    """
+    """Of everybody who has edited or is to review anything, who has finished most first."""
     marks: dict[str, list[Mark]] = {}
     for mark in (mark for row in rows for mark in row.marks):
         marks.setdefault(mark.author, []).append(mark)

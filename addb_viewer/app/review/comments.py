@@ -103,11 +103,7 @@ def _text(item: WorkItem) -> str:
 
 
 def comments_html(comments: Sequence[CommentThread]) -> str:
-    """All comments, those that are settled last and in short; a click on a frame goes there.
-
-    Args:
-        comments: of the trial.
-    """
+    """All comments, those that are settled last and in short; a click on a frame goes there."""
     if not comments:
         return boxed("<span style='opacity:.75'>No comments on this trial.</span>")
     return boxed(

@@ -155,11 +155,7 @@ def _told(command: Command) -> dict[str, Any]:
 
 
 def help_html(commands: Sequence[Command]) -> str:
-    """The keys and what they do, in as many columns as there is room for.
-
-    Args:
-        commands: with their keys.
-    """
+    """The keys and what they do, in as many columns as there is room for."""
     entries = "".join(
         "<div style='break-inside:avoid;display:flex;gap:.8em;padding:.05em 0'>"
         f"<span style='flex:0 0 10.5em'>{_keys_html(c)}</span><span>{html.escape(c.label)}</span></div>"

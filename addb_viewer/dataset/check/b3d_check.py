@@ -46,11 +46,7 @@ FEWEST_FOR_MASS_S = 0.3  # of counting frames; their accelerations are known
 
 
 def b3d_findings(path: Path) -> list[Finding]:
-    """What is wrong with a .b3d file, errors first; nothing is fitted.
-
-    Args:
-        path: of the file.
-    """
+    """What is wrong with a .b3d file, errors first; nothing is fitted."""
     where = path.name
     try:
         file = read_b3d(path)

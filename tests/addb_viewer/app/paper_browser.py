@@ -184,11 +184,6 @@ class PaperBrowser:
         """What the session shows over the channel of our own."""
         return self._told.get(kind) if self.session is None else self.session.channel.shown(kind)
 
-    def row_blocks(self):
-        """Frames of the timeline's blocks, the last exclusive, and what they say under the pointer."""
-        rows = self._shown("rows") or ()
-        return [(block["start"], block["end"], block["told"]) for row in rows for block in row["blocks"]]
-
     def until(self, condition, what="the app"):
         end = time.monotonic() + PATIENCE_S
         while not (value := condition()):

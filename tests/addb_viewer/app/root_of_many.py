@@ -21,13 +21,7 @@ PEOPLE = ("Anna", "Ben", "Chen")
 
 
 def write_root(root: Path, trials: int, seed: int = 1) -> None:
-    """Make the folders: two in three fitted, one in three reviewed.
-
-    Args:
-        root: not there yet.
-        trials: how many; each is a subject of its own, which is the worst case.
-        seed: of the synthetic figures.
-    """
+    """Make the folders: two in three fitted, one in three reviewed."""
     rng = np.random.default_rng(seed)
     for number in range(trials):
         folder = root / f"study {number // 100 + 1}" / f"S{number:04d}"

@@ -178,9 +178,9 @@ def test_trials_settings_and_notes_are_handed_over(command_line, finder, tmp_pat
 
 
 def test_what_is_printed_fits_a_screen_however_many_causes_there_are(command_line, finder):
-    ranges = tuple(("walk", k, k + 1) for k in range(4))
+    ranges = tuple(("walk (final)", k, k + 1) for k in range(4))
     steps = [replace(LATE, id="off_plate_step", target=f"calcn_{k}", frames=ranges) for k in range(9)]
-    finder.found = replace(EXPLAINED, effects=tuple(steps), rates_Hz={"walk": 50.0})
+    finder.found = replace(EXPLAINED, effects=tuple(steps), rates_Hz={"walk (final)": 50.0})
     folder = command_line.subject.folder
     run = command_line("diagnose", folder)
     lines = run.stdout.splitlines()
@@ -190,7 +190,10 @@ def test_what_is_printed_fits_a_screen_however_many_causes_there_are(command_lin
     assert "5 MORE CAUSES" in headings
     assert "HOW TO READ THIS" not in headings
     said = " ".join(run.stdout.split())
-    assert "addb-viewer flag SUBJECT walk 0:1 --foot calcn_0 --reason notOverForcePlate. … and 3 more" in said
+    assert (
+        "addb-viewer flag SUBJECT 'walk (final)' 0:1 --foot calcn_0 --reason notOverForcePlate. … and 3 more"
+        in said
+    )
     assert lines[-1].endswith("--full says more")
     full = command_line("diagnose", folder, "--full").stdout
     assert full.count("CAUSE ") == 9

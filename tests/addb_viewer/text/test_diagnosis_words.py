@@ -627,9 +627,9 @@ def test_what_the_plates_carry_is_told_where_it_is_not_what_was_entered(verdict)
     carried = "the forces carry 67.8 ± 1.6 kg, 10.9 kg more than the 56.9 kg that were entered"
     note = Note(Kind.ENTERED_MASS, carried, advice="check the entered mass")
     text = said(figures(verdict, effects=[LATE], notes=[note, Note(Kind.OTHER, "a gap was bridged")]))
-    wrong = " ".join(text.split("WHAT IS WRONG")[1].split("CAUSE")[0].split())
-    assert "The forces carry 67.8 ± 1.6 kg" in wrong
-    assert ("check the entered mass" in wrong) == (verdict == "unexplained")
+    at_once, wrong = text.split("WHAT IS WRONG")[0], text.split("WHAT IS WRONG")[1].split("CAUSE")[0]
+    assert at_once.startswith("VERDICT The forces carry 67.8 ± 1.6 kg") == (verdict == "unexplained")
+    assert ("check the entered mass" in at_once) == (verdict == "unexplained")
     assert ("before any cause is corrected" in wrong) == (verdict == "explained")
     assert "a gap was bridged" not in wrong
 

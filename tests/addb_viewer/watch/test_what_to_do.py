@@ -144,6 +144,10 @@ def test_a_cause_and_a_check_that_differ_are_both_told_as_alternatives():
     assert f"; or {clock}" in said.to_do
     sure = replace(unsure, effects=(cause("plate_gain", "plate_2"),))
     assert f"; also may be {clock}" in told(GOOD, sure, ()).to_do
+    slips = [cause("marker_slip", name, 0.6) for name in ("LPSI", "L5")]  # what to do is told once
+    assert told(GOOD, diagnosed(*slips), ()).to_do.endswith(
+        "repeat; or a marker that moved on its segment: L5"
+    )
     same = DirectCheck("level", "", {"plate_place": 9.0}, ("plate_place",), "walk", "plate_1+plate_2")
     assert "; " not in told(GOOD, replace(unsure, direct_checks=(same,)), ()).to_do
 

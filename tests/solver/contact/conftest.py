@@ -13,7 +13,6 @@ from solver.skeleton.functions import Linear
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Skeleton
 
 RATE = 100.0  # [Hz]
-HALF_WEIGHT = 350.0  # [N]
 ANKLE_HEIGHT = 0.085  # [m] above the sole; 0.3 times the foot's length of 0.283 m
 BALL = 0.13  # [m] from the ankle to the ball of the foot, so a foot reaches from -0.071 to 0.212 m
 

@@ -120,6 +120,17 @@ def test_what_one_repair_uncovers_is_repaired_next(walk, spoilt, short_scene, mo
     assert np.nanmedian(np.linalg.norm(error[:, touched[1:]], axis=2)) == 0.0
 
 
+@pytest.mark.parametrize(("loose", "told"), [("WAND", [("marker_slip", "WAND")]), ("F_ForcePlate1", [])])
+def test_of_points_that_the_model_lacks_only_markers_are_told(walk, short_scene, monkeypatch, loose, told):
+    """A plate's centre of pressure leaps from one step to the next."""
+    laboratory = Laboratory(short_scene, {"walk": walk})
+    markers = laboratory.captures["walk"].markers
+    markers.positions_ground[SLIP_FRAME:, 0] += 0.2
+    laboratory.captures["walk"] = Capture("walk", replace(markers, names=(loose, *markers.names[1:])))
+    findings = laboratory.repaired(monkeypatch)[2].findings
+    assert [(f.id, f.target) for f in findings if f.id == "marker_slip"] == told
+
+
 def test_a_marker_that_the_model_lacks_stays_as_recorded(spoilt, short_scene, monkeypatch):
     laboratory = Laboratory(short_scene, {"spoilt": spoilt})
     fit, _, _ = laboratory.repaired(monkeypatch)

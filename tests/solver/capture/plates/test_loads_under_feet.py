@@ -109,11 +109,7 @@ SOLE = np.array([[0.0, 0.05, 0.0], [0.2, 0.05, -0.04], [0.2, 0.05, 0.04], [0.05,
 
 
 def walker(seen):
-    """Markers of two feet that step in turn, half a step on each time, and the loads under them.
-
-    Args:
-        seen: by frame and foot.
-    """
+    """Markers of two feet that step in turn, half a step on each time, and the loads under them."""
     frames = STEP * STEPS
     times, step = np.arange(frames) / 100, np.arange(frames) // STEP
     positions = np.empty((frames, 2, len(SOLE), 3))
