@@ -30,7 +30,7 @@ LONG = 500  # lines above which a module has two subjects
 
 MOST = {
     "Lines of the product": 123_460,
-    "Lines of tests": 74_256,
+    "Lines of tests": 74_271,
     "Lines of benchmarks": 11_709,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,

@@ -136,9 +136,14 @@ def test_another_flag_takes_one_fit_and_asks_no_blocks_anew(case, reviewed, monk
     assert_agree(warm, cold)
 
 
-def test_solving_the_same_flags_again_moves_nothing_further(case, reviewed):
-    once = resolve(reviewed, case.after, SETTINGS)
-    assert_agree(resolve(once, case.after, SETTINGS), once)
+@pytest.mark.real
+def test_solving_to_the_last_digit_moves_nothing_further(recorded_fit):
+    fit = recorded_fit("walk_gait2354_subject01")
+    weights = replace(SETTINGS.trajectory, tolerance=1e-7, iterations=60, edits_last=-1.0)
+    tight = replace(SETTINGS, trajectory=weights)
+    end = resolve(replace(fit, settings=as_dict(tight)), {}, tight)
+    ended, moved = (one.trials[0].dynamics.joint_torques for one in (fit, end))
+    assert np.sqrt(np.mean((moved - ended)[fit.trials[0].dynamics.used] ** 2)) < 0.03
 
 
 def test_many_changed_frames_ask_blocks_anew(case, reviewed, monkeypatch):

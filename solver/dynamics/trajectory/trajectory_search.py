@@ -24,6 +24,7 @@ FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
 # tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
 SMALL_STEP = 10  # tolerances
 AS_PREDICTED = 0.1
+LAST_STEPS = 2  # with a fit's last factor: it ends five times nearer to the optimum, or more
 MOST_FOLLOWING = 6  # steps after an edit with one factor, which costs as much as five of them
 TRIES, SHORTER = 4, 0.25  # of such a step, and how long each is against the one before
 LAST_DIGITS = 1e-12  # of the cost, which is a sum of many: no step is told by less
@@ -120,10 +121,10 @@ def searched(
                 following=MOST_FOLLOWING if edited else 0,
             )
             converged = converged and undamped
+        if converged and not edited:
+            left, gradient, state, _ = _settled(solver, state, factor, least=0.0, following=LAST_STEPS)
         if converged:
-            asked = state.shared.phi
-            if solver.caution != 1.0:
-                asked = _asked(solver, left, gradient, factor)
+            asked = state.shared.phi if solver.caution == 1.0 else _asked(solver, left, gradient, factor)
         del system, factor
     progress("dynamics", 1.0)
     unsettled = noted(Kind.SOLVE, f"the trajectory fit did not settle in {iteration} iterations")
@@ -141,11 +142,7 @@ def searched(
 
 
 def _fit_at(
-    solver: TrajectorySolver,
-    state: State,
-    corner: Float[np.ndarray, "shared shared"],
-    *,
-    iterations: int,
+    solver: TrajectorySolver, state: State, corner: Float[np.ndarray, "shared shared"], *, iterations: int
 ) -> TrajectoryFit:
     return TrajectoryFit(
         skeleton=state.shared.skeleton if state.shared.free_inertias else solver.inertias.skeleton,
@@ -280,13 +277,13 @@ def take_steps(
     phi: Float[np.ndarray, " parameters"] | None = None,
     extra: ExtraParameters,
 ) -> TrajectoryFit:
-    """So many steps of the fit from near its end, where each arrives within the square of what the last left.
+    """Steps of the fit from near its end, until one arrives, within the square of its gain, in the tolerance.
 
     Args:
         skeleton: scaled, with the entered mass.
         trials: as for the fit.
         settings: weights.
-        count: of the steps, one or more.
+        count: of the steps, at least; one or more.
         phi: inertia parameters where they begin; None: the nominal ones.
         extra: of the trials' extra columns.
 
@@ -296,12 +293,13 @@ def take_steps(
     refuse(trials, extra)
     with one_thread():
         solver = TrajectorySolver(skeleton, trials, settings, extra)
-        state = solver.begun(phi)
-        for _ in range(count):
+        state, taken, gained = solver.begun(phi), 0, 1.0
+        while taken < count or (gained**2 > settings.tolerance and taken < settings.iterations):
             system = solver.linearized(state)
             gradient = solver.gradient_of(state, system)
             factor = solver.factorized(state, system)
-            state = solver.stepped(state, factor.step(gradient))
+            step = factor.step(gradient)
+            state, taken, gained = solver.stepped(state, step), taken + 1, step.predicted / gradient.cost
             corner = factor.corner
             del system, factor  # before the next ones are built
-        return _fit_at(solver, state, corner, iterations=count)
+        return _fit_at(solver, state, corner, iterations=taken)

@@ -38,12 +38,22 @@ def case(crane, crane_q):
 def missed_by_the_fit(skeleton, trial, held_out, columns, prior):
     """Of one step without these frames: nonlinear, everything made anew."""
     without_held_out = replace(trial, counts=trial.counts & ~held_out, extra_columns_ground=columns)
-    there = take_steps(skeleton, [without_held_out], SETTINGS, 1, extra=prior)
+    there = take_steps(skeleton, [without_held_out], replace(SETTINGS, tolerance=1.0), 1, extra=prior)
     frames, motion = np.flatnonzero(held_out), there.motions[0]
     wrench = required_ground(there.skeleton, motion)[frames] - trial.wrench_ground[frames]
     wrench -= columns[frames] @ there.extra
     poses = ForwardKinematics(there.skeleton).poses(motion.q[frames])
     return about_point(wrench, root_centre(root_joint(there.skeleton), poses))
+
+
+def test_steps_are_taken_until_one_arrives(crane, case):
+    once, ours, ended = (
+        take_steps(crane, [case[0]], replace(SETTINGS, tolerance=tolerance), 1, extra=PRIOR)
+        for tolerance in (1.0, SETTINGS.tolerance, 1e-14)
+    )
+    assert once.iterations < ours.iterations < ended.iterations
+    off, before = (np.abs(one.splines[0] - ended.splines[0]).max() for one in (ours, once))
+    assert off < 0.1 * before
 
 
 def test_the_first_choice_misses_what_the_fit_without_these_frames_misses(crane, case):
