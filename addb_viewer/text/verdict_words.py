@@ -65,7 +65,9 @@ def _judged(figures: DiagnosisReport, named: str) -> str:
     """Sound, wrong and why, or wrong and nobody knows why; with the causes in words, if there are any."""
     effects = names_of(figures)
     one, of, namely = len(effects) == 1, _recordings(figures), f": {named}" if named else ""
-    wrong = f"Something is {_how_surely(figures)}wrong with {of}"
+    files_are_right = effects and all(about(effect).at_fault is AtFault.MOVEMENT for effect in effects)
+    what, how = ("Forces are", "missing from") if files_are_right else ("Something is", "wrong with")
+    wrong = f"{what} {_how_surely(figures)}{how} {of}"
     if figures.verdict == "clean":
         return f"Nothing wrong was found in {of}."
     if figures.verdict == "explained" and not effects:

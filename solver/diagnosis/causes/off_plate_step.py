@@ -158,7 +158,8 @@ class OffPlateStep(InPieces):
         ),
         title="a step that no plate measured: {target}",
         sentence="No plate measures the force under {target}: no plate is there, or it recorded nothing.",
-        remedy="Flag these frames, or repeat the trial with every step on a plate.",
+        remedy="Flag these frames, unless detection left them out already, or repeat the trial with every "
+        "step on a plate.",
         separate_by="a trial with every step on a plate",
         branch="ground/missed step",
         names=Named.BODIES,

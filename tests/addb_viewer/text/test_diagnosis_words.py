@@ -570,7 +570,8 @@ def test_a_moment_without_a_place_asks_for_the_plates_moments():
 
 def test_what_stays_beyond_the_ordinary_is_not_accounted_for():
     left = {"linear_residual_N": 44.0, "noise_floor_N": 19.0, "location": None}
-    assert "one cause accounts for most of it" in said(figures(effects=[STEP], remaining=left))
+    missing = "Forces are missing from the recording 'walk1', and one cause accounts for most of it"
+    assert missing in said(figures(effects=[STEP], remaining=left))
     little = {"held_out_linear_residual_N": {"before": 80.0, "after": 44.0, "interval": [40.0, 48.0]}}
     assert "one cause accounts for much of it" in said(figures(effects=[LATE], remaining=left, gain=little))
 
