@@ -35,11 +35,11 @@ TRIALS = (
     ("opencap_subject4", "walkingTO1"),
     ("c3d_lab_trials/lasem_FAILT01", "Walk01"),
     ("walk_treadmill_stepwidth", "example1"),
+    ("overground_camargo2021_AB06", "levelground_ccw_fast_01_01"),
 )
 RUNS = {"run400", "run0900cms"}
 HEAD = ["recording", "edits", "s", "effect", "off the optimum", "worst frame", "effect's error", "within"]
-EDITS = 17  # of each recording
-LENGTHS_S = (0.03, 0.5)  # of a flagged stretch
+EDITS, LENGTHS_S = 17, (0.03, 0.5)  # of each recording; of a flagged stretch
 
 
 @dataclass(frozen=True)

@@ -74,10 +74,12 @@ def predict_held_out(
         judge = _Judge(fit, settings, extension)
         layouts = [judge.layout(*one) for one in LAYOUTS]
         kinds = {(layout.kind, layout.number): layout.learnt for layout in before}
+        for layout in layouts:
+            layout.choose(judge.teacher, kinds.get((layout.kind, layout.number)))
         for done, part in judge.parts():
             progress("held_out", done)
             for layout in layouts:
-                layout.ask(part, judge.teacher, kinds.get((layout.kind, layout.number)))
+                layout.ask(part)
         judged = [judge.judged(layout) for layout in layouts]
         first = layouts[0] if any(frames.any() for frames in layouts[0].held_out) else None
         fit = judge.taught(fit, first) if first else fit
@@ -194,30 +196,29 @@ class _Layout:
 
     def __init__(self, kind: str, number: int, held_out: FramesByTrial) -> None:
         self.kind, self.number, self.held_out = kind, number, held_out
-        self.learnt: tuple[str, ...] | None = None  # None: nobody was asked
+        self.learnt: tuple[str, ...] | None = None  # kinds of terms; None: nobody was asked
         self.predicted, self.of_motion = (
             [np.full((len(frames), 6), np.nan) for frames in held_out] for _ in range(2)
         )
 
-    def ask(self, part: "_Part", teacher: "_Part", kinds: tuple[str, ...] | None) -> None:
-        """What it misses where it holds frames of the layout.
+    def choose(self, teacher: "_Part", known: tuple[str, ...] | None) -> None:
+        """Kinds of learnt terms: those known, where an edit left them columns, or a teacher's choice."""
+        if teacher.trials is not None and any(frames.any() for frames in self.held_out):
+            self.learnt = known
+            if known not in teacher.sets:
+                self.learnt = teacher.kinds(self._frames_of(teacher), whole_steps=self.kind != BLOCKS)
 
-        Args:
-            part: of the fit.
-            teacher: that chooses the kinds of learnt terms.
-            kinds: those, where they are known.
-        """
+    def ask(self, part: "_Part") -> None:
+        """What a part of the fit misses where it holds frames of the layout."""
         own = self._frames_of(part)
         if not any(frames.any() for frames in own):
             return
-        if part.trials is not None:
-            taken = kinds if self.learnt is None else self.learnt
-            if taken is None or taken not in part.ended.sets:  # an edit may have taken their columns away
-                taken = teacher.kinds(self._frames_of(teacher), whole_steps=self.kind != BLOCKS)
-            self.learnt = taken
-            self._lay(self.predicted, part, own, part.ended.missed(own, taken))
         if part.trials is None or (self.kind, self.number) == LAYOUTS[0]:
             self._lay(self.of_motion, part, own, part.missed_by_motion(own))
+        if self.learnt is not None:
+            part.__dict__.pop("_near_motion", None)  # it holds as much memory as all else
+            taken = tuple(kind for kind in self.learnt if (kind,) in part.ended.sets)  # of a window
+            self._lay(self.predicted, part, own, part.ended.missed(own, taken))
 
     def _frames_of(self, part: "_Part") -> FramesByTrial:
         return [self.held_out[span.trial][span.start : span.end] for span in part.spans]
@@ -268,6 +269,7 @@ class _Judge:
         if not self.are_long:
             yield 0.0, self.teacher
             return
+        self.__dict__.pop("teacher", None)  # it holds as much memory as a window
         spans = [
             span
             for i, own in enumerate(self.data)
@@ -350,6 +352,11 @@ class _Part:
                 begun = replace(own, spline=None, initial=motion)
                 in_contact = contacts.in_contact[span.start : span.end]
                 self.trials.append(PredictionTrial(begun, contacts.foot_bodies, in_contact))
+
+    @property
+    def sets(self) -> Sequence[tuple[str, ...]]:
+        """Of kinds with columns, asked where the part is asked anyway."""
+        return (self._begun if self.phi is None else self.ended).sets
 
     def kinds(self, held_out: FramesByTrial, *, whole_steps: bool) -> tuple[str, ...]:
         """Of learnt terms, those that predict other forces best."""
