@@ -428,7 +428,7 @@ CHECKS: tuple[Check, ...] = (
     Check(PAYS, "does the balance gain enough by it?", (HeldOut, OnReading), pays),
     Check(HOLDS_UP, "does it predict blocks that its fit did not use?", (HeldOut,), holds_up),
     Check(
-        STANDS_ALONE, "without another body mass, and without undoing the others?", (HeldOut,), stands_alone
+        STANDS_ALONE, "without another body mass or clock, or undoing the others?", (HeldOut,), stands_alone
     ),
     Check(
         BEATS_THE_UNKNOWN,

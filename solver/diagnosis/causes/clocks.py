@@ -238,6 +238,7 @@ class SampleRate(Retimed):
         ),
         separate_by=("a longer recording, with a foot stamped on a plate at its beginning and at its end"),
         branch="time/rate",
+        is_a_clock=True,
         odds_against=2.0,
         asked_up_to=10.0,
         readings=(

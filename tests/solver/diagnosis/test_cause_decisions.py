@@ -7,9 +7,8 @@ import pytest
 
 from solver.diagnosis import checks
 from solver.diagnosis.cause_decisions import Trail, tenable
-from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.body_masses import SubjectMass
-from solver.diagnosis.causes.clocks import ClockOffset
+from solver.diagnosis.causes.clocks import ClockOffset, SampleRate
 from solver.diagnosis.causes.effect import Nonlinear
 from solver.diagnosis.causes.external_contact import ExternalContact
 from solver.diagnosis.causes.off_plate_step import OffPlateStep
@@ -354,17 +353,11 @@ def test_plates_that_carry_the_whole_body_refute_a_harness(short_scene, drawn, m
     assert "lifted" in said["checked"].reason
 
 
-@dataclass(frozen=True, eq=False)
-class Clock(TimeHistory):
-    """Reads all plates at other times."""
-
-    about = About("time_history", is_a_clock=True)
-
-
-@pytest.mark.parametrize(("kind", "both"), [(TimeHistory, True), (Clock, False)])
-def test_two_clocks_of_the_same_forces_are_one(short_scene, drawn, kind, both):
-    one, two = (0.3 * p.wrench_ground for p in short_scene.plates[:2])
-    balance = Balance([trial_rows_of(drawn(4, one + two, scale=0.3))], SETTINGS)
-    found = named(select(balance, [kind("one", one), kind("two", two)]))
-    assert (len(found) == 2) == both
-    assert found
+def test_a_clock_that_is_right_midway_is_not_told_as_both_a_delay_and_a_rate(
+    short_scene, drawn, balance_of_scenes
+):
+    """The delay would only undo half of what the rate says."""
+    midway = short_scene.times.mean()
+    read = short_scene.retime(lambda times: times + 0.03 * (times - midway))
+    balance = balance_of_scenes(drawn(4, read - short_scene.measured_ground, scale=0.3))
+    assert len(named(select(balance, [ClockOffset("all"), SampleRate("all")]))) == 1
