@@ -75,7 +75,8 @@ def estimate_mass_and_gains(
     trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
     estimates = [mass_from_forces([trial], settings.com) for trial in trials]
     agree = agreeing(estimates, own_mass, CONTRADICTING_MASS)
-    pooled = mass_from_forces([t for t, kept in zip(trials, agree, strict=True) if kept], settings.com)
+    taken = [trial for trial, kept in zip(trials, agree, strict=True) if kept]
+    pooled = estimates[0] if len(trials) == 1 else mass_from_forces(taken, settings.com)
     if pooled is None:
         return nothing
     reference, std_kg = pooled.mass_kg, own_std * own_mass

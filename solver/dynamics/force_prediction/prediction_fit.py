@@ -301,7 +301,7 @@ def fit_prediction_near(
         splines.append(trial.data.spline)
     for span in spans:
         i = span.trial
-        own = take_steps(fitted, [beside(span)], fixed, FIT_STEPS, extra=ExtraParameters.none())
+        own = take_steps(fitted, [beside(span)], fixed, 1, extra=ExtraParameters.none())
         splines[i] = splice(splines[i], own.splines[0], span.start // spacing[i])
     motions, wrenches = [], []
     for i, (trial, spline) in enumerate(zip(made.trials, splines, strict=True)):
