@@ -14,9 +14,11 @@ from addb_viewer.trial_view.proposals import pending, still_open
 from addb_viewer.trial_view.replay import ForceUse
 from addb_viewer.trial_view.trial_verdict import CauseKey, TrialVerdict, trial_verdict
 from annotations.folding import folded
+from annotations.reading import Reading
 from annotations.trial_review import TrialReview
-from solver.capture.capture import Subject
+from solver.capture.capture import Subject, TrialFiles
 from solver.common.errors import ResultsError
+from solver.contact.detected_ranges import Proposal
 from solver.diagnosis.diagnosis_report import DiagnosisReport
 from solver.fitting.fit_summary import TrialFigures, read_summary
 from solver.fitting.results import extension_log
@@ -64,6 +66,10 @@ class KeptResults:
     def trial(self, name: str) -> KeptTrial:
         """Mask and proposals of a trial."""
         return self._trials.get(name, NOTHING_KEPT)
+
+    def proposals(self, files: TrialFiles, review: TrialReview | None) -> tuple[Proposal, ...]:
+        """Of a trial, but where its own review.json has decided and nobody else."""
+        return () if files.has_review and review is None else self.trial(files.name).proposals
 
     def verdict(self, name: str, review: TrialReview | None, proposals: int) -> TrialVerdict:
         """Where a trial stands.
@@ -124,8 +130,15 @@ def kept_verdicts(subject: Subject, folder: Path | None = None) -> dict[str, Tri
     """
     results, log, found = results_of(subject, folder), whole_log(subject.folder), {}
     for files in subject.trials:
-        said = log.about(files.name)
-        review = folded(files.name, said.edits, subject.foot_bodies, said.unreadable)
-        waiting = pending(results.trial(files.name).proposals, review, {})
+        review = review_in(log, files, subject)
+        nobody = folded(files.name, (), subject.foot_bodies)
+        waiting = pending(results.proposals(files, review), review or nobody, {})
         found[files.name] = results.verdict(files.name, review, still_open(waiting))
     return found
+
+
+def review_in(log: Reading, files: TrialFiles, subject: Subject) -> TrialReview | None:
+    """What people decided about a trial; None where the log knows nothing of it."""
+    said = log.about(files.name)
+    known = bool(said.edits) or any(row.trial == files.name for row in said.unreadable)
+    return folded(files.name, said.edits, subject.foot_bodies, said.unreadable) if known else None

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.jobs.review_store import finished_by_file, whole_logs
 from addb_viewer.text.diagnosis_vocabulary import short_title
-from addb_viewer.trial_view.kept_verdicts import results_of
+from addb_viewer.trial_view.kept_verdicts import results_of, review_in
 from addb_viewer.trial_view.lanes import reviewed_ranges
 from addb_viewer.trial_view.proposals import Pending, State, pending
 from addb_viewer.trial_view.trial_verdict import TrialVerdict
@@ -182,9 +182,8 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
     rows = []
     for files in subject.trials:
         said = log.about(files.name)
-        known = bool(said.edits) or any(row.trial == files.name for row in said.unreadable)
-        review = folded(files.name, said.edits, subject.foot_bodies, said.unreadable) if known else None
-        found = () if files.has_review and review is None else kept.trial(files.name).proposals
+        review = review_in(log, files, subject)
+        found = kept.proposals(files, review)
         status, figures = _status(files, review), kept.figures.get(files.name)
         row = Row(name, files.name, *status, figures, waiting=kept.waiting)
         row = _with_review(row, review or folded(files.name, (), subject.foot_bodies), found)

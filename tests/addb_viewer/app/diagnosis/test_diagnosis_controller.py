@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -54,7 +55,8 @@ def say(browser, said):
     async def hear():
         browser.session.channel.take("cause", said)
 
-    asyncio.run(hear())
+    with ThreadPoolExecutor(1) as hearing:  # this thread's loop may be a browser's
+        hearing.submit(asyncio.run, hear()).result()
 
 
 def test_a_kept_diagnosis_is_there_when_the_app_opens(browser):

@@ -12,6 +12,7 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.jobs.review_store import as_proposal, open_log
 from addb_viewer.jobs.root_folder import open_root
+from addb_viewer.trial_view.kept_verdicts import kept_verdicts
 from annotations.events import IMPORTED, RejectProposal, SetStatus, Status
 from solver.capture.capture import Subject, TrialFiles
 from solver.common.typed_json import plain
@@ -79,6 +80,18 @@ def test_a_torn_log_of_causes_takes_no_trial_out_of_the_queue(small_fit):
     before = [row.verdict for row in subject_rows("S1", small_fit.subject)]
     (results / "extension_log.jsonl").write_text("{torn\n{}\n")
     assert [row.verdict for row in subject_rows("S1", small_fit.subject)] == before
+
+
+def test_forces_that_a_file_left_out_of_the_fit_are_no_change_since(small_fit):
+    trial, *others = small_fit.trials
+    counts = trial.mask.counts.copy()
+    counts[:2] = False
+    of_file = {"reasons": ((0, 2, None, "manualReview"),), "sources": ("review.json",)}
+    mask = replace(trial.mask, counts=counts, **of_file)
+    fit = replace(small_fit, trials=(replace(trial, mask=mask), *others))
+    save_fit(fit, fit.subject.folder / "results")
+    subject = replace(fit.subject, foot_bodies=trial.contacts.foot_bodies)
+    assert not any(verdict.changed for verdict in kept_verdicts(subject).values())
 
 
 def test_read_anew_takes_in_folders_that_have_come(tmp_path):
