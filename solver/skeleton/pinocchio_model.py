@@ -166,6 +166,20 @@ class RigidBodyModel:
             centres[t] = self.data.com[0]
         return centres, angular
 
+    def body_placements(
+        self, q: Float[np.ndarray, "frames dofs"]
+    ) -> tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]]:
+        """Orientation and origin [m] of every body in the ground frame."""
+        p, _, _ = self.couple(q)
+        rotations = np.empty((len(q), len(self.body_joint), 3, 3))
+        origins = np.empty((len(q), len(self.body_joint), 3))
+        for t in range(len(q)):
+            pin.forwardKinematics(self.model, self.data, p[t])
+            for i, (joint, placement) in enumerate(zip(self.body_joint, self.body_placement, strict=True)):
+                body_ground = self.data.oMi[joint] * placement
+                rotations[t, i], origins[t, i] = body_ground.rotation, body_ground.translation
+        return rotations, origins
+
     # ---- building -----------------------------------------------------------------------------------------
 
     def _add_body(self, index: int) -> list[int]:

@@ -44,13 +44,15 @@ def test_bodies_and_markers_stand_where_opensim_puts_them(referees, random_q, su
         q = np.stack([random_q(skeleton, rng) for _ in range(STATES)])
         markers = marker_positions(skeleton, q)
         rotations, origins = body_poses(skeleton, q)
+        pin_rotations, pin_origins = RigidBodyModel(skeleton).body_placements(q)
         with subtests.test(path.name):
             for t in range(STATES):
                 referee.pose(q[t])
                 bodies = [referee.body(name) for name in skeleton.body_names]
                 theirs_R, theirs_p = (np.stack(parts) for parts in zip(*bodies, strict=True))
-                np.testing.assert_allclose(rotations[t], theirs_R, rtol=0, atol=1e-9)
-                np.testing.assert_allclose(origins[t], theirs_p, rtol=0, atol=1e-9)
+                for R, p in ((rotations, origins), (pin_rotations, pin_origins)):
+                    np.testing.assert_allclose(R[t], theirs_R, rtol=0, atol=1e-9)
+                    np.testing.assert_allclose(p[t], theirs_p, rtol=0, atol=1e-9)
                 if skeleton.markers:
                     np.testing.assert_allclose(markers[t], referee.markers(), rtol=0, atol=1e-9)
 

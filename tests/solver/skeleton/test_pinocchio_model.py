@@ -14,6 +14,13 @@ def motion(crane, crane_q):
     return q, rng.normal(size=q.shape), rng.normal(size=q.shape)
 
 
+def test_bodies_stand_where_forward_kinematics_puts_them(crane, crane_q):
+    R, p = RigidBodyModel(crane).body_placements(crane_q)
+    expected_R, expected_p = body_poses(crane, crane_q)
+    np.testing.assert_allclose(R, expected_R, atol=1e-12)
+    np.testing.assert_allclose(p, expected_p, atol=1e-12)
+
+
 def test_the_mass_matrix_gives_the_kinetic_energy_of_the_bodies(crane, motion):
     q, v, _ = motion
     h = 1e-5
