@@ -7,6 +7,7 @@ import numpy as np
 
 from solver.capture.atomic import made_folder
 from solver.common.errors import CaptureError
+from solver.common.one_thread import one_thread
 from solver.simulate.demo_subject import SCENARIOS, LateForces, write_demo_subject
 
 SEED = 20_240_901  # any number: the same demo for everyone
@@ -35,4 +36,5 @@ def make_demo(folder: Path, trials: Sequence[str] = TRIALS) -> None:
     recordings = [f"trials/{trial}/{file}" for trial in trials for file in ("markers.trc", "grf.mot")]
     for name in ("_subject.json", *recordings):
         (folder / name).unlink(missing_ok=True)
-    write_demo_subject(folder, np.random.default_rng(SEED), trials=tuple(trials), cause=LateForces())
+    with one_thread():  # a second one waits twenty times as long where other programs are at work
+        write_demo_subject(folder, np.random.default_rng(SEED), trials=tuple(trials), cause=LateForces())
