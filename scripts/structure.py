@@ -29,7 +29,7 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 123_483,
+    "Lines of the product": 123_486,
     "Lines of tests": 74_288,
     "Lines of benchmarks": 11_709,
     "Pages of benchmarks": 9,
