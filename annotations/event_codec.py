@@ -21,8 +21,8 @@ from annotations.events import (
     SetStatus,
     Undo,
 )
+from annotations.reading import is_text
 from annotations.review_errors import ReviewError
-from annotations.unreadable import is_text
 
 KINDS: dict[str, type[Any]] = {
     "flag": FlagRange,

@@ -32,6 +32,7 @@ from annotations.events import (
     Unusable,
 )
 from annotations.label_runs import labelled_runs, true_runs
+from annotations.reading import UnreadableRow
 from annotations.reasons import FORCE_COUNTS, MANUAL_REVIEW
 from annotations.review_errors import ReviewError
 from annotations.trial_review import (
@@ -44,7 +45,6 @@ from annotations.trial_review import (
     TrialReview,
 )
 from annotations.undoing import in_force
-from annotations.unreadable import UnreadableRow
 
 UNSAID = ""  # label of frames about whose activity somebody has taken the word back
 

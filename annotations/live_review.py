@@ -17,10 +17,9 @@ from urllib.parse import quote
 
 from annotations.events import Edit, Event
 from annotations.log import ReviewLog, review_of
-from annotations.reading import Reading
+from annotations.reading import Reading, UnreadableRow, listed
 from annotations.review_errors import LostLogError, ReviewError
 from annotations.trial_review import TrialReview
-from annotations.unreadable import UnreadableRow, listed
 
 _LOOKS = 4  # another program may be moving edits into the file during the first ones
 _BETWEEN_S = 0.05  # [s] likewise; a move writes without pause, so that it shows in the file's time

@@ -14,12 +14,12 @@ from annotations.database import PATIENCE_S, Database
 from annotations.event_codec import kind_of
 from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable, Redo, Undo
 from annotations.folding import folded
-from annotations.reading import Reading, SubjectRows, check_author, check_words
+from annotations.reading import Reading, UnreadableRow, is_text
 from annotations.review_errors import ReviewError
 from annotations.schema import EDITS
+from annotations.subject_rows import SubjectRows, check_author, check_words
 from annotations.trial_review import TrialReview
 from annotations.undoing import next_redo, next_undo, undo_of
-from annotations.unreadable import UnreadableRow, is_text
 from annotations.work import WorkLog
 
 

@@ -8,8 +8,8 @@ from jaxtyping import Bool, Shaped
 
 from annotations.activities import ERRONEOUS, activity_words
 from annotations.events import IMPORTED, Proposal, RefuseActivity, Status, Unusable
+from annotations.reading import UnreadableRow
 from annotations.review_errors import ReviewError
-from annotations.unreadable import UnreadableRow
 
 MissingRange = tuple[int, int, str | None, str]  # start, end, foot or None for all, reason
 

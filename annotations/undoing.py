@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from annotations.events import IMPORTED, Edit, Redo, Undo
+from annotations.reading import UnreadableRow
 from annotations.review_errors import ReviewError
-from annotations.unreadable import UnreadableRow
 
 
 def in_force(edits: Sequence[Edit]) -> tuple[Edit, ...]:

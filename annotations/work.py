@@ -11,10 +11,10 @@ from datetime import datetime
 from sqlalchemy import Connection
 
 from annotations.events import IMPORTED, LONGEST_NAME
-from annotations.reading import SubjectRows, check_words
+from annotations.reading import UnreadableRow
 from annotations.review_errors import ReviewError
 from annotations.schema import WORK
-from annotations.unreadable import UnreadableRow
+from annotations.subject_rows import SubjectRows, check_words
 
 LONGEST_TEXT = 10_000  # characters of a comment
 

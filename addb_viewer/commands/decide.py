@@ -17,10 +17,10 @@ from addb_viewer.jobs.reviewing import capture_of, foot_meant, login_name, noted
 from annotations.events import ClearRange, Edit, FlagRange, Proposal, SetStatus, Status, Undo, Unusable
 from annotations.log import ReviewLog
 from annotations.ranges_csv import tables_from_csv
+from annotations.reading import UnreadableRow
 from annotations.reasons import MANUAL_REVIEW, reason_named, reason_words
 from annotations.review_errors import ReviewError
 from annotations.trial_review import TrialReview
-from annotations.unreadable import UnreadableRow
 from annotations.wording import said_by
 from solver.capture.capture import Subject
 from solver.common.file_names import readable

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from addb_viewer.jobs.environment import ROOT, STORE
 from annotations.events import IMPORTED, ClearRange, Edit, Event, FlagRange, ImportTable, Proposal, Status
 from annotations.label_runs import true_runs
+from annotations.reading import Reading, UnreadableRow, listed
 from annotations.review_errors import ReviewError
 from annotations.review_json import FINISHED, import_labels, labels_of
-from annotations.unreadable import UnreadableRow, listed
 from solver.capture.atomic import made_folder
 from solver.capture.capture import Capture, TrialFiles
 from solver.capture.formats.b3d.places import recording_of
@@ -22,7 +22,6 @@ from solver.contact.detected_ranges import Proposal as Found
 if TYPE_CHECKING:  # databases take long to load, and most subjects have none
     from annotations.database import Database
     from annotations.log import ReviewLog
-    from annotations.reading import Reading
     from annotations.work import WorkItem
 
 PROGRAM = "addb-viewer"
@@ -69,7 +68,7 @@ def open_log(subject_folder: Path) -> "ReviewLog":
     return ReviewLog(_shared(url, os.getpid()), subject_key(subject_folder))
 
 
-def whole_log(subject_folder: Path) -> "Reading":
+def whole_log(subject_folder: Path) -> Reading:
     """Everything that people decided about a subject, in order; nothing is made where there is no log.
 
     Raises:
@@ -84,8 +83,6 @@ def whole_logs(subject_folder: Path) -> "tuple[Reading, tuple[WorkItem, ...]]":
     Raises:
         ReviewError: it cannot be read.
     """
-    from annotations.reading import Reading  # noqa: PLC0415 (likewise)
-
     if not has_log(subject_folder):
         return Reading(()), ()
     with open_log(subject_folder) as log:

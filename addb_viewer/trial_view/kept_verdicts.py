@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from addb_viewer.jobs.kept_diagnosis import kept
 from addb_viewer.jobs.review_store import whole_log
@@ -15,6 +14,7 @@ from addb_viewer.trial_view.proposals import pending, still_open
 from addb_viewer.trial_view.replay import ForceUse
 from addb_viewer.trial_view.trial_verdict import CauseKey, TrialVerdict, trial_verdict
 from annotations.folding import folded
+from annotations.reading import Reading
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Subject, TrialFiles
 from solver.common.errors import ResultsError
@@ -26,9 +26,6 @@ from solver.fitting.results.extension_log import Standing, standings
 from solver.fitting.results.kept_trials import KeptTrial, kept_trials
 from solver.fitting.results.store import default_folder
 from solver.fitting.settings import settings_for
-
-if TYPE_CHECKING:
-    from annotations.reading import Reading
 
 NOTHING_KEPT = KeptTrial((), (), None)
 
@@ -140,7 +137,7 @@ def kept_verdicts(subject: Subject, folder: Path | None = None) -> dict[str, Tri
     return found
 
 
-def review_in(log: "Reading", files: TrialFiles, subject: Subject) -> TrialReview | None:
+def review_in(log: Reading, files: TrialFiles, subject: Subject) -> TrialReview | None:
     """What people decided about a trial; None where the log knows nothing of it."""
     said = log.about(files.name)
     known = bool(said.edits) or any(row.trial == files.name for row in said.unreadable)

@@ -213,7 +213,7 @@ def _of_reading(balance: Balance, undone: CorrectedCause) -> Cause:
         candidate.about,
         undone.target,
         contender.solved.estimates(0, balance.scenes),
-        float(1 - np.exp(-min(MOST_TOLD_NATS, contender.gain) / TEMPER_NATS)),
+        _confidence(contender.gain),
         candidate.frames(balance.scenes, (), np.zeros(0)),
     )
 
@@ -227,15 +227,7 @@ def _of_scale(balance: Balance, found: Sequence[Found]) -> list[Cause]:
     if factor is None or not cause.is_notable(estimates):
         return []
     gain = 0.5 * (np.log(factor) / SCALE_STD) ** 2
-    return [
-        cause_of(
-            cause.about,
-            cause.target,
-            estimates,
-            float(1 - np.exp(-min(MOST_TOLD_NATS, gain) / TEMPER_NATS)),
-            (),
-        )
-    ]
+    return [cause_of(cause.about, cause.target, estimates, _confidence(gain), ())]
 
 
 def _together(findings: Sequence[MarkerFinding]) -> list[tuple[MarkerFinding, ...]]:
@@ -249,9 +241,13 @@ def _together(findings: Sequence[MarkerFinding]) -> list[tuple[MarkerFinding, ..
 
 def _of_markers(same: tuple[MarkerFinding, ...]) -> Cause:
     finding = same[0]
-    confidence = float(1 - np.exp(-min(MOST_TOLD_NATS, max(0.0, finding.gain) / MARKER_TEMPER)))
+    confidence = _confidence(max(0.0, finding.gain), MARKER_TEMPER)
     ranges = [f.frames for f in same]
     return cause_of(finding.about, finding.target, finding.parameters, confidence, ranges)
+
+
+def _confidence(gain: float, temper_nats: float = TEMPER_NATS) -> float:
+    return float(1 - np.exp(-min(MOST_TOLD_NATS, gain) / temper_nats))
 
 
 def _alternatives(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Rival]:

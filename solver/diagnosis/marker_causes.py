@@ -142,6 +142,8 @@ def _with_cut_paths(
 ) -> list[MarkerFinding]:
     """By the recording alone, of all its markers; what was told before is not told again."""
     points, found = trial.capture.markers, []
+    if not leaps(points.positions_ground, points.rate):  # each marker's own: then a choice has none either
+        return []
     computed = {row.label for row in understand(points.names, [points]).labels if row.computed}
     markers = points.chosen([m for m, name in enumerate(points.names) if name not in computed])
     reach = TOGETHER_S * scene.rate

@@ -4,9 +4,9 @@ Steps without a layout's rows are steps of the quadratic model that ended there:
 what the fit saw of these forces. The test of this stage holds it against a fit that never saw them.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -365,16 +365,17 @@ class _Part:
     @cached_property
     def _begun(self) -> HeldOutPrediction:
         """Where the trajectory fit ended."""
-        return self._predicting(held_out_prediction)
+        return self._predicting(is_at_its_end=False)
 
     @cached_property
     def ended(self) -> HeldOutPrediction:
         """Where the prediction fit ends with no terms learnt."""
-        return self._predicting(partial(held_out_prediction, is_at_its_end=True))
+        return self._predicting(is_at_its_end=True)
 
-    def _predicting(self, predicting: Callable[..., HeldOutPrediction]) -> HeldOutPrediction:
+    def _predicting(self, *, is_at_its_end: bool) -> HeldOutPrediction:
+        assert self.trials is not None
         given = self.skeleton, self.trials, self.weights, self.settings
-        return predicting(*given, phi=self.phi, extra=self.extra)
+        return held_out_prediction(*given, phi=self.phi, extra=self.extra, is_at_its_end=is_at_its_end)
 
     def missed_by_motion(self, held_out: FramesByTrial) -> Rows:
         """Residuals on held-out frames by the fit's own motion, as if it had not seen them."""

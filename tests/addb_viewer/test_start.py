@@ -38,10 +38,8 @@ print("\\nloaded", *sys.modules)
 
 
 def loaded_by(*words):
-    run = subprocess.run(
-        [sys.executable, "-c", THEN_LIST, *map(str, words)], capture_output=True, text=True, check=True
-    )
-    *said, modules = run.stdout.splitlines()
+    out = subprocess.check_output([sys.executable, "-c", THEN_LIST, *map(str, words)], text=True)
+    *said, modules = out.splitlines()
     assert modules.startswith("loaded ")
     return "\n".join(said), set(modules.split()[1:])
 
@@ -57,8 +55,10 @@ def test_nothing_heavy_is_loaded_to_say_what_there_is(words, says):
     assert not {name for name in modules if name.startswith(("solver", "annotations"))}
 
 
-def test_a_fit_loads_no_database():
+def test_a_fit_and_a_subject_without_edits_load_no_database(tmp_path):
     assert "sqlalchemy" not in loaded_by("fit", "--help")[1]
+    asked = "import sys; from addb_viewer.jobs.review_store import *; whole_log(Path()); print(*sys.modules)"
+    assert "sqlalchemy" not in subprocess.check_output([sys.executable, "-c", asked], cwd=tmp_path, text=True)
 
 
 def test_reading_flags_loads_no_solver_libraries(tmp_path):

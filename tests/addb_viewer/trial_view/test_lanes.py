@@ -15,8 +15,8 @@ from addb_viewer.trial_view.span import Span
 from addb_viewer.trial_view.strip import rows_json
 from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, SetActivity
 from annotations.folding import folded
+from annotations.reading import UnreadableRow
 from annotations.suggested_activity import SuggestedActivity
-from annotations.unreadable import UnreadableRow
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, LabelFault
 
 FEET = ("calcn_r", "calcn_l")
