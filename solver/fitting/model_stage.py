@@ -27,7 +27,7 @@ from solver.fitting.fit_result import Groundwork
 from solver.fitting.provenance import provenance_of
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState, KeptModel, Recordings
-from solver.kinematics.calibration import calibrate, choose_frames
+from solver.kinematics.calibration import calibrate, choose_frames, start_poses
 from solver.kinematics.hip_width import expected_hip_width
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.kept_calibration import kept_calibration
@@ -150,6 +150,8 @@ def scale_model(state: FitState, settings: Settings, progress: Progress) -> FitS
             for capture, some in zip(recordings.captures, frames.places, strict=True)
             for note in mirror_notes(body, match.observed(capture.markers)[some], settings.kinematics)
         ]
+        start_q, _ = start_poses(body, frames.observed_ground, settings.kinematics, subject.height_m)
+        frames = replace(frames, start_q=start_q)
         ownership = Ownership(is_scaled=False)
         if subject.model is not None:
             ownership = whose_model(

@@ -125,6 +125,7 @@ class CalibrationFrames:
     observed_ground: Float[np.ndarray, "frames markers 3"]
     weight: Float[np.ndarray, " frames"]
     places: tuple[Int[np.ndarray, " chosen"], ...] = ()  # by trial, which frames of it; static ones come last
+    start_q: Float[np.ndarray, "frames dofs"] | None = None  # [rad or m] where searches for poses may begin
 
     def some(self, which: slice | Bool[np.ndarray, " frames"]) -> "CalibrationFrames":
         """A part of them."""
@@ -193,12 +194,9 @@ def calibrate(
     """
     with one_thread():
         groups = scale_groups(generic)
-        model_height = stature(generic)
         kept = registered_std is not None
-        sized = height_m is not None and model_height is not None and not kept
-        mean = np.zeros(groups.size)
-        if sized:
-            mean[: 3 * groups.count] = np.log(height_m / model_height)  # type: ignore[operator]
+        sized = height_m is not None and stature(generic) is not None and not kept
+        mean = _log_scale_for(height_m if sized else None, generic, groups)
         size_std = settings.height_scale_std if sized else settings.scale_std
         on_pelvis = HIPS_ON_PELVIS_STD if hip_width_m is None else FREE_HIPS_STD
         prior = LogScalePrior(mean, log_scale_precision(groups, size_std, hips_std=on_pelvis))
@@ -214,10 +212,10 @@ def calibrate(
         usual = SharedPrior(start, block_diag(prior.precision, of_offsets))
         solver = BorderedSolver(generic, frames, groups, settings)
         progress("scaling", 0.02)
-        problem = solver.problem(start)
-        every = np.arange(len(frames.observed_ground))
-        q, _ = initial_poses(problem, root_joint(problem.kinematics.skeleton), every)
-        shared, q = solver.solve(start, q, usual, progress)
+        start_q = frames.start_q
+        if start_q is None:
+            start_q, _ = start_poses(generic, frames.observed_ground, settings, height_m)
+        shared, q = solver.solve(start, start_q, usual, progress)
         if kept:
             shared = Shared(mean, shared.offsets)
         return Calibration(
@@ -228,6 +226,30 @@ def calibrate(
             solver=solver,
             q=q,
         )
+
+
+def start_poses(
+    generic: Skeleton,
+    observed_ground: Float[np.ndarray, "frames markers 3"],
+    settings: KinematicsSettings,
+    height_m: float | None = None,
+) -> tuple[Float[np.ndarray, "frames dofs"], Float[np.ndarray, " frames"]]:
+    """Of a body so tall, by the markers alone: poses [rad or m], their costs; arguments as of `calibrate`."""
+    groups = scale_groups(generic)
+    sized = groups.resized(generic, _log_scale_for(height_m, generic, groups))
+    with one_thread():
+        problem = PoseProblem(sized, observed_ground, settings, CALIBRATION_ROBUST_SCALE_M)
+        return initial_poses(problem, root_joint(sized), np.arange(len(observed_ground)))
+
+
+def _log_scale_for(
+    height_m: float | None, generic: Skeleton, groups: ScaleGroups
+) -> Float[np.ndarray, " scales"]:
+    """Scales that make an unscaled skeleton so tall; zero where either height is not known."""
+    log_scale, model_height = np.zeros(groups.size), stature(generic)
+    if height_m is not None and model_height is not None:
+        log_scale[: 3 * groups.count] = np.log(height_m / model_height)
+    return log_scale
 
 
 def _offset_precision(

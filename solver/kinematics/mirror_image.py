@@ -8,10 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.common.notes import Kind, Note, noted
-from solver.common.one_thread import one_thread
-from solver.kinematics.frame_solver import PoseProblem, initial_poses
-from solver.kinematics.root_joint import root_joint
-from solver.kinematics.settings import CALIBRATION_ROBUST_SCALE_M, KinematicsSettings
+from solver.kinematics.calibration import start_poses
+from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.skeleton import Skeleton
 
 FRAMES = 3  # of a trial
@@ -32,10 +30,9 @@ def mirror_notes(
     some = np.linspace(0, len(observed_ground) - 1, min(FRAMES, len(observed_ground))).round().astype(int)
     if not len(some):
         return ()
-    with one_thread():
-        as_it_is, mirrored = (
-            _costs(skeleton, observed_ground[some] * (1.0, 1.0, sign), settings) for sign in (1.0, -1.0)
-        )
+    as_it_is, mirrored = (
+        start_poses(skeleton, observed_ground[some] * (1.0, 1.0, sign), settings)[1] for sign in (1.0, -1.0)
+    )
     times = float((as_it_is / mirrored).min())
     if times < CLEARLY:
         return ()
@@ -45,10 +42,3 @@ def mirror_notes(
         f"{times:.1f} times as well): no angle and no length is right; exchange the sides in a markers.toml, "
         "or export again if an axis points the wrong way",
     )
-
-
-def _costs(
-    skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"], settings: KinematicsSettings
-) -> Float[np.ndarray, " frames"]:
-    problem = PoseProblem(skeleton, observed_ground, settings, CALIBRATION_ROBUST_SCALE_M)
-    return initial_poses(problem, root_joint(skeleton), np.arange(len(observed_ground)))[1]

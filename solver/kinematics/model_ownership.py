@@ -14,8 +14,7 @@ from jaxtyping import Bool, Float, Int
 from solver.common.notes import Kind, Note, noted
 from solver.common.one_thread import one_thread
 from solver.kinematics.calibration import CalibrationFrames
-from solver.kinematics.frame_solver import PoseProblem, initial_poses, solve_frames
-from solver.kinematics.root_joint import root_joint
+from solver.kinematics.frame_solver import PoseProblem, solve_frames
 from solver.kinematics.scale_prior import offset_std
 from solver.kinematics.settings import CALIBRATION_ROBUST_SCALE_M, KinematicsSettings
 from solver.skeleton.skeleton import Skeleton
@@ -101,14 +100,14 @@ def as_it_is(
     Args:
         body: unscaled; its markers are those of the frames, in the same order.
         own: names of the model's own markers.
-        frames: measured markers.
+        frames: measured markers, with start poses.
         settings: of the kinematics.
     """
+    assert frames.start_q is not None
     every = np.arange(len(frames.observed_ground))
     with one_thread():
         problem = PoseProblem(body, frames.observed_ground, settings, CALIBRATION_ROBUST_SCALE_M)
-        q, _ = initial_poses(problem, root_joint(body), every)
-        q, _ = solve_frames(problem, q, every)
+        q, _ = solve_frames(problem, frames.start_q, every)
     poses = problem.kinematics.poses(q)
     R_ground_body = poses.R_ground_body[:, problem.kinematics.marker_bodies]
     off_ground = frames.observed_ground - problem.kinematics.markers(poses)
@@ -138,7 +137,7 @@ def whose_model(
     Args:
         model: as its file holds it.
         body: with markers for the recordings' labels, in the order of the frames.
-        frames: measured markers.
+        frames: measured markers, with start poses.
         settings: thresholds.
         file_name: of the model.
         mass_kg: entered for the person.

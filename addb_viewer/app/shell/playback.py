@@ -178,15 +178,6 @@ class Playback:
         with self._wake:
             self.seek(self._position().frame)
 
-    def play_at(self, speed: float) -> None:
-        """Set the speed, 1 being real time and negative ones backwards; playing goes on if it was."""
-        with self._wake:
-            if self._playing:
-                self._play(speed)
-            else:
-                self._speed = speed
-                self._changed()
-
     def faster(self) -> None:
         """L: play forwards, or one speed up."""
         with self._wake:

@@ -54,8 +54,8 @@ def frame_is(until):
 def at_the_first_frame(session, page):
     if session.shown != "walk":
         session.open_trial("walk")
+    session.playback.faster()  # at real time
     session.playback.seek(0)
-    session.playback.play_at(1.0)
     page.mouse.click(360, 100)
     yield
     assert page.errors == []

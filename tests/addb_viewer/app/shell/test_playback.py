@@ -32,7 +32,7 @@ def test_playing_follows_the_clock_at_the_chosen_speed(playback, clock):
     playback.toggle()
     clock.now = 0.25
     assert playback.position.frame == 25
-    playback.play_at(0.5)
+    playback.slower()
     clock.now = 0.45
     assert playback.position.frame == 35
     assert playback.position.playing
@@ -95,12 +95,12 @@ def test_l_and_j_walk_through_the_speeds(playback):
     assert speeds == [1.0, 2.0, 1.0, 0.5, 0.25, -0.25]
 
 
-def test_setting_the_speed_does_not_start(playback, clock):
-    playback.play_at(2.0)
-    clock.now = 1.0
+def test_the_speed_stays_while_nothing_plays(playback, clock):
+    for press in (playback.toggle, playback.faster, playback.pause):
+        press()
     assert not playback.position.playing
     playback.toggle()
-    clock.now = 1.25
+    clock.now = 0.25
     assert playback.position.frame == 50
 
 
