@@ -138,19 +138,14 @@ def _base(fit: Fit) -> tuple[Skeleton, MarkerMatch]:
     return match.skeleton(fit.skeleton), match
 
 
-def _with_poses(trial: TrialFit) -> TrialFit:
-    """A pose on every frame; those that show nobody are no evidence."""
-    return replace(trial, motion=trial.motion.filled())
-
-
 def _cases(
     fit: Fit, match: MarkerMatch, skeleton: Skeleton, extension: Extension, settings: Settings
 ) -> list[_Case]:
+    own = (t for t in fit.trials if t.contacts is not None and t.capture.name in extension.trials)
+    trials = [before_forces(trial) if trial.kinematics_only else trial for trial in own]
     trials = [
-        _with_poses(before_forces(trial) if trial.kinematics_only else trial)
-        for trial in fit.trials
-        if trial.contacts is not None and trial.capture.name in extension.trials
-    ]
+        replace(trial, motion=trial.motion.filled()) for trial in trials
+    ]  # frames of nobody do not count
     gains = estimate_mass_and_gains(trials, skeleton, settings, extended=True).gains
     cases = []
     for trial, gain in zip(trials, gains, strict=True):

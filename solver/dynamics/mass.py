@@ -1,7 +1,7 @@
 """The subject's mass from what the plates carried, over all trials."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -48,6 +48,7 @@ class Balance:
     observed: Bool[np.ndarray, " frames"]
     window: int  # frames, odd
     gravity: float  # [m/s²]
+    told: dict[bytes, MassEstimate | None] = field(default_factory=dict)  # by the frames that count
 
     @property
     def masses(self) -> Float[np.ndarray, " some"]:
@@ -127,14 +128,21 @@ def _pooled_mass(
         observed = held.frames(mass_kg, IMBALANCE)
         if observed.sum() < held.window:
             continue
-        gravity, lean_deg = _gravity_of_forces(trial, held, observed)
-        projection = project(
-            replace(trial, observed=observed, gravity=gravity), settings.penalty_s2(observed)
-        )
-        ratio = estimate_mass_ratio(projection, trial.rate, settings)
-        if ratio is not None and ratio.mass is not None:
-            estimates.append(replace(ratio.mass, lean_deg=lean_deg))
-    return pool_masses(estimates, settings) if estimates else None
+        counted = observed.tobytes()  # often the same for another mass
+        if counted not in held.told:
+            held.told[counted] = _mass_of(trial, held, observed, settings)
+        estimates.append(held.told[counted])
+    known = [estimate for estimate in estimates if estimate is not None]
+    return pool_masses(known, settings) if known else None
+
+
+def _mass_of(
+    trial: ComData, held: Balance, observed: Bool[np.ndarray, " frames"], settings: ComSettings
+) -> MassEstimate | None:
+    gravity, lean_deg = _gravity_of_forces(trial, held, observed)
+    projection = project(replace(trial, observed=observed, gravity=gravity), settings.penalty_s2(observed))
+    ratio = estimate_mass_ratio(projection, trial.rate, settings)
+    return None if ratio is None or ratio.mass is None else replace(ratio.mass, lean_deg=lean_deg)
 
 
 def _gravity_of_forces(

@@ -3,18 +3,15 @@
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.person_estimates import person_sex
 from solver.dynamics.trajectory.extension import Extension
 from solver.fitting.edit_stage import all_trials
 from solver.fitting.fit_result import Fit, TrialFit
 from solver.fitting.provenance import provenance_of
-from solver.fitting.seen_part import guessed, in_whole
+from solver.fitting.seen_part import guessed, impossible_angles, in_whole
 from solver.fitting.settings import Settings, as_dict
 from solver.fitting.state import FitState
-from solver.kinematics.determined import beyond_people
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.unseen_bodies import (
     guessed_notes,
@@ -82,8 +79,7 @@ def as_fit(state: FitState, settings: Settings) -> Fit:
 
 def without_impossible(trial: TrialFit, skeleton: Skeleton) -> TrialFit:
     """The trial without the angles that nobody's joints take, told in a note."""
-    motions = (trial.motion, *((trial.dynamics.motion,) if trial.dynamics else ()))
-    beyond = np.any([beyond_people(skeleton, each.q, each.rate) for each in motions], axis=0)
+    beyond = impossible_angles(trial, skeleton)
     if not beyond.any() or trial.left_open is None:
         return trial
     why = "markers, here or near, have it bend as nobody's does; look for one that is frozen or exchanged"

@@ -17,8 +17,9 @@ from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import TOO_FEW_MARKERS, with_own_file
 from solver.contact.wrenches import NO_FOOT, RECORDING, ContactWrenches, FrameMask, MissingRange
 from solver.fitting.fit_result import KinematicsOnly, TrialFit
-from solver.kinematics.determined import beyond_bridges
+from solver.kinematics.determined import beyond_bridges, beyond_people
 from solver.kinematics.motion import Motion
+from solver.skeleton.skeleton import Skeleton
 
 Rows = TypeVar("Rows", bound=Any)
 
@@ -64,6 +65,12 @@ def guessed(trial: TrialFit) -> Bool[np.ndarray, "frames dofs"]:
     if trial.left_open is None:
         return np.zeros(trial.motion.q.shape, dtype=bool)
     return beyond_bridges(trial.left_open, trial.motion.rate)
+
+
+def impossible_angles(trial: TrialFit, skeleton: Skeleton) -> Bool[np.ndarray, "frames dofs"]:
+    """Where its motions bend a joint as nobody's does."""
+    motions = (trial.motion, *((trial.dynamics.motion,) if trial.dynamics else ()))
+    return np.any([beyond_people(skeleton, each.q, each.rate) for each in motions], axis=0)
 
 
 def without_guesses(trial: TrialFit) -> TrialFit:

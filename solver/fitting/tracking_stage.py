@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.capture.capture import Capture, Subject
 from solver.capture.plates.conditioning import condition
@@ -20,7 +20,7 @@ from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.fitting.failing_trials import about
 from solver.fitting.fit_result import Groundwork, TrialFit
 from solver.fitting.model_stage import made_for
-from solver.fitting.seen_part import in_whole, seen_part
+from solver.fitting.seen_part import impossible_angles, in_whole, seen_part
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState
 from solver.kinematics.calibration import choose_frames
@@ -102,7 +102,9 @@ def assign_forces(state: FitState, settings: Settings) -> FitState:
 def former_marker_fit(trial: TrialFit, groundwork: Groundwork, settings: Settings) -> TrialFit:
     """A trial as it was when its forces had been given to feet; nothing was spent on it this time."""
     markers_alone = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
-    fit = compare_with_markers(trial.capture, groundwork, markers_alone.q, settings)
+    stays = not impossible_angles(trial, groundwork.skeleton).any()  # else the fit left more out
+    known = trial.left_open if stays else None
+    fit = compare_with_markers(trial.capture, groundwork, markers_alone.q, settings, known)
     nothing = dict.fromkeys(("load", "scaling", "kinematics"), 0.0)
     return replace(
         fit,
@@ -129,9 +131,13 @@ def track_trial(capture: Capture, groundwork: Groundwork, settings: Settings, pr
 
 
 def compare_with_markers(
-    capture: Capture, groundwork: Groundwork, q: Float[np.ndarray, "frames dofs"], settings: Settings
+    capture: Capture,
+    groundwork: Groundwork,
+    q: Float[np.ndarray, "frames dofs"],
+    settings: Settings,
+    open_there: Bool[np.ndarray, "frames dofs"] | None = None,
 ) -> TrialFit:
-    """A trial's marker fit, compared with its markers."""
+    """A trial's marker fit, compared with its markers; with coordinates that are known to be open."""
     markers, match, skeleton = capture.markers, groundwork.match, groundwork.skeleton
     model_markers = marker_positions(skeleton, q)
     observed = match.observed(markers)
@@ -142,7 +148,7 @@ def compare_with_markers(
         marker_errors=errors,
         model_markers_ground=model_markers,
         notes=notes,
-        left_open=left_open(skeleton, observed, q, settings.kinematics),
+        left_open=left_open(skeleton, observed, q, settings.kinematics) if open_there is None else open_there,
         unseen_coordinates=unseen_coordinates(match.skeleton(skeleton), observed),
     )
 

@@ -156,7 +156,7 @@ def _jump(motion: BodyMotion, span: Span) -> Kind:
         if a < span[1] and b > span[0] and b - a >= FLIGHT_S * motion.rate
     ]
     for start, end in flights:
-        change = _landing_height(motion, end) - _takeoff_height(motion, start)
+        change = np.diff(motion.soles[[max(0, start - 1), min(end, motion.frames - 1)]].min(axis=1))[0]
         if change <= -BOX_M:
             return Kind.DROP_JUMP
         if change >= BOX_M:
@@ -169,16 +169,6 @@ def _jump(motion: BodyMotion, span: Span) -> Kind:
 
 def _nobody(motion: BodyMotion) -> Bool[np.ndarray, " frames"]:
     return np.asarray(~motion.stands.any(axis=1))
-
-
-def _takeoff_height(motion: BodyMotion, start: int) -> float:
-    """Of the lower sole, just before a flight; at the trial's first frame where that is in the air."""
-    return float(motion.soles[max(0, start - 1)].min())
-
-
-def _landing_height(motion: BodyMotion, end: int) -> float:
-    """Of the lower sole, just after a flight."""
-    return float(motion.soles[min(end, motion.frames - 1)].min())
 
 
 def _pauses(motion: BodyMotion, takeoff: int) -> bool:

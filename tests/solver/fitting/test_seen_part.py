@@ -94,11 +94,10 @@ ARM = {"RELB", "RELM", "RFRM", "RWRA", "RWRB", "RFIN"}
 def test_a_joint_is_open_where_the_markers_that_other_frames_or_recordings_have_would_show_it(plain, frames):
     trial, match = plain.trials[0], plain.groundwork.match
     skeleton, observed = match.skeleton(plain.skeleton), match.observed(trial.capture.markers)
-    settings = SETTINGS.kinematics
-    before = left_open(skeleton, observed, trial.motion.q, settings)
+    before = left_open(skeleton, observed, trial.motion.q, SETTINGS.kinematics)
     hidden = [k for k, spellings in enumerate(match.measured) if ARM & set(spellings)]
     observed[frames, hidden] = np.nan
-    after = left_open(skeleton, observed, trial.motion.q, settings)
+    after = left_open(skeleton, observed, trial.motion.q, SETTINGS.kinematics)
     opened = {dof for dof, there in zip(skeleton.dofs, (after & ~before).T, strict=True) if there.any()}
     assert {"elbow_flex_r", "pro_sup_r"} <= opened
     assert not any(dof.endswith("_l") or "knee" in dof or "hip" in dof or "pelvis" in dof for dof in opened)
