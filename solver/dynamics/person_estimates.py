@@ -156,7 +156,8 @@ def person_sex(subject: Subject, height_m: float) -> tuple[Note, ...]:
     if subject.sex is not None or subject.model is not None or not math.isfinite(height_m):
         return ()
     used = "masses of the segments are the mean of both sexes' tables"
-    if height_m < _CHILDRENS_STATURE or (height_m < _GROWN_UP_STATURE and _is_child(subject)):
+    age = math.inf if subject.age_years is None else subject.age_years
+    if height_m < _CHILDRENS_STATURE or (height_m < _GROWN_UP_STATURE and age < 16):
         return noted(Kind.PERSON, f"sex not given, and a child's height does not show it; {used}")
     male = probability_male(height_m, 0.0 if subject.height_m is not None else STATURE_STD_M)
     likely, p = ("male", male) if male > 0.5 else ("female", 1 - male)
@@ -192,7 +193,3 @@ def probability_male(height_m: float, height_std_m: float) -> float:
         for sex, (mean, std) in _STATURE.items()
     }
     return 1 / (1 + math.exp(log["female"] - log["male"]))
-
-
-def _is_child(subject: Subject) -> bool:
-    return subject.age_years is not None and subject.age_years < 16

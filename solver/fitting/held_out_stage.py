@@ -216,7 +216,6 @@ class _Layout:
         if part.trials is None or (self.kind, self.number) == LAYOUTS[0]:
             self._lay(self.of_motion, part, own, part.missed_by_motion(own))
         if self.learnt is not None:
-            part.__dict__.pop("_near_motion", None)  # it holds as much memory as all else
             taken = tuple(kind for kind in self.learnt if (kind,) in part.ended.sets)  # of a window
             self._lay(self.predicted, part, own, part.ended.missed(own, taken))
 
@@ -379,7 +378,11 @@ class _Part:
 
     def missed_by_motion(self, held_out: FramesByTrial) -> Rows:
         """Residuals on held-out frames by the fit's own motion, as if it had not seen them."""
-        return [missed[0] for missed in self._near_motion.missed(*self._of_motion(held_out))]
+        is_last = self.trials is not None  # then one layout asks
+        missed = self._near_motion.missed(*self._of_motion(held_out), is_last=is_last)
+        if is_last:
+            del self._near_motion  # it holds as much memory as all else
+        return [own[0] for own in missed]
 
     def moved_without(self, held_out: FramesByTrial) -> Sequence[Float[np.ndarray, "coefficients dofs"]]:
         """By what the splines of the fit's own motion would differ if it had not seen held-out frames."""

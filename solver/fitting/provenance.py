@@ -46,7 +46,9 @@ def provenance_of(
     files = {f"{_FILES}{t.name}": _places(subject, t.markers, t.forces) for t in trials}
     hashes = {f"{_FILE}{_places(subject, path)}": _sha256(path) for path in inputs_of(subject, trials)}
     reviewed = {
-        f"{_REVIEW}{trial.name}": _sha256_of(reviews[trial.name])
+        f"{_REVIEW}{trial.name}": hashlib.sha256(
+            json.dumps(as_plain(reviews[trial.name])).encode()
+        ).hexdigest()
         for trial in trials
         if reviews and trial.name in reviews
     }
@@ -135,10 +137,6 @@ def inputs_of(subject: Subject, trials: Sequence[TrialFiles] | None = None) -> I
 def _sha256(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _sha256_of(review: ForceReview) -> str:
-    return hashlib.sha256(json.dumps(as_plain(review)).encode()).hexdigest()
 
 
 @cache

@@ -99,7 +99,7 @@ def _sit_to_stand(motion: BodyMotion, span: Span) -> float:
     part = slice(*span)
     height = motion.pelvis[part, 1]
     looks = min(
-        _planted(motion, span),
+        _beyond(float(motion.stands[part].all(axis=1).mean()), 0.95, 0.02),
         _beyond(float(np.ptp(height)) / motion.leg, RISE, 0.03),
         _beyond(float(np.degrees(motion.knees[part].min(axis=1).max())), KNEE_DEG, 8.0),
     )
@@ -142,10 +142,6 @@ def _halves(motion: BodyMotion, span: Span) -> tuple[float, float]:
     quarter = max(1, (span[1] - span[0]) // 4)
     pace = motion.pace
     return float(pace[span[0] : span[0] + quarter].mean()), float(pace[span[1] - quarter : span[1]].mean())
-
-
-def _planted(motion: BodyMotion, span: Span) -> float:
-    return _beyond(float(motion.stands[slice(*span)].all(axis=1).mean()), 0.95, 0.02)
 
 
 def _jump(motion: BodyMotion, span: Span) -> Kind:

@@ -79,6 +79,8 @@ class HeldOutSteps:
         layout: Sequence[TrialHeldOut],
         choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]],
         caution: float = 1.0,
+        *,
+        is_last: bool = False,
     ) -> list[Float[np.ndarray, "choices hidden 6"]]:
         """Residuals on the hidden frames of each trial: forces [N], moments about the root's centre [N·m].
 
@@ -87,8 +89,9 @@ class HeldOutSteps:
             choices: of the extra columns, those that are free (the others' x stays), and the weight of the
                 inertias' prior in terms of that of the settings.
             caution: of the fit with its inertias, as `inertia_caution` tells it.
+            is_last: no other layout is asked about: the band of the markers is taken, not copied.
         """
-        steps = self.steps(layout, choices, caution)
+        steps = self.steps(layout, choices, caution, is_last=is_last)
         shared_steps = np.array([step.shared for step in steps])
         with one_thread():
             return [
@@ -106,6 +109,8 @@ class HeldOutSteps:
         layout: Sequence[TrialHeldOut],
         choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]],
         caution: float = 1.0,
+        *,
+        is_last: bool = False,
     ) -> list[Step]:
         """Where the fit would go without the hidden frames, of each choice; arguments as of `missed`."""
         shared, solver = self.state.shared, self.solver
@@ -127,7 +132,7 @@ class HeldOutSteps:
         ]
         with one_thread():
             system = [
-                self._seen(lasting, residual, trial, asked)
+                self._seen(lasting, residual, trial, asked, is_last=is_last)
                 for lasting, residual, trial in zip(self.lasting, self.residuals, layout, strict=True)
             ]
             by_shared = np.sum([part.gradient.shared for part in system], axis=0) + slopes.sum(axis=0)
@@ -144,11 +149,13 @@ class HeldOutSteps:
         residual: ResidualHeldOut,
         trial: TrialHeldOut,
         asked: Int[np.ndarray, " asked"],
+        *,
+        is_last: bool,
     ) -> TrialSystem:
         """With these of the shared parameters, all inertias among them."""
         basis, inertias = lasting.band.basis, self.state.shared.free_inertias
         system = TrialSystem.zero(basis, lasting.gradient.coefficients.shape[1], len(asked))
-        system.band = CoefficientBand(basis, lasting.band.panels.copy())
+        system.band = lasting.band if is_last else CoefficientBand(basis, lasting.band.panels.copy())
         system.gradient.coefficients += lasting.gradient.coefficients
         columns = trial.columns_ground[:, :, asked[inertias:] - inertias]
         residual.add_linearized(system, trial.held_out, columns)

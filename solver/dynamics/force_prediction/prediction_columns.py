@@ -83,7 +83,11 @@ class PredictionColumns:
             for motion, frame in zip(self.motions, self.frames, strict=True)
         ]
         self.phases = self._phases([trial.data for trial in trials])
-        stepping = [_peak(d) for d, p in zip(self.demands, self.phases, strict=True) if p is not None]
+        stepping = [  # ends and spikes left out
+            float(np.percentile(np.linalg.norm(demand[:, :3], axis=1), 95))
+            for demand, phase in zip(self.demands, self.phases, strict=True)
+            if phase is not None
+        ]
         self.peak_N = max(stepping, default=0.0) if peak_N is None else peak_N
 
     def parameters(self, kinds: Sequence[str]) -> Parameters:
@@ -166,8 +170,3 @@ class PredictionColumns:
             two = len(trial.feet) == 2
             phases.append(step_phases(falls, motion.frames) if two else None)
         return phases
-
-
-def _peak(demand: Float[np.ndarray, "frames 6"]) -> float:
-    """Of the force, ends and spikes left out [N]."""
-    return float(np.percentile(np.linalg.norm(demand[:, :3], axis=1), 95))
