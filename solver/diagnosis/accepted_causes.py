@@ -21,10 +21,9 @@ from solver.common.errors import FitError
 from solver.common.progress import Progress, part, silent
 from solver.contact.force_review import ForceReview
 from solver.diagnosis.causes.about import Named
-from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.causes.effect import Candidate, Corrected, Eta, Range, Signature
-from solver.diagnosis.causes.observed_trial import Scene
+from solver.diagnosis.causes.observed_trial import Scene, force_at
 from solver.diagnosis.diagnose_subject import repaired_balance
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.search.terms import Solved, Term
@@ -93,8 +92,7 @@ def extension_for(
 
     selection = select(balance, named(balance.scenes), part(progress, FITTED, 1.0), named)
     extension = extension_of(balance.scenes, selection.solved)
-    weighed = {SubjectMass("all").key} if balance.scenes[0].scale_factor is not None else set()
-    undone = causes.keys() & ({c.key for c in selection.corrected} | weighed)
+    undone = causes.keys() & {c.key for c in selection.corrected}
     again = {(cause.id, cause.target) for cause in extension.causes}
     missing = causes.keys() - again - undone
     flagged = {key for key in missing if _are_left_out(causes[key], balance.scenes)}
@@ -177,6 +175,9 @@ def causes_of(
 def _of_trial(scene: Scene, solved: Solved, starts: np.ndarray) -> TrialExtension:
     total = int(starts[-1])
     parts: Placed = {None: _nothing(scene, total)}
+    if scene.scale_factor is not None:  # the fit's body has the scale's mass, the balance's the entered one
+        required = force_at(scene.required_ground[:, :3], scene.com_ground)
+        parts[None][0][:] += (scene.scale_factor - 1.0) * required
     known = np.ones(scene.frames, dtype=bool)
     for k, term in enumerate(solved.terms):
         x, eta = solved.of(k)[0], solved.eta(k)[0]

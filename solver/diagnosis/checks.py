@@ -191,7 +191,7 @@ def _compare_weighings(p: Proposal, claimed: dict[str, float], beside: dict[str,
 
 def _compare_lifts(p: Proposal, lifts_N: dict[str, float], others_N: dict[str, float]) -> Decision:
     """What the plates carry while they bear all, if something else bears so much."""
-    mass_kg = p.balance.scenes[0].skeleton.mass
+    mass_kg = p.balance.scenes[0].skeleton.mass * (p.balance.scenes[0].scale_factor or 1.0)
     nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -REFUTING_NATS
     carried = ", ".join(f"{w.mass_kg({}):.0f}" for w in p.balance.weighings.weighings) or "nothing"
     reason = (

@@ -7,8 +7,6 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.cause_decisions import Trail, compare_chances, is_only_tentative, is_unexplained
-from solver.diagnosis.causes.about import Weight
-from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.deciding.deciding_trial import trial_to_be_sure
@@ -24,7 +22,6 @@ from solver.diagnosis.diagnosis_report import (
 from solver.diagnosis.force_histories import force_histories
 from solver.diagnosis.held_out_gain import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
-from solver.diagnosis.noise.model_errors import SCALE_STD
 from solver.diagnosis.residual_description import describe_residual
 from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import (
@@ -81,7 +78,6 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     named = [replace(effect, confidence=min(effect.confidence, most)) for effect in named]
     named += [_of_markers(f) for f in _together(seen.findings)]
     named += [_of_reading(balance, c) for c in selection.corrected]
-    named += _of_scale(balance, found)
     effects = tuple(sorted(named, key=lambda e: -e.confidence))
     verdict = UNEXPLAINED if unexplained else EXPLAINED if named else CLEAN
     gains = _gains(before, after) if named else {}
@@ -216,18 +212,6 @@ def _of_reading(balance: Balance, undone: CorrectedCause) -> Cause:
         _confidence(contender.gain),
         candidate.frames(balance.scenes, (), np.zeros(0)),
     )
-
-
-def _of_scale(balance: Balance, found: Sequence[Found]) -> list[Cause]:
-    """That the entered mass is wrong, where a scale says so and no other mass is named, which it weighed."""
-    if any(f.contender.term.candidate.about.weight is Weight.MASS for f in found):
-        return []
-    cause, factor = SubjectMass("all"), balance.scenes[0].scale_factor
-    estimates = {} if factor is None else {"mass_factor": Estimate(factor, SCALE_STD)}
-    if factor is None or not cause.is_notable(estimates):
-        return []
-    gain = 0.5 * (np.log(factor) / SCALE_STD) ** 2
-    return [cause_of(cause.about, cause.target, estimates, _confidence(gain), ())]
 
 
 def _together(findings: Sequence[MarkerFinding]) -> list[tuple[MarkerFinding, ...]]:

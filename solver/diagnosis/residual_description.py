@@ -107,13 +107,13 @@ def describe_residual(balance: Balance, solved: Solved, uncorrected: Sequence[Te
         uncorrected: what reading the files corrected already; it is described as if it had not been.
     """
     rows = balance.residual - sum((t.fixed for t in uncorrected if t.fixed is not None), np.zeros(1))
+    firsts = balance.start[: len(balance.trials) + 1] // 6
     parts = _Parts(
         before=rows.reshape(-1, 6),
         after=solved.left_of(balance.residual).reshape(-1, 6),
         variance=_variance(balance).reshape(-1, 6),
         seconds=np.concatenate([np.full(t.windows.count, _step_s(t)) for t in balance.trials]),
-    )
-    firsts = balance.start // 6
+    ).of(slice(firsts[-1]))
     own = [slice(first, last) for first, last in pairwise(firsts)]
     phases = np.concatenate([_phase_of_windows(trial) for trial in balance.trials])
     return Residual(

@@ -31,6 +31,7 @@ from solver.fitting.settings import Settings
 from solver.kinematics.model_ownership import SAME_MASS
 from solver.markers.label_families import seen_as_poses
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
+from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 from solver.skeleton.subject_model import load_subject_model
 
@@ -137,12 +138,13 @@ def scenes_of(
 ) -> SceneAndPosterior:
     """All trials of a fit that have forces, and frames enough for accelerations."""
     size = size_against_own_model(fit)
+    entered, factor = fit.subject.mass_kg is not None, fit.subject.scale_factor
+    skeleton = fit.skeleton if factor is None else with_mass(fit.skeleton, fit.skeleton.mass / factor)
     pairs = [
-        scene_of(trial, fit.skeleton, settings, flagged_by_people(trial, reviews))
+        scene_of(trial, skeleton, settings, flagged_by_people(trial, reviews))
         for trial in fit.trials
         if trial.contacts is not None and trial.contacts.has_plates and trial.motion.frames >= FEWEST_FRAMES
     ]
-    entered, factor = fit.subject.mass_kg is not None, fit.subject.scale_factor
     return [
         (
             replace(scene, size_against_own_model=size, mass_was_entered=entered, scale_factor=factor),

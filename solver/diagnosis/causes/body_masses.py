@@ -115,9 +115,8 @@ class SubjectMass(Candidate):
 
     @classmethod
     def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
-        """One person, if anybody entered what they weigh; what a scale says is not in doubt."""
-        entered = any(scene.mass_was_entered and scene.scale_factor is None for scene in scenes)
-        return [cls("all")] if entered else []
+        """One person, if anybody entered what they weigh."""
+        return [cls("all")] if any(scene.mass_was_entered for scene in scenes) else []
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ class SegmentMass(Candidate):
     """The mass and inertia of some segments times a factor; their centres of mass stay.
 
     η is the part of it that the other segments bear, in proportion to their masses: 0 where the person's mass
-    grows with the segments', 1 where a scale told the person's mass and only its division is wrong. There is
+    grows with the segments', 1 where the person's mass is right and only its division is wrong. There is
     nothing in between, or the segments would explain a wrong mass of the whole person. With
     x = the segments' relative growth and s = their mass over that of the others, the others grow by −η s x.
     """
@@ -165,8 +164,8 @@ class SegmentMass(Candidate):
         return WHOLE_LIMBS_ODDS * whole + ONE_SIDED_ODDS * self.one_sided
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
-        """Person's mass right, and, unless a scale told it, person's mass wrong likewise."""
-        return ((1.0,), (0.0,)) if scenes[0].scale_factor is None else ((1.0,),)
+        """Person's mass right, and person's mass wrong likewise."""
+        return ((1.0,), (0.0,))
 
     def admissible(self, eta: Eta) -> bool:
         """Between none and all."""
@@ -233,6 +232,7 @@ class CarriedMass(InTrials):
 
     With r₀ the segment's own centre of mass the load's pseudo-inertia is linear in m, m(r − r₀) and the six
     second moments about r₀. All ten are columns, so nothing is lost for a load far from r₀ or a wide one.
+    η is 1 where the entered mass has the load in it: the body is as much lighter.
     """
 
     about = About(
@@ -275,11 +275,12 @@ class CarriedMass(InTrials):
         """Hands hold, trunk, legs and feet have weights strapped to them; arms hardly ever."""
         return BETWEEN_OTHERS_ODDS if self.between_others else 0.0
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """Mass, three first moments and six second moments about the segment's centre of mass.
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Without the load, and, of what was worn on a scale, with it: people enter what a scale says."""
+        return ((),) if self.trial is not None or scenes[0].scale_factor is None else ((0.0,), (1.0,))
 
-        A scale that told the whole has the load in it: the body is as much lighter.
-        """
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Mass, three first moments and six second moments about the segment's centre of mass."""
         if self.target not in scene.skeleton.body_names or self.trial not in (None, scene.name):
             return None
         body = scene.skeleton.body_index(self.target)
@@ -287,7 +288,7 @@ class CarriedMass(InTrials):
         second = LOAD_KG * SPREAD_M**2
         prior_std = np.concatenate([[LOAD_KG], np.full(3, LOAD_KG * LOAD_REACH_M), np.full(6, second)])
         columns = -required_by_changes(scene, body, changes)
-        if scene.scale_factor is not None:
+        if any(eta):
             columns[:, :, 0] += force_at(scene.required_ground[:, :3], scene.com_ground) / scene.skeleton.mass
         return Signature(columns, prior_std)
 

@@ -19,7 +19,6 @@ from jaxtyping import Float
 from scipy.special import logit, softmax
 from scipy.stats import norm
 
-from solver.diagnosis.causes.body_masses import SubjectMass
 from solver.diagnosis.deciding.predicted_trial import (
     Hypothesis,
     Posterior,
@@ -29,10 +28,10 @@ from solver.diagnosis.deciding.predicted_trial import (
     present_of,
     rows_of_trial,
 )
-from solver.diagnosis.deciding.short_trials import SCALE, ShortTrial, can_move, short_trials
+from solver.diagnosis.deciding.short_trials import ShortTrial, can_move, short_trials
 from solver.diagnosis.diagnosis import ToBeSure
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import MOST_TOLD_NATS, TEMPER_NATS, Found
+from solver.diagnosis.search.contenders import TEMPER_NATS, Found
 from solver.diagnosis.search.terms import Solved
 from solver.diagnosis.unmodelled.open_world import OUTSIDE_THE_LIST, TEMPER_SHARE, Held, Standing
 
@@ -153,15 +152,10 @@ def _expected(
     rows = rows_of_trial(balance, trial, present_of(balance), in_full=in_full)
     if rows is None:
         return None
-    noise_scale = fitted[0].of.solved.noise_scale
-    planned = planned_rows(balance, rows, noise_scale, on_scale=trial.kind is SCALE)
+    planned = planned_rows(balance, rows, fitted[0].of.solved.noise_scale)
     predictions = [predict(planned, posterior) for posterior in fitted]
     nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
     some = [p.of for p in fitted]
-    for k, h in enumerate(some):
-        if trial.kind is SCALE and h.id == SubjectMass.about.id:  # which it tells of without a model
-            stds = float(predictions[k].mean[0])
-            nats[k, np.arange(len(some)) != k] = min(MOST_TOLD_NATS, 0.5 * stds**2)
     shares = shares_after(some, nats)
     return Expected(trial, nats, shares, chance_of_sure(shares, nats, _tempers(some, nats)))
 

@@ -13,12 +13,11 @@ from jaxtyping import Float, Int
 from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.lapack import dpotri
 
-from solver.diagnosis.causes.about import Weight
 from solver.diagnosis.causes.effect import Eta
 from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.deciding.short_trials import SCALE, ShortTrial
-from solver.diagnosis.noise.balance_rows import END_S, WINDOW_S, TrialRows, readings_noise
-from solver.diagnosis.noise.model_errors import SCALE_STD, model_error, nuisances, soft_tissue
+from solver.diagnosis.noise.balance_rows import END_S, WINDOW_S, TrialRows, readings_noise, scale_rows
+from solver.diagnosis.noise.model_errors import model_error, nuisances, soft_tissue
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.scenes import noise_of_markers
 from solver.diagnosis.search.balance import Balance, laboratory_errors
@@ -101,7 +100,7 @@ def _posterior(
 def rows_of_trial(
     balance: Balance, trial: ShortTrial, present: Scene, *, in_full: bool = False
 ) -> TrialRows | None:
-    """A short trial's rows; who walks has the present trial's noise.
+    """A short trial's rows, or a scale's; who walks has the present trial's noise.
 
     Args:
         balance: of the present trials.
@@ -109,19 +108,21 @@ def rows_of_trial(
         present: one of its scenes.
         in_full: as many windows as a recording would have; half of them rank trials as well.
     """
+    own = next(t for t in balance.trials if t.scene is present)
+    if trial.kind is SCALE:
+        return scale_rows(own, balance.settings)
     scene = trial.scene(present, in_full=in_full)
     if scene is None:
         return None
     counts = scene.counts.copy()
     ends = round(END_S * scene.rate)
     counts[:ends] = counts[len(counts) - ends :] = False
-    own = next(t for t in balance.trials if t.scene is present)
     hop = _step(own) if in_full else _hop(own)
     windows = windows_over(counts, scene.rate, WINDOW_S, hop / present.rate)
     if not windows.count:
         return None
     nothing = np.zeros((0, 0))
-    if trial.plates or trial.kind is SCALE:
+    if trial.plates:
         covariance = _noise_standing(own, scene, windows, balance.settings)
     else:
         covariance = _noise(own, np.round(windows.start / scene.rate * present.rate / hop).astype(int), hop)
@@ -207,32 +208,13 @@ class Planned:
         """By what is the trial's own."""
         return np.asarray(solve_triangular(self.root, columns, lower=True))
 
-    def tells(self, term: Term) -> bool:
-        """Whether it tells of a cause."""
-        return True
 
-
-class OnScale(Planned):
-    """A scale's reading of who stands still, whom nothing in the laboratory holds: one row."""
-
-    def whiten(self, columns: Float[np.ndarray, "rows some"]) -> Float[np.ndarray, "own some"]:
-        """The mean vertical force, by what a scale errs."""
-        vertical = columns.reshape(-1, 6, columns.shape[1])[:, 1].mean(axis=0)
-        return vertical[None] / (SCALE_STD * self.rows.scene.weight_N)
-
-    def tells(self, term: Term) -> bool:
-        """Whether it is a mass."""
-        return term.candidate.about.weight is Weight.MASS
-
-
-def planned_rows(
-    balance: Balance, rows: TrialRows, noise_scale: NoiseScale, *, on_scale: bool = False
-) -> Planned:
-    """Rows of a short trial at the noise scale of the present ones; a scale has no plate's errors."""
-    laboratory = laboratory_errors([rows], balance.scenes) * (not on_scale)
+def planned_rows(balance: Balance, rows: TrialRows, noise_scale: NoiseScale) -> Planned:
+    """Rows of a short trial at the noise scale of the present ones."""
+    laboratory = laboratory_errors([rows], balance.scenes)
     of_all = np.concatenate([rows.nuisance, laboratory, noise_scale.slack * rows.tissue], axis=1)
     root = cholesky(rows.covariance + noise_scale.scale**2 * rows.model_error, lower=True)
-    return (OnScale if on_scale else Planned)(rows, root, of_all)
+    return Planned(rows, root, of_all)
 
 
 def predict(planned: Planned, posterior: Posterior) -> Prediction:
@@ -245,7 +227,7 @@ def predict(planned: Planned, posterior: Posterior) -> Prediction:
     of, fixed, parts = posterior.of, np.zeros(len(planned.shared)), [planned.shared]
     for k, term in enumerate(of.solved.terms):
         own_fixed, columns = _columns(planned.rows, term, of.solved, k)
-        own = planned.whiten(np.column_stack([columns, own_fixed])) * planned.tells(term)
+        own = planned.whiten(np.column_stack([columns, own_fixed]))
         fixed += own[:, -1]
         parts.append(own[:, :-1])
     G = np.concatenate(parts, axis=1)

@@ -96,8 +96,6 @@ class ShortTrial:
             in_full: with as many frames a second, also of who stands.
         """
         try:
-            if self.kind is SCALE:
-                return ShortTrial(STANDING[0], tuple(_loaded(present)[:1])).scene(present, in_full=in_full)
             return self._stand(present, in_full) if self.plates else self._walk(present)
         except ModelError:
             return None

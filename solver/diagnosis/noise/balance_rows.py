@@ -7,9 +7,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.common.white_noise import white_noise
+from solver.diagnosis.causes.about import Weight
 from solver.diagnosis.causes.effect import Candidate, Eta
-from solver.diagnosis.causes.observed_trial import PlateScene, Scene
-from solver.diagnosis.noise.model_errors import mass_change, model_error, nuisances, soft_tissue
+from solver.diagnosis.causes.observed_trial import PlateScene, Scene, force_at
+from solver.diagnosis.noise.model_errors import SCALE_STD, mass_change, model_error, nuisances, soft_tissue
 from solver.dynamics.force_prediction.marker_posterior import LongMarkerPosterior, MarkerPosterior
 from solver.dynamics.weighted_means import Windows, windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
@@ -104,6 +105,46 @@ class TrialRows:
     def residual(self) -> Float[np.ndarray, " rows"]:
         """Required less measured."""
         return self.reduce(self.scene.required_ground - self.scene.measured_ground)
+
+
+class ScaleRows(TrialRows):
+    """A scale's reading of who stands still: the vertical force of one window, which masses alone change."""
+
+    def reduce(
+        self, wrench_ground: Float[np.ndarray, "frames 6 *columns"]
+    ) -> Float[np.ndarray, "rows *columns"]:
+        """The vertical force."""
+        rows = np.zeros(wrench_ground.shape[1:])
+        rows[1] = wrench_ground[0, 1]
+        return rows
+
+    def rows_of(self, candidate: Candidate, eta: Eta) -> "SignatureRows | None":
+        """Of a mass; None of any other cause."""
+        return super().rows_of(candidate, eta) if candidate.about.weight is Weight.MASS else None
+
+    @cached_property
+    def residual(self) -> Float[np.ndarray, " rows"]:
+        """Weight as entered less what the scale reads; zero before it is read."""
+        return (1.0 - (self.scene.scale_factor or 1.0)) * self.reduce(self.scene.required_ground)
+
+
+def scale_rows(own: TrialRows, settings: DiagnosisSettings) -> ScaleRows:
+    """Of the person in a trial, in the posture of its first frame."""
+    scene, gravity = own.scene, np.asarray(own.scene.skeleton.gravity)
+    material = np.zeros_like(scene.material[:1]) - gravity[:, None] * [0.0, 0.0, 0.0, 1.0]
+    still = replace(
+        scene,
+        name="",
+        R_ground_body=scene.R_ground_body[:1],
+        p_ground_body=scene.p_ground_body[:1],
+        com_ground=scene.com_ground[:1],
+        material=material,
+        required_ground=force_at(-scene.skeleton.mass * gravity, scene.com_ground[:1]),
+    )
+    error, tissue = (SCALE_STD * scene.weight_N) ** 2 * np.eye(6), np.zeros((6, own.tissue.shape[1]))
+    rows = ScaleRows(still, own.windows, error, 0.0 * error, np.zeros((6, 0)), tissue, np.zeros(6))
+    inertias, mass = nuisances(still, rows.reduce, settings), mass_change(still, rows.reduce, settings)
+    return replace(rows, nuisance=inertias, mass=mass)
 
 
 def trial_rows(

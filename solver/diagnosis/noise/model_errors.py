@@ -93,8 +93,7 @@ def _mass_covariance(scene: Scene, settings: DiagnosisSettings) -> Float[np.ndar
     """
     masses = np.array([body.mass for _, body in _heavy(scene)])
     std = settings.segment_mass_std * masses
-    entered_std = settings.body_mass_std if scene.scale_factor is None else SCALE_STD
-    whole = (entered_std * scene.skeleton.mass) ** -2.0
+    whole = (settings.body_mass_std * scene.skeleton.mass) ** -2.0
     covariance = np.linalg.inv(np.diag(std**-2.0) + whole)
     if not scene.mass_was_entered:
         covariance = covariance + UNWEIGHED_MASS_STD**2 * np.outer(masses, masses)

@@ -20,7 +20,7 @@ from solver.diagnosis.causes.catalogue import CAUSES
 from solver.diagnosis.causes.effect import NO_PATHS, Candidate, Corrected, Eta, Paths
 from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.direct_checks.weight import Weighings
-from solver.diagnosis.noise.balance_rows import TrialRows
+from solver.diagnosis.noise.balance_rows import TrialRows, scale_rows
 from solver.diagnosis.noise.noise_grid import NoiseGrid
 from solver.diagnosis.noise.noise_scales import Basis, Covariances, NoiseScale, Seen, TrialsBasis
 from solver.diagnosis.search.terms import CandidateRows, Solved, Term, normal_equations
@@ -30,23 +30,23 @@ MANY_ROWS = 1200  # from which on turning them pays
 
 
 class Balance:
-    """All trials' rows and the grid of noise scales of scales."""
+    """All trials' rows, a scale's reading after them, and the grid of noise scales of scales."""
 
     def __init__(self, trials: Sequence[TrialRows], settings: DiagnosisSettings) -> None:
         self.trials, self.settings = tuple(trials), settings
         self._scenes = tuple(t.scene for t in trials)
-        self.start: Int[np.ndarray, " trials+1"] = np.concatenate(
-            [[0], np.cumsum([len(t.residual) for t in trials])]
-        )
-        self.residual = np.concatenate([t.residual for t in trials])
-        self.mass = np.concatenate([t.mass for t in trials])
-        nuisance = np.concatenate([t.nuisance for t in trials])
+        scale = () if self._scenes[0].scale_factor is None else (scale_rows(trials[0], settings),)
+        self._every = every = (*self.trials, *scale)
+        self.start: Int[np.ndarray, " every+1"] = np.cumsum([0, *(len(t.residual) for t in every)])
+        self.residual = np.concatenate([t.residual for t in every])
+        self.mass = np.concatenate([t.mass for t in every])
+        nuisance = np.concatenate([t.nuisance for t in every])
         of = Covariances(
             self.residual,
-            fixed=tuple(t.covariance for t in trials),
-            model=tuple(t.model_error for t in trials),
-            shared=np.concatenate([nuisance, laboratory_errors(trials)], axis=1),
-            tissue=np.concatenate([t.tissue for t in trials]),
+            fixed=tuple(t.covariance for t in every),
+            model=tuple(t.model_error for t in every),
+            shared=np.concatenate([nuisance, laboratory_errors(every, self._scenes)], axis=1),
+            tissue=np.concatenate([t.tissue for t in every]),
         )
         self.basis = TrialsBasis(of) if len(self.residual) > MANY_ROWS else Basis(of)
         self.noise_grid = NoiseGrid(self.basis)
@@ -82,7 +82,7 @@ class Balance:
 
     def rows_of(self, candidate: Candidate, eta: Eta) -> CandidateRows | None:
         """A candidate's rows at η, of the trials that it touches; None where it touches none."""
-        parts = [t.rows_of(candidate, eta) for t in self.trials]
+        parts = [t.rows_of(candidate, eta) for t in self._every]
         touched = [k for k, p in enumerate(parts) if p is not None]
         if not touched:
             return None

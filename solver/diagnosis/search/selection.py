@@ -44,12 +44,10 @@ def find_corrected_on_reading(
     gross = [t.candidate for t in current.terms if isinstance(t.candidate, GrossCause)]
     named, terms = [], []
     for candidate in corrections:
-        fixed = np.concatenate(
-            [
-                t.reduce(candidate.uncorrected_ground(t.scene) - t.scene.measured_ground)
-                for t in balance.trials
-            ]
-        )
+        fixed = np.zeros(len(balance.residual))  # of a scale's reading as well
+        for t, start in zip(balance.trials, balance.start, strict=False):
+            wrench = candidate.uncorrected_ground(t.scene) - t.scene.measured_ground
+            fixed[start : start + len(t.residual)] = t.reduce(wrench)
         nothing = np.zeros((len(fixed), 0))
         with_it = Term(candidate, (), fixed, nothing, np.zeros(0))
         gain = (

@@ -8,7 +8,7 @@ import pytest
 from solver.common.errors import FitError
 from solver.diagnosis import accepted_causes
 from solver.diagnosis.accepted_causes import causes_of, extension_of
-from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.body_masses import CarriedMass, SubjectMass
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.effect import Range
 from solver.diagnosis.causes.plate_readings import PlateGain
@@ -55,6 +55,14 @@ def test_what_reading_undoes_is_no_part_of_the_extension_and_not_lost(found):
     assert answer.undone == (OTHER,)
     (cause,) = answer.causes_at(answer.extension.x + 0.01)
     assert cause.parameters["gain_error"][0] != answer.extension.causes[0].parameters["gain_error"][0]
+
+
+def test_of_somebody_weighed_it_is_about_a_body_of_the_scales_mass(short_scene, balance_of_scenes):
+    balance = balance_of_scenes(replace(short_scene, scale_factor=1.05))
+    solved = balance.solve([balance.term(SubjectMass("all"), ())])
+    (wrench,) = extension_of(balance.scenes, solved).trials["walk"].parts
+    np.testing.assert_allclose(wrench.fixed_ground[:, 1], 0.05 * short_scene.required_ground[:, 1])
+    np.testing.assert_allclose(wrench.fixed_ground + wrench.columns_ground @ [0.05], 0.0, atol=1e-6)
 
 
 def test_where_reading_undoes_all_nothing_is_to_be_accepted(found):

@@ -7,7 +7,7 @@ import pytest
 
 from solver.diagnosis.cause_decisions import UNEXPLAINED_SCALE
 from solver.diagnosis.causes.about import About
-from solver.diagnosis.causes.body_masses import CarriedMass
+from solver.diagnosis.causes.body_masses import CarriedMass, SubjectMass
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.causes.observed_trial import force_at
@@ -21,6 +21,8 @@ from solver.diagnosis.search.balance import Balance
 from solver.diagnosis.search.contenders import RIVAL_NATS
 from solver.diagnosis.search.selection import Selection, select
 from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.simulate.other_masses import with_carried_mass
+from solver.skeleton.scaling import with_mass
 
 SETTINGS = DiagnosisSettings()
 EQUAL_ODDS = (("plate_gain", 0.0), ("counterpart_gain", 0.0), *((f"gain_{k}", 0.0) for k in range(5)))
@@ -238,20 +240,27 @@ def test_likeness_is_the_cosine_between_whitened_signatures(sound):
     assert likeness(one, one, solved) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(("factor", "is_named"), [(None, False), (1.004, False), (1.04, True)])
-def test_a_scale_says_that_the_entered_mass_is_wrong(drawn, balance_of_scenes, factor, is_named):
-    weighed = balance_of_scenes(replace(drawn(1), scale_factor=factor))
-    null = weighed.solve([])
-    found = conclude(weighed, Selection(null, null, ()))
-    assert [(e.id, e.confidence > 0.99) for e in found.effects] == [("subject_mass", True)] * is_named
-    assert found.scale_factor == factor
-
-
-def test_what_a_scale_weighed_with_the_body_is_named_instead(short_scene, drawn, rows_of):
-    held, weighed = CarriedMass("hand_l"), replace(short_scene, scale_factor=1.07)
-    missing = 5.0 * held.signature(weighed, ()).columns[:, :, 0]
-    balance = Balance([rows_of(replace(drawn(4, missing, scale=0.2), scale_factor=1.07))], SETTINGS)
-    assert [e.id for e in conclude(balance, select(balance, [held])).effects] == ["carried_mass"]
+@pytest.mark.parametrize(
+    "kg",  # of body, load and scale, beyond what was entered
+    [
+        (0.0, 0.0, 0.3, set()),
+        (4.0, 0.0, 4.0, {"subject_mass"}),
+        (4.0, 0.0, 0.0, {"plate_gain"}),
+        (0.0, 5.0, 5.0, {"carried_mass"}),
+        (-5.0, 5.0, 0.0, {"carried_mass"}),
+    ],
+)
+def test_a_scale_tells_what_it_holds(short_scene, drawn, demands, balance_of_scenes, kg):
+    body_kg, load_kg, scale_kg, named = kg
+    entered, causes = short_scene.skeleton, (SubjectMass, CarriedMass, PlateGain)
+    true = with_carried_mass(with_mass(entered, entered.mass + body_kg), "hand_l", load_kg, np.zeros(3))
+    seen = drawn(4, short_scene.required_ground - demands(true), scale=0.2)
+    balance = balance_of_scenes(replace(seen, scale_factor=1 + scale_kg / entered.mass))
+    found = conclude(balance, select(balance, [c for one in causes for c in one.candidates([short_scene])]))
+    assert {e.id for e in found.effects} == named
+    for told in (e.parameters for e in found.effects):
+        for name, value in (("mass_kg", load_kg), ("mass_factor", true.mass / entered.mass)):
+            assert name not in told or abs(told[name].value - value) < 2 * told[name].std
 
 
 def test_nothing_selected_and_nothing_seen_needs_no_candidates(sound):

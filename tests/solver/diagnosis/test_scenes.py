@@ -28,7 +28,7 @@ from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import measure, plates_under
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.osim_writer import write_skeleton
-from solver.skeleton.scaling import scaled
+from solver.skeleton.scaling import scaled, with_mass
 from tests.flagged import flagged
 from tests.solver.diagnosis.causes.conftest import NOISELESS
 
@@ -57,10 +57,9 @@ def trial(short_walk, short_scene) -> TrialFit:
 
 @pytest.fixture(scope="module")
 def looked_at(trial, short_scene) -> tuple[Scene, Posterior]:
-    """It as one of two trials of which the first has no forces; people flagged some frames."""
-    fit = Fit(
-        Subject(Path("someone"), ()), short_scene.skeleton, (replace(trial, contacts=None), trial), 68.0, 1.72
-    )
+    """Of two trials, the first without forces, frames flagged; a scale, as the fit, has more than entered."""
+    subject, heavier = Subject(Path("someone"), (), scale_factor=1.05), with_mass(short_scene.skeleton, 71.4)
+    fit = Fit(subject, heavier, (replace(trial, contacts=None), trial), 68.0, 1.72)
     (found,) = scenes_of(fit, SETTINGS, {trial.capture.name: flagged(REVIEWED)})
     return found
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from solver.diagnosis.causes.body_masses import SegmentMass, SubjectMass
 from solver.diagnosis.causes.forces_on_trunk import BodyWeightSupport
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
@@ -28,7 +27,7 @@ from solver.diagnosis.deciding.predicted_trial import (
     predict,
     rows_of_trial,
 )
-from solver.diagnosis.deciding.short_trials import AGAIN, SCALE, STANDING, ShortTrial
+from solver.diagnosis.deciding.short_trials import AGAIN, STANDING, ShortTrial
 from solver.diagnosis.search.balance import Balance, laboratory_errors
 from solver.diagnosis.search.selection import select
 from solver.dynamics.force_prediction.marker_posterior import trial_posterior
@@ -181,23 +180,6 @@ def test_a_scale_tells_gains_and_no_places(balance, pair):
     )
     assert gains["scale"] > 2.0
     assert places["scale"] == pytest.approx(0.0, abs=0.05)
-
-
-def test_a_scale_names_a_wrong_mass_and_leaves_other_masses_as_likely(drawn, rows_of, short_scene):
-    lighter = Balance([rows_of(drawn(4, -0.06 * short_scene.required_ground))], SETTINGS)
-    noise_scale = lighter.noise_grid.nearest(1.0, 1.0)
-    terms = [lighter.term(SubjectMass("all"), ()), lighter.term(SegmentMass("torso"), (0.0,))]
-    some = [Hypothesis(*t.candidate.key, 0.5, TEMPER, lighter.solve_at([t], noise_scale)) for t in terms]
-    by_kind = {e.trial.kind.id: e for e in expected(lighter, posteriors(lighter, some))}
-    assert by_kind["scale"].sure[0] > SURE > by_kind["scale"].sure[1]
-    assert by_kind["scale"].nats[1, 0] < 1.0
-
-
-def test_a_scale_errs_by_a_fifth_of_a_percent(balance, pair):
-    rows = rows_of_trial(balance, ShortTrial(SCALE, ()), balance.scenes[0])
-    planned = planned_rows(balance, rows, pair[0].solved.noise_scale, on_scale=True)
-    lighter = np.tile([0.0, 0.01 * rows.scene.weight_N, 0.0, 0.0, 0.0, 0.0], rows.windows.count)
-    assert planned.whiten(lighter[:, None]).item() == pytest.approx(5.0, rel=0.3)
 
 
 def test_markers_leave_less_noise_in_who_stands_than_in_who_walks(short_scene, rows_of):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from solver.diagnosis.causes.body_masses import CarriedMass, SegmentMass, SubjectMass
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.causes.plate_readings import PlateBias, PlateGain
 from solver.diagnosis.noise.noise_grid import MODEL_SCALE_STD, SLACK_STD
@@ -207,6 +208,24 @@ def test_estimates_of_a_gain_come_back(short_scene, balance_of_scenes, drawn):
     estimate = solved.estimates(0, balance.scenes)["gain_error"]
     assert abs(estimate.value - (1 / 1.08 - 1)) < 3 * estimate.std
     assert estimate.std < 0.03
+
+
+def test_a_scale_reads_masses_and_nothing_else(short_scene, balance_of_scenes):
+    balance, skeleton = balance_of_scenes(replace(short_scene, scale_factor=1.05)), short_scene.skeleton
+    (torso,) = (body.mass for body in skeleton.bodies if body.name == "torso")
+    kg_per_x = [
+        (SubjectMass("all"), (), skeleton.mass),
+        (SegmentMass("torso"), (0.0,), torso),
+        (SegmentMass("torso"), (1.0,), 0.0),
+        (CarriedMass("hand_l"), (0.0,), 1.0),
+        (CarriedMass("hand_l"), (1.0,), 0.0),
+        (CarriedMass("hand_l", "walk"), (), 0.0),
+        (PlateGain("plate_1"), (), 0.0),
+    ]
+    rows = [(balance.term(cause, eta).columns[-6:, 0], kg) for cause, eta, kg in kg_per_x]
+    for read, kg in [*rows, (balance.residual[-6:], 0.05 * skeleton.mass)]:
+        assert read == pytest.approx([0.0, kg * skeleton.gravity[1], *4 * [0.0]])
+    assert balance.basis.of.fixed[-1][1, 1] == pytest.approx((0.002 * short_scene.weight_N) ** 2)
 
 
 def test_mass_strain_is_the_masss_deviation_when_it_is_fitted_as_a_parameter(short_scene, drawn, rows_of):
