@@ -46,11 +46,9 @@ def provenance_of(
     files = {f"{_FILES}{t.name}": _places(subject, t.markers, t.forces) for t in trials}
     hashes = {f"{_FILE}{_places(subject, path)}": _sha256(path) for path in inputs_of(subject, trials)}
     reviewed = {
-        f"{_REVIEW}{trial.name}": hashlib.sha256(
-            json.dumps(as_plain(reviews[trial.name])).encode()
-        ).hexdigest()
-        for trial in trials
-        if reviews and trial.name in reviews
+        f"{_REVIEW}{t.name}": hashlib.sha256(json.dumps(as_plain(reviews[t.name])).encode()).hexdigest()
+        for t in trials
+        if reviews and t.name in reviews
     }
     said = {f"{_SAID}{trial.name}": words for trial in trials if (words := _words(trial))}
     ranges = {f"{_RANGES}{trial.name}": str(trial.ranges) for trial in trials if trial.ranges}
