@@ -9,7 +9,7 @@ SAME = 0.5  # of two ranges' frames in common, from which on they are one findin
 
 
 def open_proposals(proposals: Sequence[Proposal], review: TrialReview) -> tuple[Proposal, ...]:
-    """The proposals that no person has settled, by deciding on every frame or by accepting the same finding.
+    """The proposals that are not settled: all frames decided, or flagged by a file, or the same one accepted.
 
     A detector that runs again after an edit places its findings a few frames off; what was accepted is not
     asked again. What was rejected is: its new frames would be left out, and nobody has said so.
@@ -18,12 +18,13 @@ def open_proposals(proposals: Sequence[Proposal], review: TrialReview) -> tuple[
         proposals: a detector's, of one trial.
         review: of the same trial.
     """
-    judged = review.judged(max((proposal.end for proposal in proposals), default=0))
+    settled = review.judged(max((proposal.end for proposal in proposals), default=0))
+    for flag in review.flags:
+        settled[flag.start : flag.end, review.lane(flag.foot)] = True
 
     def is_open(proposal: Proposal) -> bool:
-        lane = slice(None) if proposal.foot is None else review.feet.index(proposal.foot)
         return not (
-            judged[proposal.start : proposal.end, lane].all()
+            settled[proposal.start : proposal.end, review.lane(proposal.foot)].all()
             or any(_same(proposal, other) for other in review.accepted)
         )
 

@@ -149,7 +149,7 @@ class TrialReview:
         missing = np.zeros((frames, len(self.feet)), dtype=bool)
         for start, end, foot, _ in self.missing_ranges:
             self._check_end(start, end, frames)
-            missing[start:end, self._lane(foot)] = True
+            missing[start:end, self.lane(foot)] = True
         return missing
 
     def judged(self, frames: int, *, by_files: bool = False) -> Bool[np.ndarray, "frames feet"]:
@@ -163,7 +163,7 @@ class TrialReview:
         labels: tuple[FlaggedRange | ClearedRange, ...] = (*self.flags, *self.cleared)
         for label in labels:
             if by_files or label.author != IMPORTED:
-                judged[label.start : label.end, self._lane(label.foot)] = True
+                judged[label.start : label.end, self.lane(label.foot)] = True
         for start, end in (self.file_counts or ()) if by_files else ():
             judged[start:end] = True
         return judged
@@ -191,7 +191,8 @@ class TrialReview:
         """
         return tuple(c for c in self.conflicts if edit in (c.earlier.edit, c.later.edit))
 
-    def _lane(self, foot: str | None) -> slice | int:
+    def lane(self, foot: str | None) -> slice | int:
+        """The foot's column; all where it is None."""
         return slice(None) if foot is None else self.feet.index(foot)
 
     def _check_end(self, start: int, end: int, frames: int) -> None:

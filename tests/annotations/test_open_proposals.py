@@ -27,10 +27,8 @@ FOUND = Proposal(10, 20, "missingBlip", RIGHT, 0.8)
         ((("anna", AcceptProposal(FOUND)),), False),
         ((("anna", RejectProposal(FOUND)),), False),
         ((("anna", AcceptProposal(FOUND)), ("anna", Undo(1))), True),
-        (
-            (("anna", AcceptProposal(Proposal(12, 21, "missingBlip", RIGHT, 0.6))),),
-            False,
-        ),  # placed anew since
+        # placed anew since
+        ((("anna", AcceptProposal(Proposal(12, 21, "missingBlip", RIGHT, 0.6))),), False),
         # Its first frames would be left out though somebody said that the finding is wrong: asked again.
         ((("anna", RejectProposal(Proposal(12, 21, "missingBlip", RIGHT, 0.6))),), True),
         ((("anna", RejectProposal(Proposal(17, 40, "missingBlip", RIGHT))),), True),  # another finding
@@ -39,7 +37,8 @@ FOUND = Proposal(10, 20, "missingBlip", RIGHT, 0.8)
         ((("anna", FlagRange(0, 40, "forceDiscrepancy", LEFT)),), True),
         ((("anna", FlagRange(0, 15, "forceDiscrepancy")),), True),
         ((("anna", FlagRange(0, 15, "forceDiscrepancy")), ("ben", ClearRange(15, 40, RIGHT))), False),
-        ((("imported", ImportLabels(((0, 40),), 40, True)),), True),
+        ((("imported", ImportLabels(((0, 40),), 40, True)),), False),  # left out already
+        ((("imported", ImportLabels(((0, 15),), 40, True)),), True),
         ((("anna", SetActivity(0, 40, "walk")),), True),
     ],
 )
