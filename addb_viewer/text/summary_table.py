@@ -117,16 +117,16 @@ def _chosen_by_people(trials: Sequence[TrialFigures]) -> list[str]:
 
 def _held_out_at_worst(trials: Sequence[TrialFigures]) -> list[str]:
     """The trial whose force is missed by most on held-out blocks, against the markers alone."""
-    found = [
-        (layouts.blocks.force.rms, trial)
-        for trial in trials
-        if (layouts := trial.held_out_layouts) is not None and layouts.blocks is not None
-    ]
-    if not found:
+    blocks = {t.name: own.blocks for t in trials if (own := t.held_out_layouts) and own.blocks}
+    if not blocks:
         return []
-    _, worst = max(found, key=lambda each: each[0])
-    of = f", worst of {len(found)}" if len(found) > 1 else ""
-    return [f"held-out forces ({worst.name}{of}): {held_out_words(worst)[0]}"]
+    name = max(blocks, key=lambda each: blocks[each].force.rms)
+    where = f"{name}, worst of {len(blocks)}" if len(blocks) > 1 else name
+    force, moment = blocks[name].force, blocks[name].moment
+    return [
+        f"held-out forces ({where}): predicted to {force.rms:.1f} N and {moment.rms:.1f} N·m, "
+        f"by the markers alone to {force.markers_rms:.1f} N and {moment.markers_rms:.1f} N·m"
+    ]
 
 
 def _subject_line(figures: FitSummary) -> Text:
