@@ -327,12 +327,11 @@ def _shortened(residual: Residual) -> Residual:
 
 
 def _in_trial(trial: TrialResidual) -> TrialResidual:
-    over_time = {name: _rounded(values) for name, values in vars(trial.time_history).items()}
+    over_time = {
+        name: tuple(np.round(values, TIME_HISTORY_DIGITS).tolist())
+        for name, values in vars(trial.time_history).items()
+    }
     return replace(trial, time_history=ResidualOverTime(**over_time))
-
-
-def _rounded(values: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(np.round(values, TIME_HISTORY_DIGITS).tolist())
 
 
 def finite(value: float | None) -> float | None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from solver.capture.capture import Subject
 from solver.common.notes import Kind, Note, noted
 from solver.dynamics.com_settings import ComSettings
-from solver.dynamics.com_trajectory import MassEstimate, Standing, disagreement
+from solver.dynamics.com_trajectory import DISAGREEMENT, MassEstimate, Standing, disagreement
 from solver.dynamics.mass import pool_masses
 from solver.kinematics.scale_prior import stature, stature_of_trunk
 from solver.skeleton.skeleton import Skeleton
@@ -56,16 +56,23 @@ def person_mass(
         plates: what they tell.
         settings: how far the entered mass and the forces may differ.
     """
-    leaning = _leaning(plates.estimate)
+    beside = _leaning(plates.estimate)
     if subject.mass_kg is not None:
         warning = plates.estimate and disagreement(plates.estimate, subject.mass_kg, settings)
-        return PersonMass(subject.mass_kg, (*([warning] if warning else ()), *leaning))
+        entered_kg = subject.mass_kg / (subject.scale_factor or 1.0)
+        if abs(subject.mass_kg - entered_kg) > DISAGREEMENT * settings.entered_mass_std_kg:
+            beside += noted(
+                Kind.ENTERED_MASS,
+                f"a scale says {subject.mass_kg:.1f} kg, which counts, and {entered_kg:.1f} kg were entered: "
+                "is mass_kg wrong, or is something worn or carried in the trials?",
+            )
+        return PersonMass(subject.mass_kg, (*([warning] if warning else ()), *beside))
     standing = [one for one in plates.standing if _is_a_persons(one.mass.mass_kg, height_m, subject)]
     if standing:
         weight = pool_masses([one.mass for one in standing], settings)
         what = f"{weight.mass_kg:.1f} ± {weight.std_kg:.1f} kg stand still on the plates"
         where = ", ".join(one.name for one in standing)
-        return PersonMass(weight.mass_kg, (Note(Kind.PERSON, f"mass not given; {what} ({where})"), *leaning))
+        return PersonMass(weight.mass_kg, (Note(Kind.PERSON, f"mass not given; {what} ({where})"), *beside))
     if plates.estimate is not None:
         mass = plates.estimate.mass_kg
         notes = (
@@ -73,7 +80,7 @@ def person_mass(
                 Kind.PERSON,
                 f"mass not given; {mass:.1f} ± {plates.estimate.std_kg:.1f} kg estimated from the forces",
             ),
-            *leaning,
+            *beside,
         )
         if not _is_a_persons(mass, height_m, subject):
             notes += (_hardly_a_persons(mass, height_m, subject),)

@@ -69,7 +69,7 @@ class ForwardKinematics:
             for step in steps:
                 if isinstance(step, Fixed):
                     o = o + R @ step.p if step.p.any() else o
-                    R = R if _is_identity(step.R) else _times_constant(R, step.R)
+                    R = R if _is_identity(step.R) else (R.reshape(-1, 3) @ step.R).reshape(R.shape)
                     continue
                 k = step.index
                 if step.kind == "translation":
@@ -151,13 +151,6 @@ def cross(
 
 def _is_identity(R: Float[np.ndarray, "3 3"]) -> bool:
     return bool((np.eye(3) == R).all())
-
-
-def _times_constant(
-    R: Float[np.ndarray, "frames 3 3"], M: Float[np.ndarray, "3 3"]
-) -> Float[np.ndarray, "frames 3 3"]:
-    """R M for one M: a single matrix product over all frames."""
-    return (R.reshape(-1, 3) @ M).reshape(R.shape)
 
 
 def body_poses(

@@ -37,6 +37,8 @@ def test_an_entered_mass_stands_and_is_doubted_where_the_forces_differ(body):
     mass = person_mass(entered, body, HEIGHT, told(90.0, 1.0), ComSettings())
     assert mass.kg == 60.0
     assert "entered" in mass.notes[0]
+    weighed = replace(entered, mass_kg=63.0, scale_factor=63.0 / 60.0)
+    assert "a scale says 63.0 kg" in person_mass(weighed, body, HEIGHT, told(63.0), ComSettings()).notes[0]
 
 
 def test_forces_come_before_tables(body):
