@@ -63,8 +63,7 @@ def left_undecided(
     judged = review.judged(frames, by_files=True)
 
     def is_undecided(proposal: Found) -> bool:
-        lane = slice(None) if proposal.foot is None else review.feet.index(proposal.foot)
-        return not judged[slice(*proposal.range), lane].all()
+        return not judged[slice(*proposal.range), review.lane(proposal.foot)].all()
 
     ours = [p for p in found if p.confidence >= confidence and (p.foot is None or p.foot in review.feet)]
     return tuple(as_proposal(p, provenance) for p in ours if is_undecided(p))

@@ -23,7 +23,7 @@ from solver.contact.force_review import ForceReview
 from solver.diagnosis.causes.about import Named
 from solver.diagnosis.causes.catalogue import catalogue
 from solver.diagnosis.causes.effect import Candidate, Corrected, Eta, Range, Signature
-from solver.diagnosis.causes.observed_trial import Scene, force_at
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.diagnose_subject import repaired_balance
 from solver.diagnosis.search.selection import select
 from solver.diagnosis.search.terms import Solved, Term
@@ -176,8 +176,7 @@ def _of_trial(scene: Scene, solved: Solved, starts: np.ndarray) -> TrialExtensio
     total = int(starts[-1])
     parts: Placed = {None: _nothing(scene, total)}
     if scene.scale_factor is not None:  # the fit's body has the scale's mass, the balance's the entered one
-        required = force_at(scene.required_ground[:, :3], scene.com_ground)
-        parts[None][0][:] += (scene.scale_factor - 1.0) * required
+        parts[None][0][:] += (scene.scale_factor - 1.0) * scene.required_at_com_ground
     known = np.ones(scene.frames, dtype=bool)
     for k, term in enumerate(solved.terms):
         x, eta = solved.of(k)[0], solved.eta(k)[0]

@@ -131,9 +131,9 @@ def _pooled_mass(
         counted = observed.tobytes()  # often the same for another mass
         if counted not in held.told:
             held.told[counted] = _mass_of(trial, held, observed, settings)
-        estimates.append(held.told[counted])
-    known = [estimate for estimate in estimates if estimate is not None]
-    return pool_masses(known, settings) if known else None
+        if (own := held.told[counted]) is not None:
+            estimates.append(own)
+    return pool_masses(estimates, settings) if estimates else None
 
 
 def _mass_of(

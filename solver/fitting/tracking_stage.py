@@ -102,8 +102,7 @@ def assign_forces(state: FitState, settings: Settings) -> FitState:
 def former_marker_fit(trial: TrialFit, groundwork: Groundwork, settings: Settings) -> TrialFit:
     """A trial as it was when its forces had been given to feet; nothing was spent on it this time."""
     markers_alone = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
-    stays = not impossible_angles(trial, groundwork.skeleton).any()  # else the fit left more out
-    known = trial.left_open if stays else None
+    known = None if impossible_angles(trial, groundwork.skeleton).any() else trial.left_open  # and no more
     fit = compare_with_markers(trial.capture, groundwork, markers_alone.q, settings, known)
     nothing = dict.fromkeys(("load", "scaling", "kinematics"), 0.0)
     return replace(

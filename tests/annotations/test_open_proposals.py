@@ -27,8 +27,7 @@ FOUND = Proposal(10, 20, "missingBlip", RIGHT, 0.8)
         ((("anna", AcceptProposal(FOUND)),), False),
         ((("anna", RejectProposal(FOUND)),), False),
         ((("anna", AcceptProposal(FOUND)), ("anna", Undo(1))), True),
-        # placed anew since
-        ((("anna", AcceptProposal(Proposal(12, 21, "missingBlip", RIGHT, 0.6))),), False),
+        ((("anna", AcceptProposal(Proposal(12, 21, "missingBlip", RIGHT, 0.6))),), False),  # placed anew
         # Its first frames would be left out though somebody said that the finding is wrong: asked again.
         ((("anna", RejectProposal(Proposal(12, 21, "missingBlip", RIGHT, 0.6))),), True),
         ((("anna", RejectProposal(Proposal(17, 40, "missingBlip", RIGHT))),), True),  # another finding

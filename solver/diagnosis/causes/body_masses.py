@@ -29,7 +29,7 @@ from solver.diagnosis.causes.effect import (
     Signature,
     all_and_each,
 )
-from solver.diagnosis.causes.observed_trial import Scene, force_at
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.causes.on_segments import (
     BETWEEN_OTHERS_ODDS,
     inner_arm_segments,
@@ -105,8 +105,7 @@ class SubjectMass(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """The force that the whole body demands, at its centre of mass, with its sign turned."""
-        force = force_at(scene.required_ground[:, :3], scene.com_ground)
-        return Signature(-force[:, :, None], np.array([WHOLE_STD]))
+        return Signature(-scene.required_at_com_ground[:, :, None], np.array([WHOLE_STD]))
 
     def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """mass_factor, dimensionless."""
@@ -289,7 +288,7 @@ class CarriedMass(InTrials):
         prior_std = np.concatenate([[LOAD_KG], np.full(3, LOAD_KG * LOAD_REACH_M), np.full(6, second)])
         columns = -required_by_changes(scene, body, changes)
         if any(eta):
-            columns[:, :, 0] += force_at(scene.required_ground[:, :3], scene.com_ground) / scene.skeleton.mass
+            columns[:, :, 0] += scene.required_at_com_ground / scene.skeleton.mass
         return Signature(columns, prior_std)
 
     def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:

@@ -160,6 +160,11 @@ class Scene:
         """Wrench of all plates together [N], [N·m about the ground origin]."""
         return np.sum([p.wrench_ground for p in self.plates], axis=0)
 
+    @cached_property
+    def required_at_com_ground(self) -> Float[np.ndarray, "frames 6"]:
+        """The required force at the centre of mass, as a wrench [N], [N·m about the ground origin]."""
+        return force_at(self.required_ground[:, :3], self.com_ground)
+
     def loaded_plate(self, target: str) -> PlateScene | None:
         """The plate of that name, if anything loads it."""
         return next((p for p in self.plates if p.target == target and p.loaded.any()), None)

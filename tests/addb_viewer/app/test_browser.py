@@ -54,7 +54,8 @@ def frame_is(until):
 def at_the_first_frame(session, page):
     if session.shown != "walk":
         session.open_trial("walk")
-    session.playback.faster()  # at real time
+    session.playback.pause()
+    session.playback.faster()  # from rest: at real time
     session.playback.seek(0)
     page.mouse.click(360, 100)
     yield

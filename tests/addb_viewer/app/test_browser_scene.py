@@ -42,8 +42,9 @@ def test_while_it_plays_markers_and_bones_are_of_one_frame(page, until):
         session.playback.seek(frame)
         page.wait_for_timeout(1500)
         rest.append(apart())
+    for _ in range(2):
+        session.playback.faster()  # from rest: at real time, then twice as fast
     session.playback.loop(40, 120)
-    session.playback.faster()
     page.wait_for_timeout(500)
     seen = [apart() for _ in range(8)]
     session.playback.pause()

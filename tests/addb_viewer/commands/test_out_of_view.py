@@ -104,8 +104,7 @@ def test_an_angle_that_nobody_takes_is_not_told_and_a_note_says_where(folder):
     assert np.array_equal(np.delete(angles, elbow, 1), np.delete(before, elbow, 1), equal_nan=True)
     assert ["bend as nobody's does" in note for note in told.notes if "elbow_flex_l" in note] == [True]
     assert without_impossible(trial, solved.skeleton) is trial
-    again = former_marker_fit(told, solved.groundwork, Settings())  # of the markers, with what they left open
-    assert np.array_equal(again.left_open, trial.left_open)
+    assert np.array_equal(former_marker_fit(told, solved.groundwork, Settings()).left_open, trial.left_open)
 
 
 def test_the_app_draws_no_bone_and_no_curve_of_what_nobody_saw(folder):
