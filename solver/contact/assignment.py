@@ -109,8 +109,7 @@ def _distances(
 
 
 def _standing(
-    loaded: Bool[np.ndarray, " frames"],
-    distances: Float[np.ndarray, "frames feet"],
+    loaded: Bool[np.ndarray, " frames"], distances: Float[np.ndarray, "frames feet"]
 ) -> Bool[np.ndarray, "frames feet"]:
     """Frames on which the plate's centre of pressure lies under a foot."""
     nearest = distances == distances.min(axis=1, keepdims=True)

@@ -96,11 +96,7 @@ def plate_faults(
                 part = _samples_between(plate, times[start], times[end - 1])
                 peak = float(np.abs(force[part, UP]).max(initial=0.0))
                 yield Proposal(
-                    (start, end),
-                    foot,
-                    reason,
-                    FAULT_CONFIDENCE,
-                    {"plate": float(k + 1), "peak_N": peak},
+                    (start, end), foot, reason, FAULT_CONFIDENCE, {"plate": float(k + 1), "peak_N": peak}
                 )
 
 
@@ -182,10 +178,7 @@ def _owner(contacts: ContactWrenches, plate: int, start: int, end: int) -> str |
 
 
 def proposals_of(
-    findings: Findings,
-    contacts: ContactWrenches,
-    plates: Sequence[ForcePlate],
-    settings: DetectionSettings,
+    findings: Findings, contacts: ContactWrenches, plates: Sequence[ForcePlate], settings: DetectionSettings
 ) -> Iterator[Proposal]:
     """A proposal for each contact measured in part, each stretch of lost force, and each force elsewhere.
 

@@ -134,10 +134,7 @@ def ground_odds(slip: Float[np.ndarray, "frames feet"]) -> Float[np.ndarray, "fr
 
 
 def touching_unloaded(
-    contacts: ContactWrenches,
-    ground: Float[np.ndarray, "frames feet"],
-    weight_N: float,
-    rate: float,
+    contacts: ContactWrenches, ground: Float[np.ndarray, "frames feet"], weight_N: float, rate: float
 ) -> Bool[np.ndarray, "frames feet"]:
     """Frames on which a foot rests on its plate without a load, as the one behind in a slow double support.
 
@@ -298,9 +295,7 @@ def _wrench_balances(
 
 
 def _any_force(
-    missing: Float[np.ndarray, " frames"],
-    error: Float[np.ndarray, " frames"],
-    body: WholeBody,
+    missing: Float[np.ndarray, " frames"], error: Float[np.ndarray, " frames"], body: WholeBody
 ) -> Float[np.ndarray, " frames"]:
     most = MOST_MISSING * body.motion.weight
     return missing_odds(missing, error, np.zeros_like(missing), np.full_like(missing, most))

@@ -18,7 +18,5 @@ class ContactSettings:
         0.04, unit="m", why="sole corners no higher than this above their loaded height may touch the ground"
     )
     touch_speed_m_s: float = setting(
-        0.8,
-        unit="m/s",
-        why="a touching sole creeps while the foot rolls; a swinging one passes at 2 m/s",
+        0.8, unit="m/s", why="a touching sole creeps while the foot rolls; a swinging one passes at 2 m/s"
     )

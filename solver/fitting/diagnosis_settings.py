@@ -56,9 +56,7 @@ class DiagnosisSettings:
         "by other means, too few are counted yet to say more",
     )
     certain_gain: float = setting(
-        40.0,
-        unit="nats",
-        why="from which on something is wrong even if several causes would do",
+        40.0, unit="nats", why="from which on something is wrong even if several causes would do"
     )
     least_confidence: float = setting(
         0.2, unit="", why="of a smaller gain; model errors of real recordings suit many causes equally badly"

@@ -118,12 +118,7 @@ def with_figures_of(former: Fit, fit: Fit) -> Fit:
         left = {name: judged for name, judged in blocks.items() if len(judged.ranges)}
         layouts.append(replace(layout, trials=left))
     return with_predicted_std(
-        replace(
-            fit,
-            trials=tuple(trials),
-            held_out_due=former.held_out_due,
-            held_out_layouts=tuple(layouts),
-        )
+        replace(fit, trials=tuple(trials), held_out_due=former.held_out_due, held_out_layouts=tuple(layouts))
     )
 
 

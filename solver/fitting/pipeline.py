@@ -43,6 +43,7 @@ from solver.fitting.torques_stage import compute_torques, estimate_std
 from solver.fitting.tracking_stage import (
     assign_forces,
     former_marker_fit,
+    leave_out_turning_head,
     track_markers,
     track_with_kept_model,
 )
@@ -136,7 +137,7 @@ def fit_markers(state: FitState, settings: Settings, progress: Progress) -> FitS
         progress: told the stage and the fraction done; may raise `Cancelled`.
     """
     _refuse_what_does_not_fit(state.recordings.captures, state, settings)
-    state = repair_labels(state, settings)
+    state = leave_out_turning_head(repair_labels(state, settings))
     tracked = track_with_kept_model(state, settings, part(progress, SCALED, TRACKED))
     if tracked is None:
         state = scale_model(state, settings, part(progress, 0.0, SCALED))

@@ -113,10 +113,7 @@ def _same_forces(one: TrialFit, other: TrialFit) -> bool:
 
 
 def _masked(
-    fit: TrialFit,
-    settings: Settings,
-    review: ForceReview | None,
-    proposed: Sequence[MissingRange] = (),
+    fit: TrialFit, settings: Settings, review: ForceReview | None, proposed: Sequence[MissingRange] = ()
 ) -> TrialFit:
     """The trial with the forces that count."""
     if fit.contacts is None:

@@ -26,12 +26,31 @@ from solver.fitting.state import FitState
 from solver.kinematics.calibration import choose_frames
 from solver.kinematics.determined import left_open
 from solver.kinematics.inverse_kinematics import inverse_kinematics
-from solver.kinematics.marker_errors import marker_errors
+from solver.kinematics.marker_errors import marker_errors, turned_head
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.kinematics.upright_pelvis import posture_notes
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
+
+
+def leave_out_turning_head(state: FitState) -> FitState:
+    """Without markers of a head that turns, where the model has no neck: they would turn its trunk."""
+    work = state.groundwork
+    shown = [work.match.observed(capture.markers) for capture in state.recordings.shown]
+    head, turn_rad = turned_head(state.skeleton, shown)
+    if not head:
+        return state
+    labels = [work.match.measured[work.match.model.index(name)][0] for name in head]
+    why = Note(
+        Kind.MODEL_AGAINST_MARKERS,
+        f"the model has no neck, and the head turned by up to {np.degrees(turn_rad):.0f}° against the trunk: "
+        f"{', '.join(labels)} are left out of the fit and of its marker errors",
+    )
+    match = work.match.without(head, why)
+    body = match.skeleton(state.skeleton)
+    work = replace(work, skeleton=body, match=match, notes=(*work.notes, why))
+    return replace(state, groundwork=work, skeleton=body)
 
 
 def track_markers(state: FitState, settings: Settings, progress: Progress) -> FitState:

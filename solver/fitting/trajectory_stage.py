@@ -141,10 +141,7 @@ def take_motions(state: FitState, settings: Settings) -> FitState:
 
 
 def all_data(
-    fits: Sequence[TrialFit],
-    match: MarkerMatch,
-    weighed: MassAndGains,
-    extension: Extension | None,
+    fits: Sequence[TrialFit], match: MarkerMatch, weighed: MassAndGains, extension: Extension | None
 ) -> list[TrialData]:
     """What the trials give to the trajectory fit.
 

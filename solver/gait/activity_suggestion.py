@@ -14,13 +14,7 @@ from solver.common.true_runs import runs
 from solver.contact.wrenches import ContactWrenches
 from solver.fitting.fit_result import TrialFit
 from solver.fitting.seen_part import seen_part
-from solver.gait.activity import (
-    BY_RULE,
-    BY_UNLEARNT_RULE,
-    LEARNT,
-    Activity,
-    ActivitySuggestion,
-)
+from solver.gait.activity import BY_RULE, BY_UNLEARNT_RULE, LEARNT, Activity, ActivitySuggestion
 from solver.gait.activity_model import (
     HOP_S,
     WINDOW_S,
@@ -56,9 +50,7 @@ _NAMES = (
 
 
 def suggested_activities(
-    trial: TrialFit,
-    skeleton: Skeleton,
-    gait: GaitSettings = GAIT,
+    trial: TrialFit, skeleton: Skeleton, gait: GaitSettings = GAIT
 ) -> tuple[ActivitySuggestion, ...]:
     """What the person seems to do, in order of time; frames of which nothing is sure enough are in none.
 
@@ -106,8 +98,7 @@ def suggest_activities(motion: BodyMotion, name: str, weights: Weights) -> tuple
 
 
 def _stretches(
-    time_history: Int[np.ndarray, " windows"],
-    probabilities: Float[np.ndarray, "windows classes"],
+    time_history: Int[np.ndarray, " windows"], probabilities: Float[np.ndarray, "windows classes"]
 ) -> Iterator[tuple[int, int, int]]:
     """First window, the one after the last, and class; without windows that speak against their time history.
 
@@ -137,10 +128,7 @@ def named_activity(name: str) -> Activity | None:
 
 
 def _probabilities(
-    motion: BodyMotion,
-    spans: Sequence[tuple[int, int]],
-    name: str,
-    weights: Weights,
+    motion: BodyMotion, spans: Sequence[tuple[int, int]], name: str, weights: Weights
 ) -> Float[np.ndarray, "windows classes"]:
     """Of every class in each window: rules take their share first, the learnt classes have the rest."""
     learnt = shares(weights, np.array([features_of(motion, span) for span in spans]))

@@ -103,8 +103,7 @@ class _Sole:
 
 
 def _surface(
-    lowest: Sequence[Float[np.ndarray, "steps 3"]],
-    times: Float[np.ndarray, " steps"],
+    lowest: Sequence[Float[np.ndarray, "steps 3"]], times: Float[np.ndarray, " steps"]
 ) -> Float[np.ndarray, "steps 2"]:
     """Where velocities of low soles crowd, near in time; by mean shift from the densest sample."""
     pool, when = [], []

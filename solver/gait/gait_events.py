@@ -87,9 +87,7 @@ def stances_from_feet(motion: FootMotion) -> tuple[Stance, ...]:
 
 
 def _cores(
-    still: Bool[np.ndarray, " steps"],
-    slip: Float[np.ndarray, " steps"],
-    leaving: Float[np.ndarray, " steps"],
+    still: Bool[np.ndarray, " steps"], slip: Float[np.ndarray, " steps"], leaving: Float[np.ndarray, " steps"]
 ) -> list[tuple[int, int]]:
     """Runs in which the sole hardly slips; those that a twitch cuts in two are one."""
     joined: list[tuple[int, int]] = []

@@ -62,11 +62,7 @@ class Rotations:
     both_sides: bool = True
 
 
-FLEXION, ADDUCTION, ROTATION = (
-    Angle("flexion", 0, 1),
-    Angle("adduction", 1, 1),
-    Angle("rotation", 2, 1),
-)
+FLEXION, ADDUCTION, ROTATION = (Angle("flexion", 0, 1), Angle("adduction", 1, 1), Angle("rotation", 2, 1))
 HIP = Rotations(
     "hip", "pelvis", "femur_s", "ZXY", (FLEXION, ADDUCTION, ROTATION)
 )  # internal rotation positive

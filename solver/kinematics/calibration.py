@@ -253,8 +253,7 @@ def _log_scale_for(
 
 
 def _offset_precision(
-    std: Float[np.ndarray, " markers"],
-    pitch_of_spines: Float[np.ndarray, "markers 3"] | None,
+    std: Float[np.ndarray, " markers"], pitch_of_spines: Float[np.ndarray, "markers 3"] | None
 ) -> Float[np.ndarray, "offsets offsets"]:
     """Each marker by itself, and the turn of the pelvis' markers together."""
     precision = np.diag(np.repeat(std, 3) ** -2)

@@ -269,10 +269,7 @@ def _named(
     return (
         generic.with_markers([*kept, *new.values()]),
         named,
-        (
-            *read.notes,
-            *_notes([r for r in rows if r.label not in read.found], named, word, set(new)),
-        ),
+        (*read.notes, *_notes([r for r in rows if r.label not in read.found], named, word, set(new))),
     )
 
 

@@ -75,10 +75,7 @@ class PoseProblem:
         self.upper = np.where(root, np.inf, limits[:, 1])
 
     def evaluate(
-        self,
-        q: Float[np.ndarray, "some dofs"],
-        frames: Int[np.ndarray, " some"],
-        robust: bool = True,
+        self, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"], robust: bool = True
     ) -> FrameTerms:
         """Terms at q for the given frames (a frame may appear several times, with different q)."""
         parts = [
@@ -261,9 +258,7 @@ def start_postures(skeleton: Skeleton) -> Float[np.ndarray, "postures dofs"]:
 
 
 def initial_poses(
-    problem: PoseProblem,
-    root: RootJoint,
-    frames: Int[np.ndarray, " some"],
+    problem: PoseProblem, root: RootJoint, frames: Int[np.ndarray, " some"]
 ) -> tuple[Float[np.ndarray, "some dofs"], Float[np.ndarray, " some"]]:
     """Poses of single frames from nothing but their markers.
 

@@ -55,17 +55,17 @@ class MarkerMatch:
         seen = np.zeros(len(self.model), dtype=bool)
         for markers in recordings:
             seen |= np.isfinite(self.observed(markers)).all(axis=2).any(axis=0)
-        keep = np.flatnonzero(seen)
         lost = [self.measured[i][0] for i in np.flatnonzero(~seen)]
-        notes = self.notes + (
-            noted(Kind.LEFT_OUT, f"never seen in any frame, so left out: {', '.join(lost)}") if lost else ()
-        )
-        return replace(
-            self,
-            model=tuple(self.model[i] for i in keep),
-            measured=tuple(self.measured[i] for i in keep),
-            notes=notes,
-        )
+        if not lost:
+            return self
+        why = Note(Kind.LEFT_OUT, f"never seen in any frame, so left out: {', '.join(lost)}")
+        return self.without([self.model[i] for i in np.flatnonzero(~seen)], why)
+
+    def without(self, names: Sequence[str], why: Note) -> "MarkerMatch":
+        """Without these markers of the model."""
+        pairs = zip(self.model, self.measured, strict=True)
+        kept = {name: labels for name, labels in pairs if name not in names}
+        return replace(self, model=tuple(kept), measured=tuple(kept.values()), notes=(*self.notes, why))
 
 
 def match_markers(

@@ -14,9 +14,7 @@ MOST_LISTED = 5  # stretches named; the rest is counted
 
 
 def unseen_body_notes(
-    skeleton: Skeleton,
-    observed_ground: Float[np.ndarray, "frames markers 3"],
-    motion: Motion,
+    skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"], motion: Motion
 ) -> tuple[Note, ...]:
     """A note for all segments that lose their markers on the same frames.
 

@@ -194,12 +194,7 @@ def posture_notes(motion: Motion) -> tuple[Note, ...]:
     notes: list[Note] = []
     for name, what, least, most in (
         ("pelvis_tilt", "pelvis tilt", LEAST_WALKING_TILT_DEG, MOST_WALKING_TILT_DEG),
-        (
-            "lumbar_extension",
-            "lumbar extension",
-            LEAST_WALKING_LUMBAR_DEG,
-            MOST_WALKING_LUMBAR_DEG,
-        ),
+        ("lumbar_extension", "lumbar extension", LEAST_WALKING_LUMBAR_DEG, MOST_WALKING_LUMBAR_DEG),
     ):
         if name in motion.dofs:
             mean = float(np.degrees(motion.q[:, motion.dofs.index(name)].mean()))

@@ -80,10 +80,7 @@ def _as_accepted(capture: Capture, accepted: Iterable[Exchange]) -> tuple[Marker
 
 
 def _as_found(
-    markers: Markers,
-    others: Sequence[Markers],
-    match: MarkerMatch,
-    skeleton: Skeleton,
+    markers: Markers, others: Sequence[Markers], match: MarkerMatch, skeleton: Skeleton
 ) -> tuple[Markers, tuple[LabelFault, ...]]:
     columns = match.columns(markers)
     shown = [m for m, column in enumerate(columns) if column is not None]
@@ -107,11 +104,7 @@ def _as_found(
 
 
 def _crashes(
-    rigid: RigidNeighbours,
-    body: Skeleton,
-    markers: Markers,
-    own: tuple[int, ...],
-    swaps: Sequence[Exchanged],
+    rigid: RigidNeighbours, body: Skeleton, markers: Markers, own: tuple[int, ...], swaps: Sequence[Exchanged]
 ) -> list[Crashed]:
     """By the segment's own markers; then by those of the next ones as well, where a label leaves at a step.
 

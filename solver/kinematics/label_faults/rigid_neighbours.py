@@ -121,8 +121,7 @@ class RigidNeighbours:
 
 
 def rigid_neighbours(
-    points_ground: Float[np.ndarray, "frames markers 3"],
-    skeleton: Skeleton,
+    points_ground: Float[np.ndarray, "frames markers 3"], skeleton: Skeleton
 ) -> RigidNeighbours:
     """Find the distances that most frames agree on, within segments and, where these are few, to the next.
 

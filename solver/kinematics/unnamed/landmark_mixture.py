@@ -128,12 +128,7 @@ class LandmarkMixture:
             arms: whether arms carry markers; without them the other landmarks have a larger share.
             hands: likewise of hands alone, which follow any marker as long as the arm does not hold them.
         """
-        of_kind = {
-            "bony": BONY,
-            "soft": SOFT,
-            "cluster": CLUSTER,
-            "centre": CENTRE,
-        }
+        of_kind = {"bony": BONY, "soft": SOFT, "cluster": CLUSTER, "centre": CENTRE}
         bare = () if arms and hands else ("hand",) if arms else ARM
         weight = np.array(
             [0.0 if mark.body.split("_")[0] in bare else of_kind[mark.kind] for mark in self.landmarks]
@@ -216,9 +211,7 @@ class BodyShape:
 
 
 def by_shape(
-    at: Mapping[int, Landmark],
-    measured_body: Mapping[int, Float[np.ndarray, "3"]],
-    mixture: LandmarkMixture,
+    at: Mapping[int, Landmark], measured_body: Mapping[int, Float[np.ndarray, "3"]], mixture: LandmarkMixture
 ) -> BodyShape:
     """Give the landmarks of one body to the markers that make the likeliest shape, one change at a time.
 
@@ -252,11 +245,7 @@ class _Laid:
         """All choices in which one landmark, or the loser's, goes to a marker that has none."""
         free = [i for i in self.measured if i not in self.at]
         return [
-            _Laid(
-                {j if i == lost else i: mark for i, mark in self.at.items()},
-                self.measured,
-                self.mixture,
-            )
+            _Laid({j if i == lost else i: mark for i, mark in self.at.items()}, self.measured, self.mixture)
             for lost in self.at
             if loser in (None, lost)
             for j in free

@@ -266,11 +266,7 @@ def _judged(
         of = best if on_body[best, i].argmax() == body[i] else int((weight * on_body[:, i, body[i]]).argmax())
         factors = followed[of].factors
         assert factors is not None
-        measured, landmark, spread = (
-            followed[of].attachment.place_body[i, body[i]],
-            None,
-            PLACE_STD_M,
-        )
+        measured, landmark, spread = (followed[of].attachment.place_body[i, body[i]], None, PLACE_STD_M)
         shape = shapes.get(int(body[i]))
         if of == best and shape is not None and i in shape.place_body:
             measured, landmark = shape.place_body[i], shape.at.get(i)
@@ -297,10 +293,7 @@ def _judged(
 
 
 def _on_bodies(
-    followed: Sequence[Followed],
-    weight: Float[np.ndarray, " rivals"],
-    seen: Seen,
-    mixture: LandmarkMixture,
+    followed: Sequence[Followed], weight: Float[np.ndarray, " rivals"], seen: Seen, mixture: LandmarkMixture
 ) -> Float[np.ndarray, "rivals markers bodies"]:
     """Probability of each body for each marker, neighbours weighed, by each understanding.
 

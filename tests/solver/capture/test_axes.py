@@ -5,13 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.capture.axes import (
-    VerticalAxis,
-    markers_y_up,
-    plate_y_up,
-    vertical_axis,
-    vertical_axis_named,
-)
+from solver.capture.axes import VerticalAxis, markers_y_up, plate_y_up, vertical_axis, vertical_axis_named
 from solver.capture.capture import ForcePlate, Markers
 from solver.common.errors import CaptureError
 

@@ -209,10 +209,7 @@ class Impossible(TimeHistory):
 def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_at, monkeypatch):
     """The same fault, each time with one thing against the cause, and nothing else."""
     wrong = 0.15 * short_scene.plates[0].wrench_ground
-    asks = {
-        "pays": {"least_gain": 1e4},
-        "decided": {"certain_gain": 1e4, "least_confidence": 1.01},
-    }
+    asks = {"pays": {"least_gain": 1e4}, "decided": {"certain_gain": 1e4, "least_confidence": 1.01}}
     plain = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS)
     settings = replace(SETTINGS, **asks.get(falls_at, {}))
     balance = Balance(plain.trials, settings)

@@ -111,10 +111,7 @@ def test_a_named_cause_keeps_its_name_when_something_is_left_beside_it(short_sce
 
 def test_what_markers_showed_is_named_and_excludes_clean(sound):
     finding = Slip(
-        target="RASI",
-        parameters={"shift_m": Estimate(0.02, 0.001)},
-        frames=Range("walk", 40, 90),
-        gain=200.0,
+        target="RASI", parameters={"shift_m": Estimate(0.02, 0.001)}, frames=Range("walk", 40, 90), gain=200.0
     )
     diagnosis = conclude(sound, select(sound, []), SeenInMarkers((finding,), 0.02, 0.01))
     (effect,) = diagnosis.effects

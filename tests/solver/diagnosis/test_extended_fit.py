@@ -11,13 +11,7 @@ from solver.common.typed_json import plain
 from solver.diagnosis.accepted_causes import extension_of
 from solver.diagnosis.causes.clocks import ClockOffset
 from solver.diagnosis.diagnosis_report import accepted_gain
-from solver.diagnosis.extended_fit import (
-    SUB_BLOCK_S,
-    _Fitted,
-    _frames_held_out,
-    _held_out,
-    extended_fit,
-)
+from solver.diagnosis.extended_fit import SUB_BLOCK_S, _Fitted, _frames_held_out, _held_out, extended_fit
 from solver.dynamics.trajectory.extension import BodyWrench, Extension, TrialExtension
 from solver.dynamics.trajectory.trial_data import TrialData
 from tests.solver.diagnosis.late_walk import LATE_S, SETTINGS, rms

@@ -53,8 +53,7 @@ def test_every_known_frame_but_the_ends_is_held_out_and_the_markers_stand_beside
         assert 0 < force["rms"] < 100 < 10 * force["markers_rms"] < 1000
     first = walk.held_out_layouts[0].trials["walk1"]
     np.testing.assert_allclose(
-        first.missed.sum(axis=0)[0],
-        np.sum(trial.held_out.residual_root[trial.held_out.frames, :3] ** 2),
+        first.missed.sum(axis=0)[0], np.sum(trial.held_out.residual_root[trial.held_out.frames, :3] ** 2)
     )
 
 

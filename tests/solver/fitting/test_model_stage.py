@@ -12,9 +12,11 @@ from solver.fitting.fit_result import Groundwork
 from solver.fitting.model_stage import scale_model, weigh_who_stands
 from solver.fitting.settings import Settings
 from solver.fitting.state import FitState, Recordings
+from solver.fitting.tracking_stage import leave_out_turning_head
 from solver.kinematics.marker_matching import match_markers
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
+from solver.skeleton.rotations import rotation_about
 from solver.skeleton.skeleton import Skeleton
 
 MASS_KG, RATE, FRAMES = 86.0, 100.0, 150
@@ -116,3 +118,16 @@ def test_of_several_recordings_the_mirrored_one_is_named(body):
     state = FitState(NOBODY, groundwork, body, read=Recordings(body, captures, None, {}))
     notes = scale_model(state, Settings(), silent).groundwork.notes
     assert [note.trial for note in notes if "left and right are exchanged" in note] == ["turn"]
+
+
+def test_of_a_turning_head_fit_and_figures_go_without_its_markers(body):
+    markers = Markers(body.marker_names, marker_positions(body, pose(body)), RATE)
+    head = [i for i, name in enumerate(markers.names) if name in ("RFHD", "LFHD", "RBHD", "LBHD")]
+    turn = rotation_about(np.array([0.0, 1.0, 0.0]), np.linspace(-1.0, 1.0, FRAMES)).transpose(0, 2, 1)
+    markers.positions_ground[:, head] = markers.positions_ground[:, head] @ turn
+    groundwork = Groundwork(body, match_markers(body, [markers]), ())
+    recordings = Recordings(body, (Capture("swing", markers, ()),), None, {})
+    left = leave_out_turning_head(FitState(NOBODY, groundwork, body, read=recordings))
+    assert set(body.marker_names) - set(left.groundwork.match.model) == {"RFHD", "LFHD", "RBHD", "LBHD"}
+    assert left.skeleton.marker_names == left.groundwork.skeleton.marker_names == left.groundwork.match.model
+    assert "the model has no neck, and the head turned by up to 57°" in left.groundwork.notes[-1]

@@ -5,22 +5,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.kinematics.marker_errors import marker_errors, shoulder_markers
+from solver.kinematics.marker_errors import marker_errors, shoulder_markers, turned_head
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
+from solver.skeleton.rotations import rotation_about
 
 NAMES = ("RSHO", "LSHO", "C7", "RASI", "LASI")
 FRAMES = slice(10, 20)
 
 
-@pytest.fixture(scope="module")
-def standing():
-    """The default body's upper markers over 40 frames; it looks along x, its right is z."""
+def marked(names, frames=40):
+    """The default body with these markers, and where they are; it looks along x, its right is z."""
     skeleton = default_skeleton()
     by_name = {m.name: m for m in skeleton.markers}
-    skeleton = skeleton.with_markers([by_name[name] for name in NAMES])
-    return skeleton, marker_positions(skeleton, np.tile(skeleton.default_q, (40, 1)))
+    skeleton = skeleton.with_markers([by_name[name] for name in names])
+    return skeleton, marker_positions(skeleton, np.tile(skeleton.default_q, (frames, 1)))
+
+
+@pytest.fixture(scope="module")
+def standing():
+    return marked(NAMES)
 
 
 def notes_of(standing, marker, moved):
@@ -61,11 +66,8 @@ def test_what_else_is_far_off_may_have_slipped(standing, marker, moved):
 
 @pytest.mark.parametrize("other", ["C7", "RFHD", "LBHD"])
 def test_a_shoulder_on_another_trajectory_may_be_mislabelled(other):
-    skeleton = default_skeleton()
-    by_name = {m.name: m for m in skeleton.markers}
     names = ("RSHO", "LSHO", other)
-    skeleton = skeleton.with_markers([by_name[name] for name in names])
-    model = marker_positions(skeleton, np.tile(skeleton.default_q, (40, 1)))
+    skeleton, model = marked(names)
     measured = model.copy()
     measured[FRAMES, 0] = model[FRAMES, 2]
     _, notes = marker_errors(skeleton, names, model, measured, KinematicsSettings())
@@ -110,3 +112,40 @@ def test_one_shoulder_alone_tells_no_inside(standing):
     names = tuple(NAMES[i] for i in rest)
     _, notes = marker_errors(skeleton, names, model[:, rest], measured[:, rest], KinematicsSettings())
     assert "slipped, swapped or mislabelled?" in notes[0]
+
+
+HEAD = ("RFHD", "LFHD", "RBHD", "LBHD")
+
+
+def turning(deg, head=HEAD):
+    """A trunk that turns by 50° and a head that turns by `deg` against it, over 60 frames and back."""
+    skeleton, x = marked((*head, "C7", "CLAV", "STRN", "RSHO", "LSHO", "RASI"), frames=60)
+    there = np.sin(np.linspace(0, 2 * np.pi, 60)) ** 9
+    neck = x[:, [len(head)]] * [1, 0, 1]
+    x[:, : len(head)] = rotated(x[:, : len(head)] - neck, np.radians(deg) * there) + neck
+    return skeleton, rotated(x, np.radians(50) * there[::-1])
+
+
+def rotated(x, angle):
+    return x @ rotation_about(np.array([0.0, 1.0, 0.0]), angle).transpose(0, 2, 1)
+
+
+@pytest.mark.parametrize("deg", [40, 80])
+@pytest.mark.parametrize("head", [HEAD, HEAD[:2]])
+def test_a_head_that_turns_against_a_trunk_without_a_neck(deg, head):
+    skeleton, x = turning(deg, head)
+    found, turn = turned_head(skeleton, [turning(0, head)[1], x])
+    assert found == head
+    assert np.degrees(turn) == pytest.approx(deg, abs=4)  # not counting its two farthest frames
+
+
+def test_a_head_that_hardly_turns_or_has_one_marker_stays():
+    assert turned_head(turning(15)[0], [turning(15)[1]])[0] == ()
+    assert turned_head(turning(80, HEAD[:1])[0], [turning(80, HEAD[:1])[1]])[0] == ()
+
+
+@pytest.mark.parametrize("head", [HEAD, HEAD[:2]])
+def test_two_exchanged_markers_are_no_turning_head(head):
+    skeleton, x = turning(40, head)
+    x[20:30, [0, 1]] = x[20:30, [1, 0]]
+    assert turned_head(skeleton, [turning(40, head)[1], x])[0] == ()

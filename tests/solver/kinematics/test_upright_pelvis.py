@@ -15,12 +15,7 @@ from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.settings import KinematicsSettings
-from solver.kinematics.upright_pelvis import (
-    of_bone,
-    on_upright_pelvis,
-    pitch_of_spines,
-    upright_inclination,
-)
+from solver.kinematics.upright_pelvis import of_bone, on_upright_pelvis, pitch_of_spines, upright_inclination
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_offsets

@@ -104,10 +104,7 @@ def test_declared_channels_that_are_not_there(tmp_path, write_c3d, plate_of, fla
 
 @pytest.mark.parametrize("kind", [0, 5, 6, 7, 11, 12, 21])
 def test_other_types(tmp_path, write_c3d, plate_of, points, kind):
-    plates = [
-        plate_of(2, np.ones((20, 6)), units=UNITS),
-        plate_of(kind, np.ones((20, 8))),
-    ]
+    plates = [plate_of(2, np.ones((20, 6)), units=UNITS), plate_of(kind, np.ones((20, 8)))]
     path = write_c3d(tmp_path / "a.c3d", points, LABELS, plates=plates)
     with pytest.raises(CaptureError, match=f"plate 2: force platforms of type {kind} cannot be read"):
         force_platforms(open_c3d(path), 1e-3)

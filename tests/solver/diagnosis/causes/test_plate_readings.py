@@ -24,9 +24,7 @@ def recorded(capture, gain_error, k=1):
     plates = list(capture.plates)
     wrong = 1 + gain_error
     plates[k] = replace(
-        plates[k],
-        force_ground=wrong * plates[k].force_ground,
-        moment_ground=wrong * plates[k].moment_ground,
+        plates[k], force_ground=wrong * plates[k].force_ground, moment_ground=wrong * plates[k].moment_ground
     )
     return replace(capture, plates=tuple(plates))
 

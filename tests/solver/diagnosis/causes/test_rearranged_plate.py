@@ -117,9 +117,5 @@ def test_each_plate_has_each_of_them(scene):
             *PlateMirror.candidates([scene]),
             *PlateUnits.candidates([scene]),
         )
-    } == {
-        "plate_turn",
-        "plate_mirror",
-        "plate_units",
-    }
+    } == {"plate_turn", "plate_mirror", "plate_units"}
     assert scene.rate == RATE

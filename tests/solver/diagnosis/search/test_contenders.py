@@ -12,11 +12,7 @@ from solver.diagnosis.causes.gross_cause import Beyond
 from solver.diagnosis.causes.on_segments import BETWEEN_OTHERS_ODDS
 from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
-from solver.diagnosis.search.contenders import (
-    TEMPER_NATS,
-    confidence,
-    handicap,
-)
+from solver.diagnosis.search.contenders import TEMPER_NATS, confidence, handicap
 from solver.diagnosis.search.selection import select
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 

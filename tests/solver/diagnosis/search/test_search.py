@@ -11,11 +11,7 @@ from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateBias, PlateGain
 from solver.diagnosis.search import search
 from solver.diagnosis.search.balance import Balance
-from solver.diagnosis.search.contenders import (
-    EXCHANGE_NATS,
-    LEAST_FURTHER_NATS,
-    handicap,
-)
+from solver.diagnosis.search.contenders import EXCHANGE_NATS, LEAST_FURTHER_NATS, handicap
 from solver.diagnosis.search.selection import select
 from solver.fitting.diagnosis_settings import DiagnosisSettings
 from tests.solver.diagnosis.conftest import trial_rows_of

@@ -14,10 +14,7 @@ from solver.diagnosis.causes.plate_geometry import PlatePosition
 from solver.diagnosis.causes.plate_readings import PlateGain
 from solver.diagnosis.search.selection import select
 from solver.fitting.diagnosis_settings import DiagnosisSettings
-from tests.solver.diagnosis.named_causes import (
-    Shaken,
-    named,
-)
+from tests.solver.diagnosis.named_causes import Shaken, named
 
 SETTINGS = DiagnosisSettings()
 

@@ -20,11 +20,7 @@ WITHOUT_FORCES = "[trajectory]\nenabled = false\n"
 
 @pytest.mark.parametrize(
     ("name", "obeys_forces"),
-    [
-        ("walk_gait2354_subject01", True),
-        ("walk_rajagopal2015", False),
-        ("opencap_subject6", False),
-    ],
+    [("walk_gait2354_subject01", True), ("walk_rajagopal2015", False), ("opencap_subject6", False)],
 )
 def test_a_fit_is_no_larger_than_was_told_and_not_half_as_large(real_data, tmp_path, name, obeys_forces):
     subject = open_subject(real_data / name)

@@ -32,12 +32,7 @@ def repaired(crane):
         capture = Capture("walk", recording(positions), notes=noted(Kind.OTHER, "read"))
         match = match_markers(crane, [capture.markers])
         return capture, *repair_labels_of(
-            capture,
-            [recording(x) for x in others],
-            match,
-            match.skeleton(crane),
-            settings,
-            accepted=accepted,
+            capture, [recording(x) for x in others], match, match.skeleton(crane), settings, accepted=accepted
         )
 
     return run

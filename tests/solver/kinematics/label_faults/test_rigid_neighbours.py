@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.kinematics.label_faults.rigid_neighbours import (
-    on_near_segments,
-    on_one_segment,
-    rigid_neighbours,
-)
+from solver.kinematics.label_faults.rigid_neighbours import on_near_segments, on_one_segment, rigid_neighbours
 from solver.kinematics.label_faults.settings import LabelRepairSettings
 
 SETTINGS = LabelRepairSettings()

@@ -56,8 +56,7 @@ def test_a_header_length_is_not_believed(path, length):
 
 
 @pytest.mark.parametrize(
-    "change",
-    [{"raw_sensor_frame_size": 2**31 - 1}, {"processing_pass_frame_size": -8}, {"num_trials": 3}],
+    "change", [{"raw_sensor_frame_size": 2**31 - 1}, {"processing_pass_frame_size": -8}, {"num_trials": 3}]
 )
 def test_other_sizes_are_not_believed_either(subject, path, change):
     header = encode_message(replace(read_b3d(path).header, **change))

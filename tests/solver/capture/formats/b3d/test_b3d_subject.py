@@ -48,10 +48,7 @@ def test_numbers_that_are_none_count_as_unknown(subject, tmp_path):
 def test_decisions_and_results_lie_beside_it(subject, tmp_path):
     path = save(subject, tmp_path / "who.b3d")
     folder = subject_folder_of(path)
-    assert (folder, results_folder_of(folder)) == (
-        tmp_path / "who.b3d.subject",
-        tmp_path / "who.b3d.results",
-    )
+    assert (folder, results_folder_of(folder)) == (tmp_path / "who.b3d.subject", tmp_path / "who.b3d.results")
     assert recording_of(folder) == path
     assert open_subject(folder) == open_subject(path)
     assert not folder.exists()
