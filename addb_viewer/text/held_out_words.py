@@ -36,14 +36,18 @@ def held_out_words(figures: TrialFigures) -> tuple[str, ...]:
 
 
 def worse_words(figures: TrialFigures) -> tuple[str, ...]:
-    """Where the markers alone predict held-out forces better than the fit, by how much and how surely."""
-    return tuple(
-        f"worse than markers alone on held-out {words}: {quantity} {of.rms:.1f} {unit}, "
-        f"markers at {cutoff_words(of.markers_cutoffs_hz)} {of.markers_rms:.1f} {unit}, "
-        f"{of.ratio:.2f} times; {_how_sure(of.ratio_90, words)}"
+    """Where the markers alone predict held-out forces better than the fit, and how surely; worst first."""
+    worse = [
+        (of.ratio, words, quantity, unit, of)
         for words, found in layouts_judged(figures)
         for quantity, unit, of in quantities(found)
         if of.ratio is not None and of.ratio > 1
+    ]
+    return tuple(
+        f"worse than markers alone on held-out {words}: {quantity} {of.rms:.1f} {unit}, "
+        f"markers at {cutoff_words(of.markers_cutoffs_hz)} {of.markers_rms:.1f} {unit}, "
+        f"{ratio:.2f} times; {_how_sure(of.ratio_90, words)}"
+        for ratio, words, quantity, unit, of in sorted(worse, key=lambda one: -one[0])
     )
 
 

@@ -50,10 +50,10 @@ def _doubted_angles(figures: DiagnosisReport) -> str:
 
 def _use(figures: DiagnosisReport) -> str:
     if figures.verdict == "clean":
-        below = "faults that are too small to be found may be there, see below."
+        below = "smaller faults may be there, see below. Whether its errors are within limits, the fit says."
         blind = cannot_tell(figures)
         but = f", but it cannot show {listed(blind)}" if blind else ""
-        return f"for joint angles and torques as it is{but}; {below}"
+        return f"no fault that was found speaks against angles and torques{but}; {below}"
     if figures.verdict != "explained":
         rest = "what remains" if figures.effects else "the cause"
         return (

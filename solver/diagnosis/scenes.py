@@ -44,13 +44,14 @@ SceneAndPosterior = list[tuple[Scene, Posterior]]  # of each trial
 
 
 def observed_markers(fit: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "frames markers 3"]:
-    """The recording's markers in the model's order; NaN where unseen or not in the recording [m]."""
+    """The recording's markers in the model's order; NaN where unseen, not in it, or without a pose [m]."""
     recorded = fit.capture.markers
     fitted = set(fit.marker_errors.names)
     observed = np.full((recorded.frames, len(skeleton.markers), 3), np.nan)
     for m, marker in enumerate(skeleton.markers):
         if marker.name in fitted and marker.name in recorded.names:
             observed[:, m] = recorded.positions_ground[:, recorded.names.index(marker.name)]
+    observed[~fit.motion.posed] = np.nan
     return observed
 
 

@@ -60,9 +60,9 @@ class MassEstimate:
 
 @dataclass(frozen=True)
 class Standing:
-    """A recording in which somebody stands still, and what all plates together read."""
+    """Somebody who stands still, and what the plates read together."""
 
-    name: str
+    name: str  # which plates of which recording
     mass: MassEstimate
 
 
@@ -146,7 +146,7 @@ def disagreement(estimate: MassEstimate, entered_kg: float, settings: ComSetting
     how, suspect = ("more", "loads carried") if apart > 0 else ("less", "steps beside the plates")
     return Note(
         Kind.ENTERED_MASS,
-        f"the forces carry {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg, {abs(apart):.1f} kg {how} "
+        f"the forces carry {estimate.mass_kg:.1f} ± {2 * estimate.std_kg:.1f} kg, {abs(apart):.1f} kg {how} "
         f"than the {entered_kg:.1f} kg that were entered",
         advice=f"check the entered mass, the plates' gain, and {suspect}",
     )

@@ -70,15 +70,15 @@ def person_mass(
     standing = [one for one in plates.standing if _is_a_persons(one.mass.mass_kg, height_m, subject)]
     if standing:
         weight = pool_masses([one.mass for one in standing], settings)
-        what = f"{weight.mass_kg:.1f} ± {weight.std_kg:.1f} kg stand still on the plates"
+        what = f"{weight.mass_kg:.1f} ± {2 * weight.std_kg:.1f} kg stand still"
         where = ", ".join(one.name for one in standing)
-        return PersonMass(weight.mass_kg, (Note(Kind.PERSON, f"mass not given; {what} ({where})"), *beside))
+        return PersonMass(weight.mass_kg, (Note(Kind.PERSON, f"mass not given; {what} on {where}"), *beside))
     if plates.estimate is not None:
         mass = plates.estimate.mass_kg
         notes = (
             Note(
                 Kind.PERSON,
-                f"mass not given; {mass:.1f} ± {plates.estimate.std_kg:.1f} kg estimated from the forces",
+                f"mass not given; {mass:.1f} ± {2 * plates.estimate.std_kg:.1f} kg estimated from the forces",
             ),
             *beside,
         )
@@ -98,7 +98,7 @@ def person_mass(
     mass, std = mass_of_height(height_m, subject.sex)
     if subject.height_m is None:
         std = math.hypot(std, 2 * mass * STATURE_STD_M / height_m)
-    what = f"people of {height_m:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
+    what = f"people of {height_m:.2f} m weigh {mass:.0f} ± {2 * std:.0f} kg; torques are as uncertain"
     return PersonMass(mass, noted(kind, f"mass not given, {why}; {what}"), std / mass)
 
 
@@ -140,9 +140,8 @@ def person_height(
     if height is None:
         return math.nan, noted(Kind.PERSON, "height not given, and no leg is seen to estimate it from")
     of = "legs and trunk" if subject.model is None else "legs"
-    return height, noted(
-        Kind.PERSON, f"height not given; {height:.2f} ± {STATURE_STD_M:.2f} m from the scaled model's {of}"
-    )
+    spread = f"{height:.2f} ± {2 * STATURE_STD_M:.2f} m"
+    return height, noted(Kind.PERSON, f"height not given; {spread} from the scaled model's {of}")
 
 
 def _height_of_body(subject: Subject, skeleton: Skeleton) -> float | None:

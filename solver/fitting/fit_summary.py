@@ -232,7 +232,7 @@ class TrialFigures:
         whole = Verdict(Use.TORQUES, (), nearest, self.frames, counting, posed)
         if not posed or self.marker_rms_m is None:
             return whole.also([Reason(Why.NO_POSE, Use.NOTHING)])
-        none = Why.NO_FORCES if self.forces_predicted or self.mask_source == "none" else Why.NO_FRAMES
+        none = Why.NO_FORCES if self.mask_source == "none" else Why.NO_FRAMES
         lacking = [] if counting else [Reason(none, Use.ANGLES)]
         return whole.also([*lacking, *(reason for reason in known if (reason.share or 0.0) > 1.0)])
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from solver.capture.capture import Capture, ForcePlate, Subject, TrialFiles, UnreadTrial
 from solver.capture.plates.conditioning import condition
@@ -202,8 +202,9 @@ def made_for(state: FitState, settings: Settings) -> tuple[object, ...]:
 def weigh_who_stands(state: FitState, settings: Settings) -> FitState:
     """Whoever stands still, upright, with the whole weight on plates; asked where nobody entered a mass.
 
-    Either both soles are over plates that carry something, or the plates together press where the centre of
-    mass is: of a foot on the floor beside them its force would be missing.
+    All plates together press below the centre of mass, or those do that both soles are over: what others
+    read is not of this person. Where none do, all count if both soles are over some that carry something: of
+    a foot on the floor beside them its force would be missing.
     """
     subject, static = state.subject, state.recordings.static
     if subject.mass_kg is not None:
@@ -214,11 +215,11 @@ def weigh_who_stands(state: FitState, settings: Settings) -> FitState:
         if not capture.plates or not what.is_still or what.seconds < SHORTEST_S:
             continue
         try:
-            mass = _weight_of(capture, state.skeleton, state.groundwork.match, subject.foot_bodies, settings)
+            who = _who_stands(capture, state.skeleton, state.groundwork.match, subject.foot_bodies, settings)
         except SolverError:  # too few markers for a pose, or a model without feet
             continue
-        if mass is not None:
-            found.append(Standing(capture.name, mass))
+        if who is not None:
+            found.append(who)
     return replace(state, groundwork=replace(state.groundwork, standing=tuple(found)))
 
 
@@ -241,17 +242,18 @@ def _with_plates(subject: Subject, static: Capture | None, settings: Settings) -
         return ()
 
 
-def _weight_of(
+def _who_stands(
     capture: Capture, skeleton: Skeleton, match: MarkerMatch, foot_bodies: Sequence[str], settings: Settings
-) -> MassEstimate | None:
+) -> Standing | None:
     markers, g = capture.markers, float(np.linalg.norm(skeleton.gravity))
     plates = [condition(plate, markers.times, settings.conditioning) for plate in capture.plates]
     known = np.all([plate.observed for plate in plates], axis=0)
     if known.sum() < SHORTEST_S * markers.rate:
         return None
-    up = sum(plate.force_ground[known, 1] for plate in plates)
-    low, weight, high = np.percentile(up, [10, 50, 90])
-    if weight < LIGHTEST_KG * g or high - low > STEADY_SPREAD_SHARE * weight:
+    force = np.array([plate.force_ground[known] for plate in plates])
+    moment = np.array([plate.moment_ground[known] for plate in plates])
+    loaded = np.flatnonzero(np.median(force[..., 1], axis=1) > settings.conditioning.threshold_N)
+    if not len(loaded):
         return None
     some = np.unique(np.linspace(0, markers.frames - 1, POSES).round().astype(int))
     rate = markers.rate * len(some) / markers.frames
@@ -260,22 +262,28 @@ def _weight_of(
     upright = hips_over_ankles(skeleton, q)
     if upright is None or np.median(upright) < UPRIGHT:
         return None
-    force, moment = (
-        np.median(sum(getattr(plate, name)[known] for plate in plates), axis=0)
-        for name in ("force_ground", "moment_ground")
-    )
-    pressed = np.array([moment[2], -moment[0]]) / force[1]
     below_com = np.median(centre_of_mass_of(skeleton, q), axis=0)[[0, 2]]
-    loaded = [
-        plate
-        for plate, read in zip(capture.plates, plates, strict=True)
-        if np.median(read.force_ground[known, 1]) > settings.conditioning.threshold_N
-    ]
-    if np.linalg.norm(pressed - below_com) > UNDER_M and not _over(loaded, skeleton, q, foot_bodies):
+
+    def off_com(some: Int[np.ndarray, " some"]) -> float:
+        f, m = (np.median(wrench[some].sum(axis=0), axis=0) for wrench in (force, moment))
+        return float(np.linalg.norm(np.array([m[2], -m[0]]) / f[1] - below_com))
+
+    nearest = loaded[np.argsort([off_com(loaded[[k]]) for k in range(len(loaded))])]
+    sets = [nearest[:count] for count in range(len(nearest), 0, -1)]
+    both = [some for some in sets if _over([capture.plates[k] for k in some], skeleton, q, foot_bodies)]
+    pressing = (some for some in (loaded, *both) if off_com(some) < UNDER_M)
+    under = next(iter([*pressing, *both]), None)
+    if under is None:
+        return None
+    up = force[under, :, 1].sum(axis=0)
+    low, weight, high = np.percentile(up, [10, 50, 90])
+    if weight < LIGHTEST_KG * g or high - low > STEADY_SPREAD_SHARE * weight:
         return None
     blocks = max(1.0, len(up) / (BLOCK_S * markers.rate))
     mass, sampling = float(weight) / g, float(np.std(up)) / g / blocks**0.5
-    return MassEstimate(mass, float(np.hypot(sampling, settings.com.plate_gain_std * mass)), sampling)
+    std = float(np.hypot(sampling, settings.com.plate_gain_std * mass))
+    of = ", ".join(plates[k].name for k in sorted(under)) if len(under) < len(loaded) else "the plates"
+    return Standing(f"{of} of {capture.name}", MassEstimate(mass, std, sampling))
 
 
 def _over(

@@ -112,17 +112,6 @@ class RigidBodyModel:
         jacobian[:, 0] += self.selection.T @ (bend[:, :, None] * self.selection)
         return np.ascontiguousarray(jacobian.transpose(0, 2, 1, 3))
 
-    def mass_matrix(self, q: Float[np.ndarray, "frames dofs"]) -> Float[np.ndarray, "frames dofs dofs"]:
-        """Mass matrix Φ'ᵀ M_p Φ' of the generalized coordinates."""
-        p, slope, _ = self.couple(q)
-        mass = np.zeros((len(q), self.chain.dofs, self.chain.dofs))
-        for t in range(len(q)):
-            upper = np.triu(pin.crba(self.model, self.data, p[t]))
-            full = upper + np.triu(upper, 1).T
-            map_p_q = slope[t, :, None] * self.selection
-            mass[t] = map_p_q.T @ full @ map_p_q
-        return mass
-
     def centre_of_mass(self, q: Float[np.ndarray, "frames dofs"]) -> Float[np.ndarray, "frames 3"]:
         """Centre of mass of the whole body in the ground frame [m]."""
         p, _, _ = self.couple(q)

@@ -202,7 +202,7 @@ def _sentences(plate: ForcePlate, evidence: PlateEvidence, *, lowered: bool) -> 
         and not evidence.has_known_level()
         and not evidence.is_undecided()
     ):
-        known = f" (± {evidence.zero_std_N:.0f} N)" if np.isfinite(evidence.zero_std_N) else ""
+        known = f" (± {2 * evidence.zero_std_N:.0f} N)" if np.isfinite(evidence.zero_std_N) else ""
         said += noted(
             Kind.OTHER,
             f"{plate.name}: its zero level is off: by the person's weight and motion it would read "

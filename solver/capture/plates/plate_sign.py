@@ -301,7 +301,7 @@ class PlateEvidence:
             said = f"it reads {way} ({_sure(self.sign_nats)})"
         if not self.is_untared():
             return said
-        known = f"± {self.zero_std_N:.0f} N; {_sure(self.zero_nats)}"
+        known = f"± {2 * self.zero_std_N:.0f} N; {_sure(self.zero_nats)}"
         seen = "it rests there while nobody is on it" if self.zero_std_N == 0.0 else known
         return f"{said}; unloaded it reads {self.zero_N:.0f} N ({seen})"
 

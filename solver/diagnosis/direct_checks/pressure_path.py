@@ -320,7 +320,7 @@ def _standing_on(
     off, constant = float(np.linalg.norm(point - foot)), float(np.linalg.norm(mean - point))
     return Statement(
         STANDING,
-        f"The load on {plate.name} changes about a point {100 * off:.0f} ± {100 * std:.0f} cm from the "
+        f"The load on {plate.name} changes about a point {100 * off:.0f} ± {200 * std:.0f} cm from the "
         f"foot's middle, and its mean pressure lies {100 * constant:.0f} cm from there (normal: within 8).",
         {
             About.PLATE_PLACE: nats_of(off, std, STANDING_SCATTER_M, PLACE_USUAL_M),

@@ -91,7 +91,7 @@ def _said(trial: Measured, found: Exchange) -> Statement:
         nats, against_sign = -1.0, 0.5 * (share / std) ** 2
     return Statement(
         EXCHANGE,
-        f"On both feet {names[1]} loses {share:.2f} ± {std:.2f} N for each newton that {names[0]} gains "
+        f"On both feet {names[1]} loses {share:.2f} ± {2 * std:.2f} N for each newton that {names[0]} gains "
         "(normal: 1, within 0.1).",
         {About.PLATE_SCALE: nats, About.PLATE_SIGN: min(against_sign, 50.0)},
         {"share": share, "share_std": std},
@@ -327,8 +327,8 @@ def _against_entered(one: Carried, entered_kg: float) -> Statement:
     nats = nats_of(away, one.std_kg / one.mass_kg, MASS_SCATTER, MASS_USUAL)
     return Statement(
         WEIGHT,
-        f"The plates carry {one.mass_kg:.1f} ± {one.std_kg:.1f} kg, and {entered_kg:.1f} kg were entered: "
-        f"{100 * (one.mass_kg / entered_kg - 1):+.1f} % (normal: within 6 %).",
+        f"The plates carry {one.mass_kg:.1f} ± {2 * one.std_kg:.1f} kg, and {entered_kg:.1f} kg were "
+        f"entered: {100 * (one.mass_kg / entered_kg - 1):+.1f} % (normal: within 6 %).",
         {About.ENTERED_MASS: nats, About.LOAD: nats, About.PLATE_SCALE: nats},
         {"carried_kg": one.mass_kg, "carried_std_kg": one.std_kg, "entered_kg": entered_kg},
         trial=one.trial,

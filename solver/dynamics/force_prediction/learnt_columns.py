@@ -183,8 +183,8 @@ def gain_notes(x: Float[np.ndarray, "18"], std: Float[np.ndarray, "18"]) -> tupl
         return ()
     return noted(
         Kind.FORCES_AGAINST_BODY,
-        f"compared with the forces that the markers' motion requires, plates read {', '.join(parts)}: a "
-        "plate's gain, a time shift, or wrong masses and soft tissue in the model?",
+        f"compared with the forces that the markers' motion requires, plates read {', '.join(parts)}: "
+        "bodies without markers, wrong masses or soft tissue in the model, a time shift, or a plate's gain?",
     )
 
 

@@ -105,15 +105,16 @@ def app(folder, make_replay, make_app):
     app.close()
 
 
+def read_review(folder, trial):
+    """Of a trial, as the store has it."""
+    with open_log(folder) as log:
+        return log.review(trial, FEET)
+
+
 @pytest.fixture
 def stored(folder):
-    """The review of a trial as the store has it."""
-
-    def read(trial="walk"):
-        with open_log(folder) as log:
-            return log.review(trial, FEET)
-
-    return read
+    """Reads the review of the walk."""
+    return lambda trial="walk": read_review(folder, trial)
 
 
 @pytest.fixture
@@ -206,13 +207,8 @@ def walks_app(walks_folder):
 
 @pytest.fixture
 def walks_review(walks_folder):
-    """What the log says of one of them."""
-
-    def read(trial="part1"):
-        with open_log(walks_folder) as log:
-            return log.review(trial, FEET)
-
-    return read
+    """Reads what the log says of one of them."""
+    return lambda trial="part1": read_review(walks_folder, trial)
 
 
 @pytest.fixture(scope="session")

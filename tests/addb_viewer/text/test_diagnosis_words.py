@@ -495,7 +495,7 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     def use(verdict="explained", **more):
         return page(figures(verdict, **more))[0].lines[-1]
 
-    assert use("clean").startswith("Use: for joint angles and torques as it is;")
+    assert use("clean").startswith("Use: no fault that was found speaks against angles and torques;")
     text = "marker RHEE is up to 45 cm off in frames 108-389"
     far = Note(Kind.FAR_MARKERS, text, trial="walk", values={"marker": "RHEE", "cm": 45})
     assert "But there are markers far from the model: RHEE 45 cm; slipped" in use("clean", notes=[far])
@@ -504,7 +504,7 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     assert "far from" not in use("clean", notes=[Note(Kind.BARE_BODIES, f"{text}: the shoulder rose?")])
     blind = [{"id": "capture_scale", "target": "all", "parameter": "scale", "size": 2.0}]
     cannot = use("clean", detectable=blind)
-    assert "torques as it is, but it cannot show wrong scale of the camera calibration;" in cannot
+    assert "torques, but it cannot show wrong scale of the camera calibration;" in cannot
     unknown = use("unexplained")
     assert "not for joint torques, before the cause is understood" in unknown
     assert "joint angles with care" in unknown

@@ -158,6 +158,14 @@ def test_observed_markers_are_those_that_were_fitted(trial, short_scene):
         )
 
 
+def test_on_frames_without_a_pose_no_marker_says_anything(trial, short_scene):
+    q = trial.motion.q.copy()
+    q[:20] = np.nan
+    observed = observed_markers(replace(trial, motion=replace(trial.motion, q=q)), short_scene.skeleton)
+    seen = np.isfinite(observed).any(axis=(1, 2))
+    np.testing.assert_array_equal(seen, np.arange(len(q)) >= 20)
+
+
 def test_flags_in_the_store_come_before_those_in_a_file(trial):
     imported = np.zeros(trial.motion.frames, dtype=bool)
     imported[3:9] = True

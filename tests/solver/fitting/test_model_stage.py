@@ -8,6 +8,7 @@ import pytest
 
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject
 from solver.common.progress import silent
+from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.fitting.fit_result import Groundwork
 from solver.fitting.model_stage import scale_model, weigh_who_stands
 from solver.fitting.settings import Settings
@@ -47,6 +48,11 @@ def middle(body: Skeleton, markers: Markers, side: str) -> np.ndarray:
     return markers.positions_ground[:, own].mean(axis=(0, 1)) * [1, 0, 1]
 
 
+def com(body: Skeleton) -> np.ndarray:
+    """On the ground below it."""
+    return centre_of_mass_of(body, pose(body))[0] * [1, 0, 1]
+
+
 def plate(name: str, newtons: float, at: np.ndarray, rectangle, rng: np.random.Generator) -> ForcePlate:
     force = np.tile([0.0, newtons, 0.0], (FRAMES, 1)) + rng.normal(0, 1.0, (FRAMES, 3))
     x0, x1, z0, z1 = rectangle
@@ -68,14 +74,29 @@ def test_plates_are_summed_however_the_weight_is_shared(body, shares, seed):
     """Feet on edges: no plate's pressure lies under a foot of its own, and some carry both."""
     rng = np.random.default_rng(seed)
     markers = standing(body, pose(body), rng)
-    feet = (middle(body, markers, "r") + middle(body, markers, "l")) / 2
+    beside = rng.normal(0, 0.1, (len(shares), 3)) * [1, 0, 1]
+    beside += com(body) - np.average(beside, axis=0, weights=shares)  # nobody falls
     plates = [
-        plate(f"plate {k}", share * MASS_KG * 9.80665, feet + rng.normal(0, 0.1, 3) * [1, 0, 1], FLOOR, rng)
+        plate(f"plate {k}", share * MASS_KG * 9.80665, beside[k], FLOOR, rng)
         for k, share in enumerate(shares)
     ]
     (found,) = weigh(body, markers, plates)
     assert found.mass.mass_kg == pytest.approx(MASS_KG, rel=0.01)
     assert abs(found.mass.mass_kg - MASS_KG) < 3 * found.mass.std_kg
+
+
+def test_what_plates_beside_the_feet_read_is_not_of_this_person(body):
+    """Somebody else, or a zero level: the plate under both feet presses below the body by itself."""
+    rng = np.random.default_rng(5)
+    markers = standing(body, pose(body), rng)
+    own = plate("plate 1", MASS_KG * 9.80665, com(body), FLOOR, rng)
+    others = [
+        plate(f"plate {k + 2}", 150.0, com(body) + np.array([0.6, 0, 0.2 * k]), (0.5, 1.0, -0.5, 0.5), rng)
+        for k in (0, 1)
+    ]
+    (found,) = weigh(body, markers, [*others, own])
+    assert found.mass.mass_kg == pytest.approx(MASS_KG, rel=0.01)
+    assert found.name == "plate 1 of trial"
 
 
 def test_a_foot_on_the_floor_beside_the_plates_is_no_weighing(body):

@@ -14,6 +14,14 @@ def motion(crane, crane_q):
     return q, rng.normal(size=q.shape), rng.normal(size=q.shape)
 
 
+def mass_matrix(model, q):
+    """The torques of unit accelerations, less those without any."""
+    still = np.zeros_like(q)
+    resting = model.inverse_dynamics(q, still, still)
+    units = np.eye(q.shape[1])
+    return np.stack([model.inverse_dynamics(q, still, still + e) - resting for e in units], axis=2)
+
+
 def test_bodies_stand_where_forward_kinematics_puts_them(crane, crane_q):
     R, p = RigidBodyModel(crane).body_placements(crane_q)
     expected_R, expected_p = body_poses(crane, crane_q)
@@ -33,7 +41,7 @@ def test_the_mass_matrix_gives_the_kinetic_energy_of_the_bodies(crane, motion):
         omega_body = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=1)
         energy += body.mass * (com_velocity**2).sum(axis=1) / 2
         energy += np.einsum("ti,ij,tj->t", omega_body, body.inertia_body, omega_body) / 2
-    M = RigidBodyModel(crane).mass_matrix(q)
+    M = mass_matrix(RigidBodyModel(crane), q)
     np.testing.assert_allclose(np.einsum("ti,tij,tj->t", v, M, v) / 2, energy, rtol=1e-7)
     np.testing.assert_allclose(M, M.transpose(0, 2, 1), atol=1e-12)
 
@@ -46,7 +54,7 @@ def test_torques_do_the_work_that_the_energy_gains(crane, motion):
     def energy(time):
         at, rate = q + time * v + time**2 / 2 * a, v + time * a
         height = model.centre_of_mass(at) @ -crane.gravity
-        return np.einsum("ti,tij,tj->t", rate, model.mass_matrix(at), rate) / 2 + crane.mass * height
+        return np.einsum("ti,tij,tj->t", rate, mass_matrix(model, at), rate) / 2 + crane.mass * height
 
     power = (model.inverse_dynamics(q, v, a) * v).sum(axis=1)
     np.testing.assert_allclose(power, (energy(h) - energy(-h)) / (2 * h), rtol=1e-6)

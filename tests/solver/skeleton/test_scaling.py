@@ -8,6 +8,7 @@ from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import scaled, scaled_inertia, with_mass, with_offsets
+from tests.solver.skeleton.test_pinocchio_model import mass_matrix
 
 
 @pytest.fixture
@@ -55,7 +56,7 @@ def _assert_same_pose(ours, theirs, q):
     _, origins = body_poses(ours, q[None])
     for name, origin in zip(ours.body_names, origins[0], strict=True):
         np.testing.assert_allclose(origin, theirs.body(name)[1], rtol=0, atol=1e-9)
-    ours_M, theirs_M = RigidBodyModel(ours).mass_matrix(q[None])[0], theirs.mass_matrix(q)
+    ours_M, theirs_M = mass_matrix(RigidBodyModel(ours), q[None])[0], theirs.mass_matrix(q)
     np.testing.assert_allclose(ours_M, theirs_M, rtol=0, atol=1e-6 * np.abs(theirs_M).max())
 
 

@@ -264,15 +264,20 @@ def test_real_files_hold_what_their_description_says(real_data, file, shape, rat
     assert storage.in_degrees is in_degrees
 
 
-@settings(deadline=None)  # the machine may be busy
-@given(data=st.data())
-def test_damaged_files_open_or_fail_with_a_clear_error(tmp_path_factory, data):
-    text = bytearray(mot().encode())
+def damaged(text, data):
+    """A file cut off somewhere, with some bytes changed."""
+    text = bytearray(text.encode())
     text = text[: data.draw(st.integers(0, len(text)), label="cut at")]
     for _ in range(data.draw(st.integers(0, 3), label="damaged bytes") if text else 0):
         text[data.draw(st.integers(0, len(text) - 1))] = data.draw(st.integers(0, 255))
+    return bytes(text)
+
+
+@settings(deadline=None)  # the machine may be busy
+@given(data=st.data())
+def test_damaged_files_open_or_fail_with_a_clear_error(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("damaged") / "grf.mot"
-    path.write_bytes(bytes(text))
+    path.write_bytes(damaged(mot(), data))
     with suppress(CaptureError):
         storage = read_storage(path)
         assert storage.values.shape == (len(storage.times), len(storage.labels))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from solver.capture.capture import Markers
 from solver.capture.formats.trc import read_trc, write_trc
 from solver.common.errors import CaptureError
+from tests.solver.capture.formats.test_storage import damaged
 
 KEYS = "DataRate CameraRate NumFrames NumMarkers Units OrigDataRate OrigDataStartFrame OrigNumFrames"
 NAMES = ("LASI", "RASI", "SACR")
@@ -396,12 +397,8 @@ def a_walk() -> Markers:
 @settings(deadline=None)  # the machine may be busy
 @given(data=st.data())
 def test_damaged_files_open_or_fail_with_a_clear_error(tmp_path_factory, data):
-    text = bytearray(trc().encode())
-    text = text[: data.draw(st.integers(0, len(text)), label="cut at")]
-    for _ in range(data.draw(st.integers(0, 3), label="damaged bytes") if text else 0):
-        text[data.draw(st.integers(0, len(text) - 1))] = data.draw(st.integers(0, 255))
     path = tmp_path_factory.mktemp("damaged") / "walk.trc"
-    path.write_bytes(bytes(text))
+    path.write_bytes(damaged(trc(), data))
     with suppress(CaptureError):
         markers = read_trc(path).markers
         assert markers.positions_ground.shape == (markers.frames, len(markers.names), 3)
