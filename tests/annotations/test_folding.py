@@ -205,10 +205,7 @@ def test_a_conflict_ends_when_one_gives_in_or_takes_back(edits):
 
 def test_activities_are_labelled_by_range_and_differing_ones_told(edits):
     review = fold(
-        edits(
-            ("anna", SetActivity(0, 40, "walk", "treadmill")),
-            ("ben", SetActivity(30, 40, "run")),
-        )
+        edits(("anna", SetActivity(0, 40, "walk", "treadmill")), ("ben", SetActivity(30, 40, "run")))
     )
     found = [(a.start, a.end, a.activity, a.subclass, a.author) for a in review.activities]
     assert found == [(0, 30, "walk", "treadmill", "anna"), (30, 40, "run", None, "ben")]
@@ -261,12 +258,7 @@ def test_conflicts_are_found_by_the_edit_that_they_are_about(edits):
 
 @pytest.mark.parametrize(
     ("status", "decided"),
-    [
-        (Status.UNSEEN, False),
-        (Status.IN_WORK, True),
-        (Status.FINISHED, True),
-        (Status.SECOND_LOOK, True),
-    ],
+    [(Status.UNSEEN, False), (Status.IN_WORK, True), (Status.FINISHED, True), (Status.SECOND_LOOK, True)],
 )
 def test_a_trial_is_decided_once_somebody_took_it_in_hand(edits, status, decided):
     assert fold(edits(("anna", SetStatus(status)))).decided is decided

@@ -8,16 +8,7 @@ import pytest
 from sqlalchemy import text
 
 from annotations.database import Database
-from annotations.events import (
-    ClearRange,
-    FlagRange,
-    ImportLabels,
-    ImportTable,
-    Redo,
-    SetStatus,
-    Status,
-    Undo,
-)
+from annotations.events import ClearRange, FlagRange, ImportLabels, ImportTable, Redo, SetStatus, Status, Undo
 from annotations.log import ReviewLog
 from annotations.review_errors import ReviewError
 from annotations.work import Comment

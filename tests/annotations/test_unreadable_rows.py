@@ -8,15 +8,7 @@ import pytest
 from sqlalchemy import text
 
 from annotations.database import Database
-from annotations.events import (
-    ClearRange,
-    FlagRange,
-    ImportLabels,
-    Redo,
-    SetStatus,
-    Status,
-    Undo,
-)
+from annotations.events import ClearRange, FlagRange, ImportLabels, Redo, SetStatus, Status, Undo
 from annotations.live_review import LiveReview
 from annotations.log import ReviewLog
 from annotations.review_errors import LostLogError, ReviewError

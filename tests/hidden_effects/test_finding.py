@@ -57,11 +57,7 @@ SINGLE = (  # the place is the seed: a new one goes to the end, so that the othe
 )
 PAIRS = [("clock_offset", "external_contact"), ("plate_gain", "marker_slip")]
 UNKNOWN = ["unknown_torque", "unknown_periodic_on_head"]
-CLEAN = [
-    ("walk", "true"),
-    ("walk", "generic"),
-    ("squat", "true"),
-]
+CLEAN = [("walk", "true"), ("walk", "generic"), ("squat", "true")]
 
 
 @pytest.fixture(scope="module")

@@ -119,11 +119,7 @@ def test_exchanged_plates_keep_their_centres_of_pressure(recording):
 
 @pytest.mark.parametrize(
     ("axes", "matrix"),
-    [
-        ("x", np.diag([-1.0, 1, 1])),
-        ("z", np.diag([1.0, 1, -1])),
-        ("xz", np.eye(3)[[2, 1, 0]]),
-    ],
+    [("x", np.diag([-1.0, 1, 1])), ("z", np.diag([1.0, 1, -1])), ("xz", np.eye(3)[[2, 1, 0]])],
 )
 def test_axes_read_wrongly_change_the_force_alone(plate, axes, matrix):
     wrong = recorded.misread_axes(plate, axes)

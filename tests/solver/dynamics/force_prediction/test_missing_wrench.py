@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 
 from solver.contact.wrenches import FrameMask
-from solver.dynamics.force_prediction.missing_wrench import (
-    with_joint_torques,
-    wrenches_by_motion,
-)
+from solver.dynamics.force_prediction.missing_wrench import with_joint_torques, wrenches_by_motion
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
 from solver.kinematics.motion import Motion
