@@ -42,15 +42,12 @@ FALLS_BACK = {
     (
         "solver/export/conversion/convert.py",
         "read_marker_file",
-    ): "files by themselves, which no subject is about",
+    ): "files by themselves, which no subject is about"
 }
 
 READS_THEM = {"job_for": "where none are handed over, it reads the subject's own"}
 
-CHANGEABLE = {type(table).__name__ for _, table in tables(Settings())} | {
-    "Settings",
-    "ReadingSettings",
-}
+CHANGEABLE = {type(table).__name__ for _, table in tables(Settings())} | {"Settings", "ReadingSettings"}
 
 
 def _name(node: ast.expr | None) -> str:

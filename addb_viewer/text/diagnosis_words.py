@@ -55,7 +55,8 @@ def screen(figures: DiagnosisReport) -> list[Section]:
     unseen = [] if each else [what_would_be_found(figures)]
     after = what_was_decided(figures)
     shorter = replace(remains, lines=tuple(map(_short, remains.lines)))
-    sections = [verdict(figures), after, *unseen, *causes, shorter]
+    steps = Section("Besides", tuple(n for n in figures.notes if n.kind is Kind.DETECTED))
+    sections = [verdict(figures), after, *unseen, *causes, steps, shorter]
     return [s for s in sections if s.lines or s.rows]
 
 

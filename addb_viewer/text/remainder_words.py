@@ -181,12 +181,9 @@ def _left(figures: DiagnosisReport) -> str:
         of_force, of_moment = ratios(residual)
         force, moment = newtons(residual.force_N), moment_Nm(residual.moment_Nm)
         if max(of_force, of_moment) <= WITHIN:
-            return (
-                f"All of the residual above: {force} and {moment}, ordinary in size but not in its pattern."
-            )
+            return f"All of the residual: {force} and {moment}, ordinary in size but not in its pattern."
         return (
-            f"All of the residual above: force {_against(force, of_force)}; "
-            f"moment {_against(moment, of_moment)}."
+            f"All of the residual: force {_against(force, of_force)}; moment {_against(moment, of_moment)}."
         )
     left, floor = remaining.linear_residual_N, remaining.noise_floor_N
     with_them = " with the causes" if figures.effects else ""

@@ -109,7 +109,7 @@ def _of_forces(figures: DiagnosisReport, effects: Sequence[Cause]) -> str:
     causes = "the cause" if len(rest_of) == 1 else "the causes"
     whole = is_whole(figures) or now_and_then(figures)  # a step's own force no hidden stretch predicts
     rest = "" if whole else ", and then with care, since not all is explained (see what remains)"
-    return f"{angles}for joint torques only with {causes} corrected (see what next){rest}."
+    return f"{angles}for joint torques only with {causes} corrected (`addb-viewer accept`){rest}."
 
 
 def _other_causes(figures: DiagnosisReport, effect: Cause) -> bool:

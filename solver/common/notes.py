@@ -28,6 +28,7 @@ class Kind(Enum):
     REVIEWS = "reviews", "decide"
     SOLVE = "the solve", "decide"
     OUT_OF_VIEW = "out of view", "decide"
+    DETECTED = "steps that detection sees", "decide"
     OTHER = "other notes", "decide"
     DRAWING = "drawing", "know"
     LABELS = "labels", "know"

@@ -1,6 +1,6 @@
 """The whole diagnosis of a subject as one readable function."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,14 +13,17 @@ from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject.opened_subject import ReadTrials, open_subject
 from solver.capture.trial import read_trial
 from solver.common.errors import FitError
+from solver.common.notes import Kind, Note
 from solver.common.progress import Progress, part, silent
+from solver.contact.detected_ranges import CONTACT_BUT_NO_FORCE, NOT_OVER_FORCE_PLATE
 from solver.contact.force_review import ForceReview
-from solver.diagnosis.causes.catalogue import catalogue
+from solver.diagnosis.causes.catalogue import ABOUT, catalogue
 from solver.diagnosis.causes.effect import Candidate, Estimate, Fitted
+from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.checks import least_first_gain
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.diagnosis import CLEAN, Detectable
-from solver.diagnosis.diagnosis_report import DiagnosisReport, report, told_check
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, report, told_check
 from solver.diagnosis.direct_checks.measured import Measured, measure_trials
 from solver.diagnosis.direct_checks.pressure_path import turns_by_path
 from solver.diagnosis.direct_checks.run_checks import run_checks, suspect_plates
@@ -45,6 +48,9 @@ from solver.fitting.summary import all_notes
 NINE_IN_TEN = 1.28  # standard deviations by which an estimate falls short at most
 GRID = np.geomspace(0.05, 50.0, 200)  # of standard deviations, among which a size to act on is sought
 HOP_S = 0.03  # half a window: nothing is lost between them
+SURE_STEP = 0.8  # confidence of a proposal that a diagnosis may not pass over in silence
+STEPS = (NOT_OVER_FORCE_PLATE, CONTACT_BUT_NO_FORCE)
+UNTIL_REVIEWED = "look at it in the video; fits leave it out until somebody reviews it"
 FITTED = 0.6  # share of the work that is done once the markers are fitted
 
 
@@ -126,7 +132,24 @@ def diagnosis_from(found: LookedAt, progress: Progress = silent) -> DiagnosisRep
         turns_by_path(found.measured),
     )
     answer, told = answer_balance(balance, seen, progress), tuple(map(told_check, direct_checks))
-    return replace(answer, notes=(*all_notes(found.fit), *seen.notes), direct_checks=told)
+    notes = *all_notes(found.fit), *seen.notes, *steps_not_named(balance.scenes, answer.effects)
+    return replace(answer, notes=notes, direct_checks=told)
+
+
+def steps_not_named(scenes: Sequence[Scene], named: Sequence[Cause]) -> Iterator[Note]:
+    """Steps off the plates that the detection is sure of, on frames that count, and no cause names."""
+    steps = [cause for cause in named if ABOUT[cause.id].seen_standing]
+    told = [(foot, *frames) for c in steps for foot in c.target.split("+") for frames in c.frames]
+    for scene in scenes:
+        for p in scene.proposals:
+            start, end = p.range
+            is_told = any(t[:2] == (p.foot, scene.name) and t[2] < end and start < t[3] for t in told)
+            if is_told or p.reason not in STEPS or p.confidence < SURE_STEP:
+                continue
+            if scene.counts[start:end].any():
+                text = f"detection sees {p.foot} stand on no plate in frames {start} to {end - 1}"
+                text += f" ({100 * p.confidence:.0f} % sure), and no cause of this diagnosis names it"
+                yield Note(Kind.DETECTED, text, trial=scene.name, advice=UNTIL_REVIEWED)
 
 
 def answer_balance(balance: Balance, seen: SeenInMarkers, progress: Progress = silent) -> DiagnosisReport:

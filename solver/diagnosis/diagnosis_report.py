@@ -17,13 +17,7 @@ from solver.diagnosis.cause_decisions import CauseDecisions, Chances
 from solver.diagnosis.causes.about import About
 from solver.diagnosis.causes.effect import Estimate, Range
 from solver.diagnosis.checks import Decision
-from solver.diagnosis.diagnosis import (
-    AfterTrial,
-    Detectable,
-    Gain,
-    Remaining,
-    ToBeSure,
-)
+from solver.diagnosis.diagnosis import AfterTrial, Detectable, Gain, Remaining, ToBeSure
 from solver.diagnosis.direct_checks.statement import STATED_NATS, Statement
 from solver.diagnosis.extended_fit import ExtendedGain
 from solver.diagnosis.residual_description import Residual, ResidualOverTime, TrialResidual
@@ -264,11 +258,7 @@ def _known(gain: Gain) -> Gain | None:
 
 
 def cause_of(
-    about: About,
-    target: str,
-    parameters: Mapping[str, Estimate],
-    confidence: float,
-    ranges: Sequence[Range],
+    about: About, target: str, parameters: Mapping[str, Estimate], confidence: float, ranges: Sequence[Range]
 ) -> Cause:
     """A cause that was found, as it is told.
 

@@ -56,10 +56,7 @@ def observed_markers(fit: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "fr
 
 
 def scene_of(
-    fit: TrialFit,
-    skeleton: Skeleton,
-    settings: Settings,
-    flagged: Sequence[MissingRange] = (),
+    fit: TrialFit, skeleton: Skeleton, settings: Settings, flagged: Sequence[MissingRange] = ()
 ) -> tuple[Scene, Posterior]:
     """One trial with forces.
 
@@ -132,11 +129,7 @@ def _required(kinematics: ForwardKinematics, posterior: Posterior) -> Float[np.n
     return by_frames(required, posterior.motion.q, posterior.velocity, posterior.acceleration)
 
 
-def scenes_of(
-    fit: Fit,
-    settings: Settings,
-    reviews: Mapping[str, ForceReview],
-) -> SceneAndPosterior:
+def scenes_of(fit: Fit, settings: Settings, reviews: Mapping[str, ForceReview]) -> SceneAndPosterior:
     """All trials of a fit that have forces, and frames enough for accelerations."""
     size = size_against_own_model(fit)
     entered, factor = fit.subject.mass_kg is not None, fit.subject.scale_factor

@@ -20,15 +20,7 @@ from solver.diagnosis.causes.about import (
     Size,
     Weight,
 )
-from solver.diagnosis.causes.effect import (
-    Candidate,
-    Estimate,
-    Eta,
-    Fitted,
-    InTrials,
-    Signature,
-    all_and_each,
-)
+from solver.diagnosis.causes.effect import Candidate, Estimate, Eta, Fitted, InTrials, Signature, all_and_each
 from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.causes.on_segments import (
     BETWEEN_OTHERS_ODDS,
@@ -112,6 +104,10 @@ class SubjectMass(Candidate):
         growth = fit.estimate(0)
         return {"mass_factor": Estimate(1 + growth.value, growth.std)}
 
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """Of an adult."""
+        return self.size(estimates) < self.most
+
     @classmethod
     def candidates(cls, scenes: Sequence[Scene]) -> list[Candidate]:
         """One person, if anybody entered what they weigh."""
@@ -187,10 +183,13 @@ class SegmentMass(Candidate):
         slope = (others + borne * growth) / others**2
         return {"mass_factor": Estimate(growth / others, abs(slope) * float(np.sqrt(fit.covariance[0, 0])))}
 
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """Still a person's."""
+        return 1 / MOST_SEGMENT < estimates["mass_factor"].value < MOST_SEGMENT
+
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """Beyond what people scatter around tables, and still a person's."""
-        factor = estimates["mass_factor"].value
-        return 1 / MOST_SEGMENT < factor < MOST_SEGMENT and abs(factor - 1) > LEAST_SEGMENT
+        """Beyond what people scatter around tables."""
+        return self.is_possible(estimates) and abs(estimates["mass_factor"].value - 1) > LEAST_SEGMENT
 
     def _bodies(self, skeleton: Skeleton) -> list[int] | None:
         names = self.target.split("+")

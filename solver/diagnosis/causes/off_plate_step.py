@@ -4,19 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from solver.common.true_runs import runs
 from solver.contact.contact_phases import contact_phases
-from solver.contact.detected_ranges import (
-    CONTACT_BUT_NO_FORCE,
-    COP_OUTSIDE_FOOT,
-    FORCE_DISCREPANCY,
-    MISSING_BLIP,
-    NOT_OVER_FORCE_PLATE,
-    UNMEASURED_EXTERNAL_FORCE,
-    ZERO_WHILE_ACCELERATING,
-)
+from solver.contact.detected_ranges import CLIPPED, OUTLIERS, within
 from solver.diagnosis.causes.about import (
     About,
     Arrow,
@@ -39,8 +31,9 @@ SLOW_KNOTS_S = 0.25  # the centre of pressure wanders aside slowly
 LEAST_SHARE = 0.12  # of body weight, mean over the stance
 PRESS_SHARE = 0.05  # of body weight: where a stance begins and ends
 LEAST_PRESSING = 0.9  # of the impulse, pulls and presses counted alike: noise pulls where little presses
-HEEL_OR_TIP_SHARE = 0.7  # of body weight
-TANGENT_SHARE = 0.2  # of body weight
+HEEL_OR_TIP_SHARE = 0.7  # of the load
+TANGENT_SHARE = 0.2  # of the load
+MOST_WALKING = 1.5  # of body weight, however fast; a runner's ground carries up to three times body weight
 SIDEWAYS_M = 0.02  # of the centre of pressure from the sole's middle line
 TWIST_M = 0.008  # free moment over vertical force
 UP = 1  # y, among the components of a force
@@ -50,15 +43,7 @@ SUSPECT_ONE_SIGNED = 0.7  # of its frames lack force
 GROSS_SHARE = 0.3  # of body weight, likewise: nothing else is looked for there
 SHORTEST_SHARE = 0.4  # of the subject's median stance
 SHORTEST_S = 0.06  # where no whole stance is known
-REASONS = (
-    CONTACT_BUT_NO_FORCE,
-    NOT_OVER_FORCE_PLATE,
-    FORCE_DISCREPANCY,
-    MISSING_BLIP,
-    ZERO_WHILE_ACCELERATING,
-    COP_OUTSIDE_FOOT,
-    UNMEASURED_EXTERNAL_FORCE,
-)
+PLATES_OWN = (CLIPPED, OUTLIERS)  # reasons of proposals that say nothing of where a foot stands
 
 
 @dataclass(frozen=True)
@@ -68,6 +53,7 @@ class OffPlateStance:
     foot_body: str
     stretch: Stretch
     gross: bool  # no plate carries the foot, and much of body weight is lacking
+    load_N: float  # of which the shares below are: body weight in walking, more in running
 
 
 def off_plate_stances(scenes: Sequence[Scene]) -> list[OffPlateStance]:
@@ -78,12 +64,12 @@ def off_plate_stances(scenes: Sequence[Scene]) -> list[OffPlateStance]:
     shortest = shortest_stance_s(scenes)
     found = []
     for scene in scenes:
-        missing = missing_force(scene) / scene.weight_N
+        missing, counted = missing_force(scene) / scene.weight_N, np.pad(scene.counts, 1)
         for foot, sole in enumerate(scene.soles):
             carried = scene.contacts.in_contact[:, scene.contacts.foot_bodies.index(sole.foot_body)]
             suspects = []
-            for start, end in runs(seems_to_stand(scene, foot)):
-                cut_off = start == 0 or end == scene.frames
+            for start, end in seems_to_stand(scene, foot):
+                cut_off = not (counted[start] and counted[end + 1])  # the frames beside it
                 lacks = missing[start:end]
                 if (end - start) / scene.rate < (SHORTEST_S if cut_off else shortest):
                     continue
@@ -94,7 +80,8 @@ def off_plate_stances(scenes: Sequence[Scene]) -> list[OffPlateStance]:
                 gross = (
                     missing[inside].mean() > GROSS_SHARE and carried[inside].mean() < 1 - SUSPECT_ONE_SIGNED
                 )
-                found.append(OffPlateStance(sole.foot_body, stretch, bool(gross)))
+                load_N = scene.weight_N * max(1.0, float(missing[inside].max()) / MOST_WALKING)
+                found.append(OffPlateStance(sole.foot_body, stretch, bool(gross), load_N))
     return found
 
 
@@ -103,8 +90,12 @@ def missing_force(scene: Scene) -> Float[np.ndarray, " frames"]:
     return scene.missing_ground[:, UP]
 
 
-def seems_to_stand(scene: Scene, foot: int) -> Bool[np.ndarray, " frames"]:
-    """Frames on which a foot stands by its motion and no plate carries it, or the detection thinks so."""
+def seems_to_stand(scene: Scene, foot: int) -> list[tuple[int, int]]:
+    """Stretches on which a foot stands by its motion and no plate carries it, or the detection thinks so.
+
+    What the detection proposes is there by itself as well: by its motion a foot may stand before it lands.
+    Frames that don't count are not there: of a force that is missing there nothing is known.
+    """
     body = scene.soles[foot].foot_body
     column = scene.contacts.foot_bodies.index(body)
     standing = np.zeros(scene.frames, dtype=bool)
@@ -120,10 +111,11 @@ def seems_to_stand(scene: Scene, foot: int) -> Bool[np.ndarray, " frames"]:
         if phase.foot == column:
             standing[phase.start : phase.end] = True
     standing &= ~scene.contacts.in_contact[:, column]
-    for proposal in scene.proposals:
-        if proposal.foot == body and proposal.reason in REASONS:
-            standing[slice(*proposal.range)] = True
-    return standing
+    own = [p for p in scene.proposals if p.foot == body and p.reason not in PLATES_OWN]
+    proposed = [p.range for p in within(own, scene.counts)]
+    for start, end in proposed:
+        standing[start:end] = True
+    return [*runs(standing & scene.counts), *proposed]
 
 
 def shortest_stance_s(scenes: Sequence[Scene]) -> float:
@@ -184,7 +176,7 @@ class OffPlateStep(InPieces):
                 if stance.stretch.trial == scene.name
                 else np.zeros((scene.frames, 6, _count(stance.stretch)))
             )
-            yield Signature(columns, scene.weight_N * _prior_shares(stance.stretch))
+            yield Signature(columns, stance.load_N * _prior_shares(stance.stretch))
 
     def estimates(self, scenes: Sequence[Scene], fit: Fitted) -> dict[str, Estimate]:
         """force_y_N: mean vertical force; weight_share: of body weight; pressing_share: of the impulse."""
@@ -289,7 +281,7 @@ def _count(stance: Stretch) -> int:
 
 
 def _prior_shares(stance: Stretch) -> Float[np.ndarray, " parameters"]:
-    """Prior standard deviations over body weight; of couples in metres."""
+    """Prior standard deviations over the load; of couples in metres."""
     pressing, tangent, slow = (stance.hump_count(s) for s in (KNOTS_S, TANGENT_KNOTS_S, SLOW_KNOTS_S))
     shares = [HEEL_OR_TIP_SHARE, TANGENT_SHARE, SIDEWAYS_M, TWIST_M]
     return np.repeat(shares, [2 * pressing, 2 * tangent, slow, slow])

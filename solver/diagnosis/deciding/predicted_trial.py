@@ -179,7 +179,7 @@ def _noise_standing(
         settings: of the diagnosis.
     """
     present, skeleton, motion = own.scene, scene.skeleton, scene.motion
-    error = present.markers.observed_ground - present.markers.model_ground
+    error = (present.markers.observed_ground - present.markers.model_ground)[present.counts]
     errors = np.concatenate([error, error[-2:0:-1]])  # there and back
     at = round(present.rate / scene.rate) * np.arange(scene.frames) % len(errors)
     observed = marker_positions(skeleton, motion.q) + errors[at]

@@ -10,15 +10,7 @@ from addb_viewer.app.app import start
 from addb_viewer.jobs.review_store import open_log
 from addb_viewer.jobs.solving import job_for, solved
 from addb_viewer.trial_view.proposals import State
-from annotations.events import (
-    AcceptProposal,
-    ClearRange,
-    FlagRange,
-    RejectProposal,
-    SetStatus,
-    Status,
-    Undo,
-)
+from annotations.events import AcceptProposal, ClearRange, FlagRange, RejectProposal, SetStatus, Status, Undo
 from annotations.reasons import REASON_KEYS
 from solver.contact.wrenches import RECORDING
 from solver.fitting.results.store import load_fit

@@ -319,10 +319,7 @@ def test_every_trap_ends_in_what_is_left_out(walks, tmp_path):
         ("Lab/g_no_forces", "no_trials"),
     }
     (copy,) = [row for row in plan.left_out if row.reason == "duplicate_subject"]
-    assert (copy.detail, copy.frames) == (
-        "same as Lab/a_good_one; they are called two persons",
-        121,
-    )
+    assert (copy.detail, copy.frames) == ("same as Lab/a_good_one; they are called two persons", 121)
     assert copy.hours == pytest.approx(121 / 100 / 3600)
 
 

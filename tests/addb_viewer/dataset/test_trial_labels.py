@@ -96,11 +96,7 @@ CAUSES = [
 
 
 def test_what_asks_for_a_look_is_told_of_its_own_trial_alone():
-    assert concerns_of("walk", NOTES, CAUSES) == (
-        "clock_offset (97 %)",
-        "carried_mass pelvis (60 %)",
-        CLOCK,
-    )
+    assert concerns_of("walk", NOTES, CAUSES) == ("clock_offset (97 %)", "carried_mass pelvis (60 %)", CLOCK)
     assert concerns_of("run", NOTES, CAUSES[:1]) == ("the largest force is 4 kN",)
 
 

@@ -87,11 +87,7 @@ def said(answer):
 LATE = effect(offset_s=(0.0123, 0.0004))
 PULLED = effect("drag", "pelvis", mean_force_N=(20.0, 1.0))
 STEP = effect(
-    "off_plate_step",
-    "calcn_r",
-    frames=((126, 190),),
-    force_y_N=(492.0, 1.6),
-    weight_share=(0.7, 0.002),
+    "off_plate_step", "calcn_r", frames=((126, 190),), force_y_N=(492.0, 1.6), weight_share=(0.7, 0.002)
 )
 
 
@@ -511,16 +507,18 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     assert "before what remains is understood" in use("unexplained", effects=[LATE])
     rest = {"linear_residual_N": 44.0, "noise_floor_N": 19.0, "location": None}
     assert use(effects=[LATE, PULLED], remaining=rest).endswith(
-        "with the causes corrected (see what next), and then with care, since not all is explained (see what "
-        "remains)."
+        "(`addb-viewer accept`), and then with care, since not all is explained (see what remains)."
     )
     assert use(effects=[LATE]).startswith("Use: for joint angles as it is; for joint torques only with the")
     larger = effect("capture_scale", "all", scale=(1.02, 0.001))
-    assert use(effects=[larger]) == "Use: for joint torques only with the cause corrected (see what next)."
+    assert (
+        use(effects=[larger])
+        == "Use: for joint torques only with the cause corrected (`addb-viewer accept`)."
+    )
     assert "outside the frames named" in use(effects=[STEP])
     assert use(effects=[LATE, STEP], remaining=rest).endswith(
         "never for joint torques in the frames of the unmeasured step; elsewhere for joint torques only with "
-        "the cause corrected (see what next)."
+        "the cause corrected (`addb-viewer accept`)."
     )
     slipped = use(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))])
     once = "only once this marker is corrected; else as it is."
@@ -539,7 +537,7 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     assert use(effects=[both[0], LATE]) == (
         f"Use: {soft_tissue}; else for joint angles as it is; for joint torques only with the cause "
         "corrected "
-        "(see what next)."
+        "(`addb-viewer accept`)."
     )
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
     guessed = LATE | {"confidence": 0.6}
@@ -806,6 +804,14 @@ def test_the_trial_that_would_decide_stands_with_its_cause_alone(changes, words)
     on_a_screen = " ".join(" ".join(as_text(words_of.screen(told(answer)))).split())
     assert words in on_a_screen
     assert "to be sure" not in said(figures(effects=[GAIN, LATE]))
+
+
+def test_a_screen_points_to_nothing_that_it_does_not_print():
+    seen = Note(Kind.DETECTED, "detection sees calcn_r stand on no plate", trial="walk1")
+    answer = figures(effects=[LATE, STEP], notes=[seen])
+    on_a_screen = " ".join(" ".join(as_text(words_of.screen(told(answer)))).split())
+    assert seen in on_a_screen
+    assert "what next" not in on_a_screen
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addb_viewer.trial_view.chart_html import (
-    axis_html,
-    chart_html,
-    curve_path,
-    nice_ticks,
-    short_labels,
-)
+from addb_viewer.trial_view.chart_html import axis_html, chart_html, curve_path, nice_ticks, short_labels
 from addb_viewer.trial_view.charts import Chart, Line
 from addb_viewer.trial_view.palette import BLUE
 from addb_viewer.trial_view.span import Span

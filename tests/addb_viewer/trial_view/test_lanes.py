@@ -3,11 +3,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from addb_viewer.app.review.review_html import (
-    history_html,
-    proposals_html,
-    ranges_html,
-)
+from addb_viewer.app.review.review_html import history_html, proposals_html, ranges_html
 from addb_viewer.report.timeline import lanes_html
 from addb_viewer.trial_view.lanes import lanes_of
 from addb_viewer.trial_view.proposals import pending

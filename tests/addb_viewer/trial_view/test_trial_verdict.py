@@ -3,12 +3,7 @@
 import pytest
 
 from addb_viewer.text.residual_words import TAKEN_OFF
-from addb_viewer.trial_view.trial_verdict import (
-    CauseDecisions,
-    cause_against,
-    times_the_limit,
-    trial_verdict,
-)
+from addb_viewer.trial_view.trial_verdict import CauseDecisions, cause_against, times_the_limit, trial_verdict
 from annotations.events import Edit, FlagRange, Proposal, SetStatus, Status, Unusable
 from annotations.folding import folded
 from annotations.review_errors import ReviewError

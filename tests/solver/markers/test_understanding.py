@@ -28,12 +28,7 @@ BY_FAMILY = {
             "RUPA,RELB,RFRM,RWRA,RWRB,RFIN,LASI,RASI,LPSI,RPSI,LTHI,LKNE,LTIB,LANK,LHEE,LTOE,RTHI,"
             "RKNE,RTIB,RANK,RHEE,RTOE"
         ),
-        {
-            "LTIB": "shank_wand_l",
-            "LASI": "asis_l",
-            "RBAK": "back_offset",
-            "RTOE": "mt2_head_r",
-        },
+        {"LTIB": "shank_wand_l", "LASI": "asis_l", "RBAK": "back_offset", "RTOE": "mt2_head_r"},
     ),
     "OptiTrack": (
         labels(
@@ -69,23 +64,14 @@ BY_FAMILY = {
             "L.Thigh.Front,L.Thigh.Rear,R.Knee.Lat,L.Knee.Lat,R.Shank.Upper,L.Shank.Upper,R.Heel,"
             "L.Heel,R.Toe.Lat,L.Toe.Lat,R.Acromium,L.Acromium"
         ),
-        {
-            "V.Sacral": "sacrum",
-            "R.Thigh.Rear": "thigh_rear_r",
-            "L.Toe.Lat": "mt5_head_l",
-        },
+        {"V.Sacral": "sacrum", "R.Thigh.Rear": "thigh_rear_r", "L.Toe.Lat": "mt5_head_l"},
     ),
     "CAST / IOR (Rizzoli)": (
         labels(
             "LIAS,RIAS,LIPS,RIPS,LFLE,RFLE,LFME,RFME,LFAL,RFAL,LTAM,RTAM,LFCC,RFCC,LFM5,RFM5,LFM2,"
             "RFM2,LTT,RTT,SJN,SXS,CV7,LAC,RAC"
         ),
-        {
-            "LFAL": "ankle_lateral_l",
-            "RFCC": "heel_r",
-            "SXS": "xiphoid",
-            "RTT": "tibial_tuberosity_r",
-        },
+        {"LFAL": "ankle_lateral_l", "RFCC": "heel_r", "SXS": "xiphoid", "RTT": "tibial_tuberosity_r"},
     ),
     "Oxford Foot Model": (
         labels(
@@ -119,12 +105,7 @@ BY_FAMILY = {
             "RFHD,LFHD,C7,T10,CLAV,STRN,RBAC,LSHO,RSHO,LELB,RELB,LFWT,RFWT,LBWT,RBWT,LTHI,RTHI,"
             "LKNE,RKNE,LSHN,RSHN,LANK,RANK,LHEE,RHEE,LTOE,RTOE,LMT5,RMT5"
         ),
-        {
-            "LFWT": "asis_l",
-            "RBWT": "psis_r",
-            "LSHN": "shank_wand_l",
-            "RBAC": "back_offset",
-        },
+        {"LFWT": "asis_l", "RBWT": "psis_r", "LSHN": "shank_wand_l", "RBAC": "back_offset"},
     ),
     "OpenCap / Stanford": (
         labels(
@@ -132,12 +113,7 @@ BY_FAMILY = {
             "L_calc,r_toe,L_toe,r_5meta,L_5meta,r_thigh1,L_thigh1,r_sh2,L_sh2,R_elbow_lat,"
             "L_elbow_lat"
         ),
-        {
-            "r_calc": "heel_r",
-            "L_mknee": "knee_medial_l",
-            "r_5meta": "mt5_head_r",
-            "L_sh2": "shank_cluster_l",
-        },
+        {"r_calc": "heel_r", "L_mknee": "knee_medial_l", "r_5meta": "mt5_head_r", "L_sh2": "shank_cluster_l"},
     ),
     "Davis, as BTS and SIAMOC name it": (
         labels(

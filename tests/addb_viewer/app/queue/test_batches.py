@@ -43,11 +43,7 @@ def test_fits_are_for_those_without_and_other_work_for_those_with_a_fit(batches)
     assert batches.start(FIT, [*ALL, ("S9", "walk")], "Zoë") == 2
     assert batches.start(DIAGNOSE, ALL, "Zoë") == 1
     assert batches.start(EXPORT, ALL, "Zoë", "csv") == 1
-    assert batches.started == [
-        (FIT, ["S1", "S3"], "Zoë"),
-        (DIAGNOSE, ["S2"], "Zoë"),
-        (EXPORT, ["S2"], "Zoë"),
-    ]
+    assert batches.started == [(FIT, ["S1", "S3"], "Zoë"), (DIAGNOSE, ["S2"], "Zoë"), (EXPORT, ["S2"], "Zoë")]
 
 
 @pytest.mark.parametrize(

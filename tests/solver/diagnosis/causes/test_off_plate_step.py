@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from solver.common.true_runs import runs
-from solver.contact.detected_ranges import CONTACT_BUT_NO_FORCE, FORCE_DISCREPANCY, Proposal
-from solver.diagnosis.causes.effect import Fitted
+from solver.contact.detected_ranges import (
+    CONTACT_BUT_NO_FORCE,
+    FORCE_DISCREPANCY,
+    NOT_OVER_FORCE_PLATE,
+    Proposal,
+)
+from solver.diagnosis.causes.effect import Fitted, Range
 from solver.diagnosis.causes.observed_trial import force_at
 from solver.diagnosis.causes.off_plate_step import (
     OffPlateStep,
@@ -16,6 +21,8 @@ from solver.diagnosis.causes.off_plate_step import (
     shortest_stance_s,
     sole_line,
 )
+from solver.diagnosis.diagnose_subject import steps_not_named
+from solver.diagnosis.diagnosis_report import cause_of
 from solver.simulate.demo_subject import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under, stances_within
 
@@ -62,8 +69,48 @@ def test_a_silent_plate_under_a_standing_foot_is_gross(scene):
     (found,) = off_plate_stances([silenced(scene, (start, end))])
     assert found.foot_body == "calcn_r"
     assert found.gross
+    assert found.load_N == scene.weight_N
     assert abs(found.stretch.start - start) <= 8
     assert abs(found.stretch.end - end) <= 8
+
+
+def test_a_runner_s_ground_may_carry_more_than_a_walker_s(scene):
+    silent = silenced(scene, a_whole_stance(scene))
+    harder = replace(silent, required_ground=2.5 * silent.required_ground)
+    lacking = missing_force(harder).max()
+    assert any(scene.weight_N < s.load_N < lacking for s in off_plate_stances([harder]))
+
+
+def test_a_step_is_seen_although_the_foot_seems_to_stand_for_much_longer(scene):
+    start, end = a_whole_stance(scene)
+    lighter = scene.required_ground - force_at(np.array([0.0, 20.0, 0.0]), scene.com_ground)
+    silent = silenced(replace(scene, required_ground=lighter), (start, end))
+    too_long = Proposal((start, scene.frames), "calcn_r", CONTACT_BUT_NO_FORCE, 0.6)
+    sure = Proposal((start, end), "calcn_r", NOT_OVER_FORCE_PLATE, 0.98)
+    assert off_plate_stances([replace(silent, proposals=(too_long,))]) == []
+    (found,) = off_plate_stances([replace(silent, proposals=(too_long, sure))])
+    assert abs(found.stretch.end - end) <= 8
+
+
+def test_a_step_goes_no_further_than_the_recording(scene):
+    start, end = a_whole_stance(scene)
+    middle = (start + end) // 2
+    recorded = scene.counts & (np.arange(scene.frames) < middle)
+    sure = Proposal((start, end), "calcn_r", NOT_OVER_FORCE_PLATE, 0.98)
+    silent = replace(silenced(scene, (start, end)), counts=recorded, proposals=(sure,))
+    (found,) = off_plate_stances([silent])
+    assert middle <= found.stretch.end <= middle + 8
+
+
+def test_a_step_that_detection_is_sure_of_gets_a_word_where_no_cause_names_it(scene):
+    seen = replace(scene, proposals=(Proposal((40, 100), "calcn_r", NOT_OVER_FORCE_PLATE, 0.98),))
+    (note,) = steps_not_named([seen], ())
+    assert "calcn_r stand on no plate in frames 40 to 99 (98 % sure)" in note
+    named = cause_of(OffPlateStep.about, "calcn_l+calcn_r", {}, 1.0, [Range(scene.name, 90, 120)])
+    assert list(steps_not_named([seen], [named])) == []
+    others = replace(named, target="calcn_l"), replace(named, frames=((scene.name, 100, 120),))
+    assert all(list(steps_not_named([seen], [other])) == [note] for other in others)
+    assert list(steps_not_named([replace(seen, counts=np.zeros(scene.frames, dtype=bool))], ())) == []
 
 
 def test_the_subjects_settings_say_how_a_foot_stands(scene):

@@ -200,6 +200,20 @@ def test_markers_leave_less_noise_in_who_stands_than_in_who_walks(short_scene, r
     assert SETTINGS.force_noise_N**2 < variance[0] < SETTINGS.force_noise_N**2 + 0.1 * variance[1]
 
 
+def test_who_is_seen_late_in_a_recording_stands_with_all_markers(short_scene, rows_of):
+    seen, exact = np.arange(short_scene.frames) > 0.6 * short_scene.frames, short_scene.markers.model_ground
+    each = (short_scene.counts, exact), (seen, np.where(seen[:, None, None], exact, np.nan))
+    whole, late = (
+        replace(short_scene, counts=c, markers=replace(short_scene.markers, observed_ground=o))
+        for c, o in each
+    )
+    stands, also = (
+        rows_of_trial(Balance([rows_of(s)], SETTINGS), ShortTrial(STANDING[0], ("plate_2",)), s).covariance
+        for s in (whole, late)
+    )
+    np.testing.assert_allclose(also, stands, atol=1e-6 * np.abs(stands).max())
+
+
 def test_those_that_are_left_out_fare_as_the_rival_that_fares_best(balance, pair):
     some = [replace(h, share=s) for h, s in zip(pair, (0.6, 0.2), strict=True)]
     nothing_said, said = (shares_after(some, np.array([[0.0, n], [n, 0.0]])) for n in (0.0, 50.0))
