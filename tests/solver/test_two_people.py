@@ -15,8 +15,7 @@ def test_a_fit_of_two_people_says_so_first(real_data, tmp_path):
     (tmp_path / "subject.toml").write_text("")
     settings = Settings()
     fit = solve(
-        open_subject(tmp_path),
-        replace(settings, trajectory=replace(settings.trajectory, enabled=False)),
+        open_subject(tmp_path), replace(settings, trajectory=replace(settings.trajectory, enabled=False))
     )
     said = [note for note in all_notes(fit) if "two people" in note]
     assert len(said) == 1

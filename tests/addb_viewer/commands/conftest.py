@@ -59,7 +59,6 @@ def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine
 
     monkeypatch.setattr("addb_viewer.jobs.solving.solve", solve)
     monkeypatch.setattr(
-        "addb_viewer.jobs.solving.open_subject",
-        lambda folder, awaits: replace(subject, folder=folder),
+        "addb_viewer.jobs.solving.open_subject", lambda folder, awaits: replace(subject, folder=folder)
     )
     return line

@@ -193,8 +193,7 @@ def test_record_needs_somewhere_to_write_to(command_line):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
-    [(("--trial", "wlak"), "walk"), (("--mcap", "missing/a.mcap"), "missing/a.mcap")],
+    ("options", "said"), [(("--trial", "wlak"), "walk"), (("--mcap", "missing/a.mcap"), "missing/a.mcap")]
 )
 def test_what_is_wrong_is_one_line(command_line, tmp_path, options, said):
     given = options if "--mcap" in options else (*options, "--mcap", tmp_path / "a.mcap")

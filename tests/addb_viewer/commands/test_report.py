@@ -119,8 +119,7 @@ def test_a_subject_that_fails_is_told_and_the_others_have_their_page(opening, tm
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
-    [(("--trial", "wlak"), "walk"), (("--out", "missing/a.html"), "missing/a.html")],
+    ("options", "said"), [(("--trial", "wlak"), "walk"), (("--out", "missing/a.html"), "missing/a.html")]
 )
 def test_what_is_wrong_is_one_line(opening, options, said):
     done = opening("report", opening.subject.folder, *options)

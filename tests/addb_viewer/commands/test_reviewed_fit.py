@@ -23,8 +23,7 @@ def reviewed(command_line, monkeypatch):
     """The log of the subject, which has the feet 'thigh' and 'shank' here."""
     two_feet = replace(command_line.subject, foot_bodies=("thigh", "shank"))
     monkeypatch.setattr(
-        "addb_viewer.jobs.solving.open_subject",
-        lambda folder, awaits: replace(two_feet, folder=folder),
+        "addb_viewer.jobs.solving.open_subject", lambda folder, awaits: replace(two_feet, folder=folder)
     )
     with open_log(two_feet.folder) as log:
         yield log

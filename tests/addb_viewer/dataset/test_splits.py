@@ -59,8 +59,7 @@ def test_shares_hold_within_one_person_of_the_quotas_rounding_in_each_source(siz
 def test_of_twenty_neighbours_in_the_order_one_goes_to_test_and_to_dev(sizes, seed):
     persons = crowd(sizes)
     order = sorted(
-        persons,
-        key=lambda p: (p.source, p.activity, sha256(f"{seed}/{p.person_id}".encode()).hexdigest()),
+        persons, key=lambda p: (p.source, p.activity, sha256(f"{seed}/{p.person_id}".encode()).hexdigest())
     )
     split = by_shares(persons, seed)
     for first in range(0, len(order) - 19, 20):

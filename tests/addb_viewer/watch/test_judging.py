@@ -67,8 +67,7 @@ def test_a_plate_is_off_its_zero(share, is_told):
 
 
 @pytest.mark.parametrize(
-    ("seconds", "share", "is_told"),
-    [(3.0, 1.4, True), (3.0, 0.7, False), (0.3, 1.4, False)],
+    ("seconds", "share", "is_told"), [(3.0, 1.4, True), (3.0, 0.7, False), (0.3, 1.4, False)]
 )
 def test_a_step_that_no_plate_measured_is_seen_without_a_fit(seconds, share, is_told):
     weight = 70.0 * GRAVITY
