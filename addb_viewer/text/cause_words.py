@@ -18,6 +18,7 @@ from addb_viewer.text.diagnosis_vocabulary import (
     tentative_of,
     title,
 )
+from addb_viewer.text.residual_words import corrected_on_reading
 from addb_viewer.text.sections import Section
 from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.deciding.deciding_trial import NOTHING
@@ -49,12 +50,13 @@ def cause(figures: DiagnosisReport, k: int, to_flag: ToFlag = by_command) -> Sec
     """
     effect = figures.effects[k]
     rivals = rivals_of(figures, effect)
+    already = ["Every fit takes it off already."] if corrected_on_reading(effect) else []
     rows = [
         ("what it is", sentence(effect)),
         ("how large", "; ".join(amounts(effect))),
         ("when", when(figures, effect)),
         ("how sure", certainty(effect.confidence, len(rivals))),
-        ("what to do", " ".join([effect.remedy, *_flag_hint(figures, effect, to_flag)]).strip()),
+        ("what to do", " ".join([*already, effect.remedy, *_flag_hint(figures, effect, to_flag)]).strip()),
     ]
     if rivals:
         rows.append(("could also be", _could_also_be(effect, rivals)))

@@ -136,7 +136,7 @@ def _copies(markers: Markers) -> tuple[Note, ...]:
             found += [
                 f"{markers.names[k]} and {markers.names[k + 1 + other]}" for other in np.flatnonzero(copies)
             ]
-    return noted(Kind.OTHER, f"{some_of(found, 3)} have the same trajectory") if found else ()
+    return noted(Kind.LABELS, f"{some_of(found, 3)} have the same trajectory") if found else ()
 
 
 def _listed(what: str, where: Bool[np.ndarray, "frames markers"], names: Sequence[str]) -> tuple[Note, ...]:

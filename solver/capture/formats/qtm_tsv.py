@@ -141,7 +141,7 @@ def read_qtm_forces(path: Path) -> Storage:
         force, moment, point = ((place + k, place + k + 1, place + k + 2) for k in (0, 3, 6))
         plates.append(PlateColumns(name, force, point, moment, corners))
         columns += vectors
-        notes += (Note(Kind.OTHER, f"{table.path.name}: '{name}', in {frame} coordinates"), *table.notes)
+        notes += (Note(Kind.PLATES, f"{table.path.name}: '{name}', in {frame} coordinates"), *table.notes)
     first = tables[0]
     if np.isnan(times).all():
         raise CaptureError(f"{first.path}: no time column, and no FREQUENCY: the rate is unknown.")
@@ -246,7 +246,7 @@ def _read(path: Path) -> _Table:
         [label for label in named if label],
         values,
         lines,
-        (*notes, *(noted(Kind.OTHER, f"{path.name}: {events} events are not used") if events else ())),
+        (*notes, *(noted(Kind.LEFT_OUT, f"{path.name}: {events} events are not used") if events else ())),
     )
 
 

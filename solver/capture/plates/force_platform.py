@@ -132,7 +132,7 @@ def _eight_channels(
     return (
         force,
         _straightened(plate, force, moment),
-        noted(Kind.OTHER, "centre of pressure corrected by FPCOPPOLY"),
+        noted(Kind.PLATES, "centre of pressure corrected by FPCOPPOLY"),
     )
 
 

@@ -408,6 +408,7 @@ def test_what_to_do_next_with_this_recording():
     }
     text = said(figures(effects=[taken_off], residual=residual()))
     assert "Every fit already corrects the bias" in text
+    assert "Every fit takes it off already." in text
     assert "The fault is still in the files" in text
     assert "what the plate read while nobody stood on it" in text
     assert "with the fault left in, as in the files" in text
