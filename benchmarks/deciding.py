@@ -214,7 +214,8 @@ def summary(tried: Sequence[Tried]) -> str:
     sure, lost = ({w: sum(f(o.after) for o in ways[w]) for w in ways} for f in (SURE.__le__, (0.0).__ge__))
     rows = [(w, rate(sure[w], len(every)), rate(lost[w], len(ways[w]))) for w in ("proposed", "random")]
     left = listed - {o.case for o in ways["proposed"] if o.after >= SURE}
-    best = len({o.case for o in tried if o.case in left and o.after >= SURE})
+    best = rate(len({o.case for o in tried if o.case in left and o.after >= SURE}), len(left))
+    others = f"Of {len(left)} that this leaves unsure, another one decides {best}.\n\n" if left else ""
     came = [o.came_nats / o.predicted_nats for o in ways["proposed"] if np.isfinite(o.came_nats)]
     ratio = np.array(came or [np.nan])
     off, (low, middle, high) = 100 * np.median(np.abs(ratio - 1)), np.quantile(ratio, (0.25, 0.5, 0.75))
@@ -222,9 +223,8 @@ def summary(tried: Sequence[Tried]) -> str:
         "## A trial to be sure\n\nHidden causes of 0.5 to 1.5 reference sizes whose name is less sure than "
         "90 %, recorded once more: the trial that the diagnosis proposes, and a random one of the list. "
         f"In {len(asked)} of {len(every)} cases it proposes one.\n\n{table(HEAD, rows)}\n\n"
-        f"Of {len(left)} that this leaves unsure, another one decides {rate(best, len(left))}.\n\n"
-        f"Nats between the name and the rival that it is told from, where one of them is right ({len(came)} "
-        f"cases): those that come differ from the predicted ones by {off:.0f} %, "
+        f"{others}Nats between the name and the rival that it is told from, where one of them is right "
+        f"({len(came)} cases): those that come differ from the predicted ones by {off:.0f} %, "
         f"and are {middle:.2f} times as many, in the median; {low:.2f} to {high:.2f} in the middle half."
     )
 
