@@ -29,8 +29,8 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 123_486,
-    "Lines of tests": 74_288,
+    "Lines of the product": 123_469,
+    "Lines of tests": 74_305,
     "Lines of benchmarks": 11_709,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,

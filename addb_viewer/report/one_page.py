@@ -169,11 +169,7 @@ def _causes(report: SubjectReport) -> Safe:
             if standing is None
             else f"{standing.kind}ed by {standing.by}, {standing.when:%Y-%m-%d}"
         )
-        cells = (
-            "; ".join(amounts(effect)[:MOST_AMOUNTS]),
-            f"{sureness(effect.confidence)}{lead}",
-            decided,
-        )
+        cells = ("; ".join(amounts(effect)[:MOST_AMOUNTS]), f"{sureness(effect.confidence)}{lead}", decided)
         rows.append(
             element("tr", element("th", short_title(effect), scope="row"), *(element("td", c) for c in cells))
         )

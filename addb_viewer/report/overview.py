@@ -72,12 +72,7 @@ def overview_page(name: str, entries: Sequence[Entry], notes: Sequence[str], fil
     )
     table = element(
         "div",
-        element(
-            "table",
-            element("thead", element("tr", heads)),
-            element("tbody", *rows),
-            class_="sortable",
-        ),
+        element("table", element("thead", element("tr", heads)), element("tbody", *rows), class_="sortable"),
         class_="scroll",
     )
     said = f"{done} of {len(entries)} subjects have a report, with {len(kept)} trials. "

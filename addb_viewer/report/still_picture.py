@@ -169,12 +169,7 @@ def _bones(replay: Replay, frame: int, meshes: Mapping[str, trimesh.Trimesh], ca
     return Safe(f'<image href="{address}" width="{WIDTH:g}" height="{HEIGHT:g}"/>' if address else "")
 
 
-def bones_image(
-    bodies: BodyReplay,
-    meshes: Mapping[str, trimesh.Trimesh],
-    frame: int,
-    camera: Camera,
-) -> str:
+def bones_image(bodies: BodyReplay, meshes: Mapping[str, trimesh.Trimesh], frame: int, camera: Camera) -> str:
     """A `data:` address of the picture of one frame's bones; empty where none is known.
 
     Faces are painted from the farthest to the nearest, each in one shade.

@@ -7,13 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from addb_viewer.report.content import SubjectReport
-from addb_viewer.report.frames_kept import (
-    Kept,
-    decided_by,
-    duration_s,
-    frames_words,
-    seconds_words,
-)
+from addb_viewer.report.frames_kept import Kept, decided_by, duration_s, frames_words, seconds_words
 from addb_viewer.report.joints_part import angles_part, joints_part
 from addb_viewer.report.key_findings import key_findings
 from addb_viewer.report.made_from import recorded, repeat_part
@@ -177,10 +171,7 @@ def gain_bars(gain: Mapping[str, Gain]) -> Safe:
         most = max(before, after, 1e-12)
         bars = [
             element(
-                "div",
-                element("span", words),
-                bar(v / most, kind),
-                element("b", f"{v:.{digits}f} {unit}"),
+                "div", element("span", words), bar(v / most, kind), element("b", f"{v:.{digits}f} {unit}")
             )
             for words, kind, v in (("without", "before", before), ("with", "after", after))
         ]

@@ -127,10 +127,7 @@ def draft_folder(beside: Path) -> Iterator[Path]:
 
 @contextmanager
 def files_together(
-    home: Path,
-    before_moving: Callable[[Sequence[Path]], None] = lambda _: None,
-    *,
-    overwrite: bool = False,
+    home: Path, before_moving: Callable[[Sequence[Path]], None] = lambda _: None, *, overwrite: bool = False
 ) -> Iterator[Path]:
     """A folder to write into, whose files take their places elsewhere once the block has ended without error.
 

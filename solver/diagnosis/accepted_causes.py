@@ -80,11 +80,7 @@ def extension_for(
             the files or flags put all right.
     """
     balance, _, fit = repaired_balance(
-        subject,
-        settings,
-        trials=trials,
-        reviews=reviews or {},
-        progress=part(progress, 0.0, FITTED),
+        subject, settings, trials=trials, reviews=reviews or {}, progress=part(progress, 0.0, FITTED)
     )
 
     def named(scenes: Sequence[Scene]) -> list[Candidate]:

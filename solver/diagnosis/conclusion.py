@@ -11,14 +11,7 @@ from solver.diagnosis.causes.effect import Estimate, in_view
 from solver.diagnosis.causes.marker_effect import MarkerFinding
 from solver.diagnosis.deciding.deciding_trial import trial_to_be_sure
 from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED, Gain, Location, Remaining, Unlisted
-from solver.diagnosis.diagnosis_report import (
-    Cause,
-    DiagnosisReport,
-    Rival,
-    cause_of,
-    finite,
-    told_decisions,
-)
+from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport, Rival, cause_of, finite, told_decisions
 from solver.diagnosis.force_histories import force_histories
 from solver.diagnosis.held_out_gain import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers

@@ -40,9 +40,7 @@ NOTHING_SEEN = SeenInMarkers()
 
 
 def with_markers_repaired(
-    fitted: Callable[[Mapping[str, Capture]], Fit],
-    settings: Settings,
-    reviews: Mapping[str, ForceReview],
+    fitted: Callable[[Mapping[str, Capture]], Fit], settings: Settings, reviews: Mapping[str, ForceReview]
 ) -> tuple[Fit, SceneAndPosterior, SeenInMarkers]:
     """Fit, look at the markers, repair them, and fit again until nothing more is found.
 

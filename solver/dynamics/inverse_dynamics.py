@@ -17,11 +17,7 @@ from solver.skeleton.skeleton import Skeleton
 
 
 def inverse_dynamics(
-    skeleton: Skeleton,
-    motion: Motion,
-    contacts: ContactWrenches,
-    mask: FrameMask,
-    settings: DynamicsSettings,
+    skeleton: Skeleton, motion: Motion, contacts: ContactWrenches, mask: FrameMask, settings: DynamicsSettings
 ) -> Dynamics:
     """Joint torques and residual wrench of a trial.
 

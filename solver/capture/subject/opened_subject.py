@@ -155,9 +155,7 @@ def open_subject(folder: Path, *, awaits: bool = False) -> Subject:
 
 
 def subjects_in(
-    folder: Path,
-    deepest: int = DEEPEST,
-    may_be_read: Callable[[Path], None] | None = None,
+    folder: Path, deepest: int = DEEPEST, may_be_read: Callable[[Path], None] | None = None
 ) -> tuple[tuple[Subject, ...], tuple[str, ...]]:
     """The subjects of a folder: itself, if it is one, else those below it; and why others are left out.
 

@@ -76,11 +76,7 @@ IN_SHORT = 3  # names of a kind in a message
 
 
 def unused_files(
-    folder: Path,
-    used: Iterable[Path],
-    left: Mapping[Path, str],
-    others: Mapping[Path, str],
-    silent: str = "",
+    folder: Path, used: Iterable[Path], left: Mapping[Path, str], others: Mapping[Path, str], silent: str = ""
 ) -> tuple[UnusedFile, ...]:
     """Every file of a subject's folder that a fit of it would not read.
 
@@ -134,10 +130,7 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
     if kind == ".osim":
         return MODEL, reason or f"a model; {silent or 'another is used, or none beside the recordings'}"
     if path.name.lower() == "review.json":
-        return (
-            REVIEW,
-            reason or f"a review of frames; {silent or 'it lies beside no single trial'}",
-        )
+        return (REVIEW, reason or f"a review of frames; {silent or 'it lies beside no single trial'}")
     if kind == SUFFIX:
         return DATA, "a subject of its own: give this file by its name"
     if kind in BY_ENDING:

@@ -100,9 +100,7 @@ def correct_scene(gross: GrossCause, scene: Scene) -> Scene:
 
 
 def with_samples(
-    plate: PlateScene,
-    wrench_ground: Float[np.ndarray, "samples 6"],
-    carrying: Bool[np.ndarray, " samples"],
+    plate: PlateScene, wrench_ground: Float[np.ndarray, "samples 6"], carrying: Bool[np.ndarray, " samples"]
 ) -> PlateScene:
     """The plate as if its samples had been others.
 

@@ -53,9 +53,7 @@ class PlateScene:
         return self.at_times(samples_ground, self.times)
 
     def at_times(
-        self,
-        samples_ground: Float[np.ndarray, "samples *columns"],
-        times: Float[np.ndarray, " frames"],
+        self, samples_ground: Float[np.ndarray, "samples *columns"], times: Float[np.ndarray, " frames"]
     ) -> Float[np.ndarray, "frames *columns"]:
         """Likewise at other times [s] on the markers' clock; NaN where nothing was recorded.
 

@@ -28,10 +28,7 @@ def columns_at_centre(
 
 
 def columns_at_point(
-    scene: Scene,
-    body: int,
-    point_body: Float[np.ndarray, "3"],
-    force_ground: Float[np.ndarray, "frames 3"],
+    scene: Scene, body: int, point_body: Float[np.ndarray, "3"], force_ground: Float[np.ndarray, "frames 3"]
 ) -> Float[np.ndarray, "frames 6 4"]:
     """Likewise at any point of the body [m]."""
     columns = np.zeros((len(force_ground), 6, 4))

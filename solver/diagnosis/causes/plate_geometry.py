@@ -138,9 +138,7 @@ class GravityTilt(Candidate):
     about = About(
         id="gravity_tilt",
         entry=Entry(
-            "`all`",
-            "force vectors turned by a small rotation about x and z",
-            "`tilt_x_deg`, `tilt_z_deg`",
+            "`all`", "force vectors turned by a small rotation about x and z", "`tilt_x_deg`, `tilt_z_deg`"
         ),
         title="tilted force vectors",
         sentence="All forces are tilted: the vertical of the force plates is not that of the cameras.",

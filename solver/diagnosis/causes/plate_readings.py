@@ -106,9 +106,7 @@ class PlateBias(Candidate):
     about = About(
         id="plate_bias",
         entry=Entry(
-            "`plate_k`",
-            "a constant force added at the plate's centre",
-            "`bias_x_N`, `bias_y_N`, `bias_z_N`",
+            "`plate_k`", "a constant force added at the plate's centre", "`bias_x_N`, `bias_y_N`, `bias_z_N`"
         ),
         title="constant error in the force of {target}",
         sentence="{target} adds a constant force to what it measures.",

@@ -178,9 +178,7 @@ class PlateUnits(RearrangedPlate):
     about = About(
         id="plate_units",
         entry=Entry(
-            "`plate_k`",
-            "recorded = factor × true: kilograms, pounds, a range of the amplifier",
-            "`factor`",
+            "`plate_k`", "recorded = factor × true: kilograms, pounds, a range of the amplifier", "`factor`"
         ),
         title="wrong units of {target}",
         sentence=(

@@ -7,6 +7,7 @@ against b, if a is right, is expected to be
 
     D(a, b) = ½ [tr(V_b⁻¹ V_a) − n + (m_a − m_b)ᵀ V_b⁻¹ (m_a − m_b) + log det V_b − log det V_a]    nats
 
+where those of the proposal are told with b at the noise scale that then suits it best.
 The best trial is most likely to leave the right one a share of nine tenths, whichever of them is right. Nats
 are tempered as in the diagnosis of all trials, the more the more is explained, and scatter by √(2 D).
 """
@@ -22,6 +23,7 @@ from scipy.stats import norm
 from solver.diagnosis.deciding.predicted_trial import (
     Hypothesis,
     Posterior,
+    nats_at_own_scales,
     planned_rows,
     posteriors,
     predict,
@@ -152,9 +154,12 @@ def _expected(
     rows = rows_of_trial(balance, trial, present_of(balance), in_full=in_full)
     if rows is None:
         return None
-    planned = planned_rows(balance, rows, fitted[0].of.solved.noise_scale)
-    predictions = [predict(planned, posterior) for posterior in fitted]
-    nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
+    if in_full:
+        nats = nats_at_own_scales(balance, rows, fitted)
+    else:
+        planned = planned_rows(balance, rows, fitted[0].of.solved.noise_scale)
+        predictions = [predict(planned, posterior) for posterior in fitted]
+        nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
     some = [p.of for p in fitted]
     shares = shares_after(some, nats)
     return Expected(trial, nats, shares, chance_of_sure(shares, nats, _tempers(some, nats)))

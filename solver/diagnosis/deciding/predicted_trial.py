@@ -208,6 +208,13 @@ class Planned:
         """By what is the trial's own."""
         return np.asarray(solve_triangular(self.root, columns, lower=True))
 
+    def turned(self, prediction: Prediction, planned: "Planned") -> Prediction:
+        """Mean and covariance of one that was whitened at another noise scale, whitened at this one."""
+        turn = self.whiten(planned.root)
+        log_det = prediction.log_det + 2.0 * float(np.log(np.diag(turn)).sum())
+        covariance = turn @ prediction.covariance @ turn.T
+        return replace(prediction, mean=turn @ prediction.mean, covariance=covariance, log_det=log_det)
+
 
 def planned_rows(balance: Balance, rows: TrialRows, noise_scale: NoiseScale) -> Planned:
     """Rows of a short trial at the noise scale of the present ones."""
@@ -237,6 +244,35 @@ def predict(planned: Planned, posterior: Posterior) -> Prediction:
     precision = lower + np.tril(lower, -1).T
     log_det = 2.0 * float(np.log(np.diag(root)).sum())
     return Prediction(fixed + G @ posterior.mean, covariance, precision, log_det)
+
+
+def nats_at_own_scales(
+    balance: Balance, rows: TrialRows, fitted: Sequence[Posterior]
+) -> Float[np.ndarray, "right other"]:
+    """Nats for each hypothesis against each other, whose noise scale is fitted to the short trial as well.
+
+    A larger one hides what sets them apart, at the cost of evidence of the present trials.
+
+    Args:
+        balance: of the present trials.
+        rows: of the short one.
+        fitted: hypotheses, all at one noise scale.
+    """
+    near = fitted[0].of.solved.noise_scale
+    here = planned_rows(balance, rows, near)
+    right = [predict(here, p) for p in fitted]
+    least = np.full((len(fitted), len(fitted)), np.inf)
+    scales = [s for s in balance.noise_scales if s.slack == near.slack and s.scale >= near.scale]
+    for scale in sorted(scales, key=lambda s: s.scale):
+        some = [replace(p.of, solved=balance.solve_at(p.of.solved.terms, scale)) for p in fitted]
+        kept = [h.solved.log_evidence - p.of.solved.log_evidence for p, h in zip(fitted, some, strict=True)]
+        if (least.max(axis=0) < -np.array(kept)).all():
+            break
+        there = planned_rows(balance, rows, scale)
+        others = [predict(there, p) for p in posteriors(balance, some)]
+        nats = [[there.turned(a, here).nats_against(b) for b in others] for a in right]
+        least = np.minimum(least, np.array(nats) - kept)
+    return least
 
 
 def _columns(

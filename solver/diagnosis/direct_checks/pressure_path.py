@@ -74,9 +74,7 @@ def pressing_feet(markers: Markers) -> Sequence[PressingFoot]:
 
 
 def _one_foot_each(
-    markers: Markers,
-    group: Int[np.ndarray, " markers"],
-    side_of: Mapping[str, str],
+    markers: Markers, group: Int[np.ndarray, " markers"], side_of: Mapping[str, str]
 ) -> list[Int[np.ndarray, " markers"]]:
     """The same, or those of each side where both are in it; none where it is longer than a foot."""
     of_side = [group[[side_of.get(markers.names[k]) == side for k in group]] for side in ("r", "l")]

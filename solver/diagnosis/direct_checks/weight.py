@@ -297,8 +297,7 @@ def _carried_mass(
 
 
 def carried_kg(
-    vertical_N: Float[np.ndarray, " frames"],
-    asked_m_per_s2: Float[np.ndarray, " frames"],
+    vertical_N: Float[np.ndarray, " frames"], asked_m_per_s2: Float[np.ndarray, " frames"]
 ) -> float | None:
     """What mass these forces carry; None where they are no weighing.
 

@@ -48,8 +48,7 @@ class NoiseGrid:
     def nearest(self, scale: float, slack: float) -> NoiseScale:
         """The noise scale whose scales differ least, by a factor."""
         return min(
-            self.noise_scales,
-            key=lambda r: abs(np.log(r.slack / slack)) + abs(np.log(r.scale / scale)),
+            self.noise_scales, key=lambda r: abs(np.log(r.slack / slack)) + abs(np.log(r.scale / scale))
         )
 
     def around(self, noise_scale: NoiseScale) -> list[NoiseScale]:

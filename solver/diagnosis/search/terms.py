@@ -149,10 +149,7 @@ class Solved:
         eta, eta_std = self.eta(k)
         linear = len(x) - len(term.tangent_mean)
         x, covariance = with_the_usual(
-            x[:linear],
-            covariance[:linear, :linear],
-            term.prior_std[:linear],
-            term.usual_std,
+            x[:linear], covariance[:linear, :linear], term.prior_std[:linear], term.usual_std
         )
         return term.candidate.estimates(scenes, Fitted(eta, eta_std, x, covariance))
 

@@ -55,12 +55,7 @@ def keep_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
         return _without_needless(unknown, Kept(solved, found, left), margin, selection.trail)
     whole = Contender(found[0].contender.term, solved, explained)
     proposal = AllInPlace(
-        balance,
-        whole,
-        selection.null,
-        found,
-        lambda: _in_their_place(unknown, selection.null, ()),
-        margin,
+        balance, whole, selection.null, found, lambda: _in_their_place(unknown, selection.null, ()), margin
     )
     if selection.trail.put(proposal).fell_at is None:
         return Kept(solved, found, None)

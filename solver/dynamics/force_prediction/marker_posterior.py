@@ -104,9 +104,7 @@ def marker_posterior(
 
 
 def posterior_of(
-    track: "MarkerTrack",
-    noise: MarkerNoise,
-    begin: Float[np.ndarray, "coefficients dofs"] | None = None,
+    track: "MarkerTrack", noise: MarkerNoise, begin: Float[np.ndarray, "coefficients dofs"] | None = None
 ) -> MarkerPosterior:
     """Fit the trajectory to a track, or to a part of one.
 
@@ -198,10 +196,7 @@ class MarkerTrack:
         return np.concatenate([error, np.einsum("tmji,tmj->tmi", R_ground_segment, error)], axis=2)
 
     def linearized(
-        self,
-        basis: SplineBasis,
-        q: Float[np.ndarray, "frames dofs"],
-        pull: Float[np.ndarray, " dofs"],
+        self, basis: SplineBasis, q: Float[np.ndarray, "frames dofs"], pull: Float[np.ndarray, " dofs"]
     ) -> tuple[CoefficientBand, Float[np.ndarray, "coefficients dofs"]]:
         """Precision and gradient of half the cost."""
         frames, dofs = q.shape

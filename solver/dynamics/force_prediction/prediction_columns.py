@@ -160,12 +160,7 @@ class PredictionColumns:
         phases = []
         for trial, own, motion, frame in zip(self.trials, data, self.motions, self.frames, strict=True):
             falls = footfalls(
-                self.skeleton,
-                motion,
-                frame,
-                feet=trial.feet,
-                in_contact=trial.in_contact,
-                known=own.counts,
+                self.skeleton, motion, frame, feet=trial.feet, in_contact=trial.in_contact, known=own.counts
             )
             two = len(trial.feet) == 2
             phases.append(step_phases(falls, motion.frames) if two else None)

@@ -22,18 +22,9 @@ from solver.dynamics.force_prediction.held_out_prediction import (
     INERTIAS,
     HeldOutPrediction,
 )
-from solver.dynamics.force_prediction.learnt_columns import (
-    CONSTANTS,
-    GAINS,
-    STEPS,
-    gain_notes,
-)
+from solver.dynamics.force_prediction.learnt_columns import CONSTANTS, GAINS, STEPS, gain_notes
 from solver.dynamics.force_prediction.learnt_terms import LearntTerms
-from solver.dynamics.force_prediction.prediction_columns import (
-    OTHER,
-    PredictionColumns,
-    PredictionTrial,
-)
+from solver.dynamics.force_prediction.prediction_columns import OTHER, PredictionColumns, PredictionTrial
 from solver.dynamics.force_prediction.settings import PredictionSettings
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.material_acceleration import required_ground
@@ -232,10 +223,7 @@ def _together(
 
 
 def _in_windows(
-    taught: Predicted,
-    made: PredictionColumns,
-    spacing: Sequence[int],
-    weights: TrajectorySettings,
+    taught: Predicted, made: PredictionColumns, spacing: Sequence[int], weights: TrajectorySettings
 ) -> Predicted:
     """Every trial by itself with the learnt terms and inertias of some of the frames, window by window.
 

@@ -26,9 +26,7 @@ class PredictionSettings:
     )
     knot_spacing_s: float = setting(0.02, unit="s", why="such a trajectory needs no closer knots")
     gain_std: float = setting(
-        0.1,
-        unit="",
-        why="of the share by which the demand is off, axis by axis: masses and their centres",
+        0.1, unit="", why="of the share by which the demand is off, axis by axis: masses and their centres"
     )
     lag_std_s: float = setting(0.01, unit="s", why="of the time by which it is late: soft tissue, filters")
 

@@ -50,9 +50,7 @@ class TrialExtension:
             return self
         parts = (
             replace(
-                part,
-                fixed_ground=part.fixed_ground[start:end],
-                columns_ground=part.columns_ground[start:end],
+                part, fixed_ground=part.fixed_ground[start:end], columns_ground=part.columns_ground[start:end]
             )
             for part in self.parts
         )

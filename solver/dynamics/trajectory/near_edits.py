@@ -39,9 +39,7 @@ class InertiasBefore:
 
 
 def spans_near(
-    edited: Sequence[Bool[np.ndarray, " frames"]],
-    motions: Sequence[Motion],
-    settings: TrajectorySettings,
+    edited: Sequence[Bool[np.ndarray, " frames"]], motions: Sequence[Motion], settings: TrajectorySettings
 ) -> list[Span]:
     """Stretches around edited frames, from knot to knot.
 

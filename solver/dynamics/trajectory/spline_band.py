@@ -250,9 +250,7 @@ class CoefficientBand:
             )
 
 
-def in_blocks(
-    x: Float[np.ndarray, "coefficients dofs columns"],
-) -> Float[np.ndarray, "blocks size columns"]:
+def in_blocks(x: Float[np.ndarray, "coefficients dofs columns"]) -> Float[np.ndarray, "blocks size columns"]:
     """Columns over coefficients, grouped and padded as the block-tridiagonal matrix is."""
     count, dofs, columns = x.shape
     groups = -(-count // REACH)

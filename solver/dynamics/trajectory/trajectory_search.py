@@ -157,12 +157,7 @@ def _fit_at(
 
 
 def _settled(
-    solver: TrajectorySolver,
-    state: State,
-    factor: BorderedFactor,
-    *,
-    least: float,
-    following: int,
+    solver: TrajectorySolver, state: State, factor: BorderedFactor, *, least: float, following: int
 ) -> tuple[State, Gradient, State, bool]:
     """Where steps with the curvature at hand lead, and whether the last of them was the last one.
 

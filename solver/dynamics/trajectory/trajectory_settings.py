@@ -109,9 +109,7 @@ class TrajectorySettings:
         "the inertias stay as they are",
     )
     edit_gain: float = setting(
-        1.0e-3,
-        unit="",
-        why="likewise of what plates say of the body's mass and of their gains: 0.8 N of 800",
+        1.0e-3, unit="", why="likewise of what plates say of the body's mass and of their gains: 0.8 N of 800"
     )
     iterations: int = setting(12, unit="", why="ceiling of Gauss-Newton; three or four suffice as a rule")
     tolerance: float = setting(

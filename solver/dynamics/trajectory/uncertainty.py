@@ -132,11 +132,7 @@ def _near_the_end(
 
 
 def _linear(
-    skeleton: Skeleton,
-    data: TrialData,
-    loads: Sequence[BodyLoad],
-    settings: TrajectorySettings,
-    window: Span,
+    skeleton: Skeleton, data: TrialData, loads: Sequence[BodyLoad], settings: TrajectorySettings, window: Span
 ) -> "_Linear":
     own = data.part(window.start, window.end, knot_spacing(data.start, settings))
     acting = [(body, wrench[window.start : window.end]) for body, wrench in loads]

@@ -30,9 +30,7 @@ HELD_STD = 1e-9  # [rad or m] less than anybody measures; its square is far from
 
 
 def pull_precision(
-    skeleton: Skeleton,
-    observed_ground: Float[np.ndarray, "frames markers 3"],
-    settings: TrajectorySettings,
+    skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"], settings: TrajectorySettings
 ) -> Float[np.ndarray, " dofs"]:
     """Of each frame's pull to the marker fit [1/rad²]; none for the root.
 

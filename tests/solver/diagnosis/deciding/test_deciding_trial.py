@@ -22,6 +22,7 @@ from solver.diagnosis.deciding.deciding_trial import (
 )
 from solver.diagnosis.deciding.predicted_trial import (
     Hypothesis,
+    nats_at_own_scales,
     planned_rows,
     posteriors,
     predict,
@@ -108,6 +109,28 @@ def test_nats_are_the_mean_log_ratio_of_draws(predictions):
     seen = ratio[0] - ratio[1]
     assert right.nats_against(other) == pytest.approx(seen.mean(), abs=4 * seen.std() / np.sqrt(len(draws)))
     assert right.nats_against(right) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_rival_takes_the_noise_scale_that_suits_it(balance, pair, predictions):
+    """At each, Gaussians by rows: of the right one at its own, of the rival at that one."""
+    rows, _ = predictions
+    near, gaussians = pair[0].solved.noise_scale, {}
+    scales = [s for s in balance.noise_scales if s.slack == near.slack and s.scale >= near.scale]
+    for scale in scales:
+        root = planned_rows(balance, rows, scale).root
+        some = [replace(h, solved=balance.solve_at(h.solved.terms, scale)) for h in pair]
+        made = [predict(planned_rows(balance, rows, scale), p) for p in posteriors(balance, some)]
+        gaussians[scale] = [(root @ p.mean, root @ p.covariance @ root.T) for p in made]
+    mean, covariance = gaussians[near][0]
+    told = []
+    for scale in scales:
+        m, V = gaussians[scale][1]
+        lost = pair[1].solved.log_evidence - balance.solve_at(pair[1].solved.terms, scale).log_evidence
+        spread = np.trace(np.linalg.solve(V, covariance)) - len(m) + (mean - m) @ np.linalg.solve(V, mean - m)
+        told.append(0.5 * (spread + np.linalg.slogdet(V)[1] - np.linalg.slogdet(covariance)[1]) + lost)
+    nats = nats_at_own_scales(balance, rows, posteriors(balance, pair))
+    assert nats[0, 1] == pytest.approx(min(told), rel=1e-6)
+    assert nats[0, 1] <= told[0] + 1e-9
 
 
 def test_the_best_trial_is_first_and_says_what_to_do(balance, pair):
