@@ -115,7 +115,7 @@ def test_a_rival_takes_the_noise_scale_that_suits_it(balance, pair, predictions)
     """At each, Gaussians by rows: of the right one at its own, of the rival at that one."""
     rows, _ = predictions
     near, gaussians = pair[0].solved.noise_scale, {}
-    scales = [s for s in balance.noise_scales if s.slack == near.slack and s.scale >= near.scale]
+    scales = [s for s in balance.noise_scales if s.slack == near.slack and s.scale >= near.scale][::2]
     for scale in scales:
         root = planned_rows(balance, rows, scale).root
         some = [replace(h, solved=balance.solve_at(h.solved.terms, scale)) for h in pair]
