@@ -23,10 +23,8 @@ from scipy.stats import norm
 from solver.diagnosis.deciding.predicted_trial import (
     Hypothesis,
     Posterior,
-    nats_at_own_scales,
-    planned_rows,
+    nats_between,
     posteriors,
-    predict,
     present_of,
     rows_of_trial,
 )
@@ -154,12 +152,7 @@ def _expected(
     rows = rows_of_trial(balance, trial, present_of(balance), in_full=in_full)
     if rows is None:
         return None
-    if in_full:
-        nats = nats_at_own_scales(balance, rows, fitted)
-    else:
-        planned = planned_rows(balance, rows, fitted[0].of.solved.noise_scale)
-        predictions = [predict(planned, posterior) for posterior in fitted]
-        nats = np.array([[a.nats_against(b) for b in predictions] for a in predictions])
+    nats = nats_between(balance, rows, fitted, at_own_scales=in_full)
     some = [p.of for p in fitted]
     shares = shares_after(some, nats)
     return Expected(trial, nats, shares, chance_of_sure(shares, nats, _tempers(some, nats)))

@@ -246,24 +246,26 @@ def predict(planned: Planned, posterior: Posterior) -> Prediction:
     return Prediction(fixed + G @ posterior.mean, covariance, precision, log_det)
 
 
-def nats_at_own_scales(
-    balance: Balance, rows: TrialRows, fitted: Sequence[Posterior]
+def nats_between(
+    balance: Balance, rows: TrialRows, fitted: Sequence[Posterior], *, at_own_scales: bool
 ) -> Float[np.ndarray, "right other"]:
-    """Nats for each hypothesis against each other, whose noise scale is fitted to the short trial as well.
-
-    A larger one hides what sets them apart, at the cost of evidence of the present trials.
+    """Nats for each hypothesis against each other.
 
     Args:
         balance: of the present trials.
         rows: of the short one.
         fitted: hypotheses, all at one noise scale.
+        at_own_scales: the other's noise scale is fitted to the short trial as well: a larger one hides what
+            sets them apart, at the cost of evidence of the present trials.
     """
     near = fitted[0].of.solved.noise_scale
     here = planned_rows(balance, rows, near)
     right = [predict(here, p) for p in fitted]
-    least = np.full((len(fitted), len(fitted)), np.inf)
+    least = np.array([[a.nats_against(b) for b in right] for a in right])
+    if not at_own_scales:
+        return least
     scales = [s for s in balance.noise_scales if s.slack == near.slack and s.scale >= near.scale]
-    for scale in sorted(scales, key=lambda s: s.scale)[::2]:  # twice as large each time
+    for scale in sorted(scales, key=lambda s: s.scale)[2::2]:  # twice as large each time
         some = [replace(p.of, solved=balance.solve_at(p.of.solved.terms, scale)) for p in fitted]
         kept = [h.solved.log_evidence - p.of.solved.log_evidence for p, h in zip(fitted, some, strict=True)]
         there = planned_rows(balance, rows, scale)

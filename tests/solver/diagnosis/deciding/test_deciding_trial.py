@@ -22,7 +22,7 @@ from solver.diagnosis.deciding.deciding_trial import (
 )
 from solver.diagnosis.deciding.predicted_trial import (
     Hypothesis,
-    nats_at_own_scales,
+    nats_between,
     planned_rows,
     posteriors,
     predict,
@@ -128,7 +128,7 @@ def test_a_rival_takes_the_noise_scale_that_suits_it(balance, pair, predictions)
         lost = pair[1].solved.log_evidence - balance.solve_at(pair[1].solved.terms, scale).log_evidence
         spread = np.trace(np.linalg.solve(V, covariance)) - len(m) + (mean - m) @ np.linalg.solve(V, mean - m)
         told.append(0.5 * (spread + np.linalg.slogdet(V)[1] - np.linalg.slogdet(covariance)[1]) + lost)
-    nats = nats_at_own_scales(balance, rows, posteriors(balance, pair))
+    nats = nats_between(balance, rows, posteriors(balance, pair), at_own_scales=True)
     assert nats[0, 1] == pytest.approx(min(told), rel=1e-6)
     assert nats[0, 1] <= told[0] + 1e-9
 
