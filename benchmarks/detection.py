@@ -161,10 +161,7 @@ PARTS = (
     Recording("overground_camargo2021_AB06", "levelground_ccw_fast_01_01", 22, 1080),
     Recording("c3d_lab_trials/lasem_FAILT01", "Walk01", 418, 498),
 )
-LABELLED = (
-    Recording("walk_rajagopal2015", "walk"),
-    Recording("opencap_reviewed", "DJ1"),
-)
+LABELLED = (Recording("walk_rajagopal2015", "walk"), Recording("opencap_reviewed", "DJ1"))
 
 
 @dataclass(frozen=True)
@@ -216,12 +213,7 @@ class Case:
         contacts = contacts or self.assigned(plates)
         skeleton = self.with_mass_from(contacts)
         return detect(
-            skeleton,
-            self.trial.motion,
-            contacts,
-            plates,
-            tracked=self.tracked,
-            settings=Settings().detection,
+            skeleton, self.trial.motion, contacts, plates, tracked=self.tracked, settings=Settings().detection
         )
 
     def removed(self, plates: Sequence[ForcePlate]) -> Bool[np.ndarray, "frames feet"]:

@@ -65,12 +65,7 @@ def _run(command: Sequence[str], log: Path, limit_s: float) -> tuple[str, float]
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     started = time.monotonic()
     with log.open("wb") as said:
-        process = subprocess.Popen(
-            limited,
-            stdout=said,
-            stderr=subprocess.STDOUT,
-            env=environment,
-        )
+        process = subprocess.Popen(limited, stdout=said, stderr=subprocess.STDOUT, env=environment)
         while True:
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
             if pid:

@@ -110,12 +110,7 @@ def residual_rows(name: str, fit: Fit, settings: Settings) -> list[tuple[str, ..
         folder = Path(scratch)
         export_opensim(fit, folder)
         return [
-            (
-                name,
-                *_cells(fit, trial, ours, slow),
-                _verdict(fit, trial, folder),
-                *_rest(name, trial, ours),
-            )
+            (name, *_cells(fit, trial, ours, slow), _verdict(fit, trial, folder), *_rest(name, trial, ours))
             for trial in measured
         ]
 

@@ -19,15 +19,7 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 
-from benchmarks.gait_plates import (
-    RECORDINGS,
-    Points,
-    Recording,
-    Step,
-    mean_of,
-    measured,
-    steps_of,
-)
+from benchmarks.gait_plates import RECORDINGS, Points, Recording, Step, mean_of, measured, steps_of
 from benchmarks.markdown import write_section
 from benchmarks.recordings import data_folder
 

@@ -27,11 +27,7 @@ import pandas as pd
 from benchmarks.recordings import data_folder, described_folders
 from solver.fitting.results.store import write_json
 
-STEPS = {
-    "fit": ("fit",),
-    "diagnose": ("diagnose",),
-    "export": ("export", "--to", "csv"),
-}
+STEPS = {"fit": ("fit",), "diagnose": ("diagnose",), "export": ("export", "--to", "csv")}
 RELEASE = (
     *("--licence", "LicenseRef-none", "--consent", "public", "--source", "same-answers"),
     *("--unreviewed", "--no-b3d", "--date", "2000-01-01", "--workers", "1"),
@@ -107,11 +103,7 @@ def compare(before: Path, after: Path, within: float) -> list[str]:
 
 def answer_files(out: Path) -> set[str]:
     """JSON and tables of the answers, below a folder that `make` wrote."""
-    kept = [
-        *out.glob("ends/*.json"),
-        *out.glob("recordings/*/results/**/*"),
-        *out.glob("release/**/*"),
-    ]
+    kept = [*out.glob("ends/*.json"), *out.glob("recordings/*/results/**/*"), *out.glob("release/**/*")]
     return {
         str(f.relative_to(out))
         for f in kept

@@ -131,11 +131,7 @@ class LivePage:
         path = request.path.partition("?")[0]
         headers = Headers(request.headers.items())
         foreign = self._access.answer(headers, path, int(port), websocket=False, own=lambda _: True)
-        status, body, kind = (
-            HTTPStatus.NOT_FOUND,
-            b"The page is /live.\n",
-            "text/plain",
-        )
+        status, body, kind = (HTTPStatus.NOT_FOUND, b"The page is /live.\n", "text/plain")
         if foreign is not None:
             status, body = foreign.status, foreign.text.encode()
         elif path == STATE:

@@ -183,12 +183,7 @@ def told(
     tentative = [] if report is None else tentative_of(report)
     line, decides = found.line, found.verdict.decides
     sound = found.verdict.use is Use.TORQUES  # then motion and forces are of one recording
-    facts = [
-        *(() if sound else mixed),
-        *_zero(fit.look, former),
-        *_no_load(fit.look),
-        *_missed(fit, named),
-    ]
+    facts = [*(() if sound else mixed), *_zero(fit.look, former), *_no_load(fit.look), *_missed(fit, named)]
     causes = [*_spoilt(found, named), *_causes(found, report, fit, named)] if report else []
     once: dict[str, Finding] = {}
     for one in (*facts, *causes):

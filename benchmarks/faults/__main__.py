@@ -20,6 +20,7 @@ def main() -> None:
     making.add_argument("--seed", type=int, help="drawn anew if not given")
     making.add_argument("--times", type=int, help="so many times as many faults (1, or as begun)")
     making.add_argument("--kinds", nargs="+", choices=[CLEAN, *(k.name for k in KINDS)], help="only these")
+    making.add_argument("--lower-body", action="store_true", help="no markers on trunk, arms and head")
     running = commands.add_parser("run", help="answer every case that has no answer yet")
     running.add_argument("--limit", type=float, default=CPU_LIMIT_S, help="CPU seconds for a case")
     running.add_argument("--workers", type=int, default=1, help="cases at a time")
@@ -31,7 +32,7 @@ def main() -> None:
     given = parser.parse_args()
     out = given.out.resolve()
     if given.command == "make":
-        _make(out, given.seed, given.times, given.kinds)
+        _make(out, given.seed, given.times, given.kinds, given.lower_body)
     elif given.command == "run":
         run_all(out, limit_s=given.limit, only=given.only, workers=given.workers)
     else:
@@ -40,7 +41,7 @@ def main() -> None:
         print(summary(load(out)))
 
 
-def _make(out: Path, seed: int | None, times: int | None, kinds: list[str] | None) -> None:
+def _make(out: Path, seed: int | None, times: int | None, kinds: list[str] | None, lower_body: bool) -> None:
     """A draw keeps its seed, its size and its kinds, and names the code that answers it."""
     listing = out / "cases.json"
     begun = json.loads(listing.read_text()) if listing.exists() else {}
@@ -48,11 +49,12 @@ def _make(out: Path, seed: int | None, times: int | None, kinds: list[str] | Non
     times = begun.get("times", 1) if times is None else times
     kinds = begun.get("kinds", []) if kinds is None else kinds
     out.mkdir(parents=True, exist_ok=True)
-    count = make(out, data_folder(), seed, times, kinds)
+    count = make(out, data_folder(), seed, times, kinds, lower_body=lower_body)
     about = {
         "seed": seed,
         "times": times,
         "kinds": kinds,
+        "lower_body": lower_body,
         "cases": count,
         "code": f"code {program_version()}",
     }

@@ -19,14 +19,7 @@ from benchmarks.hidden.format import CAUSES, NONE, SOMETHING_ELSE, kept_salts, w
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Capture
 from solver.simulate.faults.cases import IDS as HIDEABLE
-from solver.simulate.faults.cases import (
-    OVERGROUND_ONLY,
-    SIZES,
-    TREADMILL_ONLY,
-    WALKING_ONLY,
-    CasePlan,
-    made,
-)
+from solver.simulate.faults.cases import OVERGROUND_ONLY, SIZES, TREADMILL_ONLY, WALKING_ONLY, CasePlan, made
 from solver.simulate.faults.hidden import UNSIZED, Hidden, Recording, Truth, write_recording
 from solver.simulate.faults.measurement_effects import MEASUREMENT, NoPlaceError
 from solver.simulate.faults.physical import UNKNOWN

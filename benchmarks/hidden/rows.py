@@ -95,11 +95,7 @@ def _write(path: Path, answer: dict[str, Any]) -> None:
 
 
 REFUSED = "on_the_list"  # a cause of the list that had too little evidence to be named
-PUBLIC_NAME = {
-    "trial_clocks": "clock_offset",
-    "plate_clock": "clock_offset",
-    "plate_units": "plate_gain",
-}
+PUBLIC_NAME = {"trial_clocks": "clock_offset", "plate_clock": "clock_offset", "plate_units": "plate_gain"}
 
 
 def answer_of(diagnosis: Mapping[str, Any]) -> dict[str, Any]:

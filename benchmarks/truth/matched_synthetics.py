@@ -178,10 +178,7 @@ def made(fit: Fit, trial: TrialFit, motion: Motion, settings: Settings) -> Match
         held_out=None,
     )
     return MatchedSynthetic(
-        before,
-        truth,
-        (_rms(levels.slow_m), _rms(own.slow_m)),
-        (_rms(levels.growth_m), _rms(own.growth_m)),
+        before, truth, (_rms(levels.slow_m), _rms(own.slow_m)), (_rms(levels.growth_m), _rms(own.growth_m))
     )
 
 

@@ -15,13 +15,7 @@ from solver.capture.subject.opened_subject import open_subject
 from solver.fitting.fit_result import Fit
 from solver.fitting.pipeline import solve
 from solver.simulate.demo_subject import MARKERS, STATIC_MARKERS
-from solver.simulate.laboratory import (
-    MeasurementSettings,
-    Plate,
-    measure,
-    plates_under,
-    standing_plates,
-)
+from solver.simulate.laboratory import MeasurementSettings, Plate, measure, plates_under, standing_plates
 from solver.simulate.other_masses import with_segment_masses
 from solver.simulate.person import Person, body_of
 from solver.simulate.simulated_trial import Scenario, SyntheticTrial, simulate_trial

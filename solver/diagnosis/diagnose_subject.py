@@ -44,6 +44,7 @@ from solver.fitting.pipeline import solve
 from solver.fitting.settings import Settings, settings_for
 from solver.fitting.state import Session
 from solver.fitting.summary import all_notes
+from solver.kinematics.unseen_bodies import unseen_mass_notes
 
 NINE_IN_TEN = 1.28  # standard deviations by which an estimate falls short at most
 GRID = np.geomspace(0.05, 50.0, 200)  # of standard deviations, among which a size to act on is sought
@@ -132,7 +133,8 @@ def diagnosis_from(found: LookedAt, progress: Progress = silent) -> DiagnosisRep
         turns_by_path(found.measured),
     )
     answer, told = answer_balance(balance, seen, progress), tuple(map(told_check, direct_checks))
-    notes = *all_notes(found.fit), *seen.notes, *steps_not_named(balance.scenes, answer.effects)
+    bare = unseen_mass_notes(balance.scenes[0].skeleton, balance.scenes[0].markers.observed_ground)
+    notes = *all_notes(found.fit), *bare, *seen.notes, *steps_not_named(balance.scenes, answer.effects)
     return replace(answer, notes=notes, direct_checks=told)
 
 

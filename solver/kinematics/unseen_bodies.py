@@ -10,6 +10,7 @@ from solver.skeleton.skeleton import Skeleton
 
 LONG_S = 0.1  # shorter gaps are bridged within millimetres
 NOTABLE_MASS = 0.03  # of the body's; an arm weighs 5 %, a hand or a foot's toes less than 1 %
+UNSEEN_MASS = "unseen_mass_share"  # value of a note: of the body's mass, that no marker shows moving
 MOST_LISTED = 5  # stretches named; the rest is counted
 
 
@@ -122,11 +123,9 @@ def unseen_mass_notes(
     if mass < NOTABLE_MASS * skeleton.mass:
         return ()
     names = ", ".join(skeleton.bodies[body].name for body in guessed)
-    return noted(
-        Kind.OTHER,
-        f"no marker shows how {100 * mass / skeleton.mass:.0f} % of the mass moves ({names}): the predicted "
-        "forces lack their share",
-    )
+    share = mass / skeleton.mass
+    moves = f"no marker shows how {100 * share:.0f} % of the mass moves ({names})"
+    return (Note(Kind.OTHER, f"{moves}: the predicted forces lack their share", values={UNSEEN_MASS: share}),)
 
 
 def undetermined_dofs(

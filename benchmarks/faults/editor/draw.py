@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -60,10 +60,7 @@ KINDS = (
     Kind("filtered", lambda r: edits.smoothed(r.uniform(4.0, 6.0)), 3, WALKS),
     Kind("lost_step", lambda r: plates.lost_step(), 4, WALKS),
     Kind(
-        "object_on_plate",
-        lambda r: plates.standing_object(r.uniform(6, 10), _either(r, 0.15, 0.25)),
-        3,
-        ANY,
+        "object_on_plate", lambda r: plates.standing_object(r.uniform(6, 10), _either(r, 0.15, 0.25)), 3, ANY
     ),
     Kind("other_mass", lambda r: edits.somebody_elses_mass(float(r.choice([0.8, 1.25]))), 3),
     Kind("support", lambda r: edits.supported(r.uniform(0.1, 0.3)), 2, ("walk", "stand")),
@@ -90,7 +87,9 @@ class Case:
     fault: Fault
 
 
-def make(out: Path, data: Path, seed: int, times: int = 1, kinds: Sequence[str] = ()) -> int:
+def make(
+    out: Path, data: Path, seed: int, times: int = 1, kinds: Sequence[str] = (), *, lower_body: bool = False
+) -> int:
     """Write subjects/CASE and truth/CASE.json; those that are there stay. How many cases there are.
 
     Args:
@@ -99,8 +98,13 @@ def make(out: Path, data: Path, seed: int, times: int = 1, kinds: Sequence[str] 
         seed: of the draw.
         times: as many cases of every kind of fault as stand in `KINDS`, so many times.
         kinds: only these, and `clean`; none: all.
+        lower_body: without the markers of trunk, arms and head, and faults of those.
     """
     cases = [case for case in drawn(data, seed, times) if not kinds or case.kind in kinds]
+    if lower_body:
+        cases = [
+            replace(case, recording=edits.lower_body(case.recording)) for case in cases if _is_below(case)
+        ]
     order = np.random.default_rng(seed).permutation(len(cases))
     (out / "truth").mkdir(parents=True, exist_ok=True)
     for number, case in zip(order, cases, strict=True):
@@ -139,6 +143,11 @@ def drawn(data: Path, seed: int, times: int = 1) -> Iterator[Case]:
             made += 1
             yield Case("", kind.name, source, recording, fault)
         turn += wanted + 1
+
+
+def _is_below(case: Case) -> bool:
+    """Whether its fault is not of a marker above the pelvis."""
+    return not any(edits.ABOVE_PELVIS.search(label) for label in case.fault.markers)
 
 
 def _clean(source: Source, recording: Recording, edit: Edit, rng: np.random.Generator) -> Case:

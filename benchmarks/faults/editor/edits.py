@@ -1,5 +1,6 @@
 """Edits beside those of one plate: clocks, markers, what was entered, forces unseen, and harmless ones."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -8,6 +9,11 @@ from scipy.signal import butter, decimate, filtfilt
 
 from benchmarks.faults.editor.plates import loads_of
 from benchmarks.faults.editor.recording import Edit, Fault, NoPlaceError, Plate, Recording, Trial, drawn_plate
+
+ABOVE_PELVIS = re.compile(  # labels of trunk, arms and head, of all sources
+    r"acro|[lr]acr$|biceps|clav|c7|t10|bak$|ster|strn|shou|sho$|elb|[lm]el$|forearm|fa[rsu]|[ul]a\d|wris|wr[ab]$|fin$|hd$|head",
+    re.IGNORECASE,
+)
 
 
 def late(lags_s: Sequence[float]) -> Edit:
@@ -268,6 +274,17 @@ def part(first: float, last: float) -> Edit:
         return trial.cut(start + first * (end - start), start + last * (end - start))
 
     return _all(change, f"nothing: from {100 * first:.0f} to {100 * last:.0f} % of the trial")
+
+
+def lower_body(recording: Recording) -> Recording:
+    """As laboratories hand over that mark pelvis and legs alone, without a static trial."""
+
+    def bared(trial: Trial) -> Trial:
+        kept = [k for k, label in enumerate(trial.labels) if not ABOVE_PELVIS.search(label)]
+        labels = tuple(trial.labels[k] for k in kept)
+        return replace(trial, labels=labels, positions=trial.positions[:, kept])
+
+    return replace(recording, trials=tuple(bared(t) for t in recording.trials), static=None)
 
 
 def as_it_is() -> Edit:

@@ -17,7 +17,7 @@ from solver.diagnosis.causes.effect import Eta
 from solver.diagnosis.causes.observed_trial import Scene
 from solver.diagnosis.deciding.short_trials import SCALE, ShortTrial
 from solver.diagnosis.noise.balance_rows import END_S, WINDOW_S, TrialRows, readings_noise, scale_rows
-from solver.diagnosis.noise.model_errors import model_error, nuisances, soft_tissue
+from solver.diagnosis.noise.model_errors import model_error, nuisances, soft_tissue, unseen_posture
 from solver.diagnosis.noise.noise_scales import NoiseScale
 from solver.diagnosis.scenes import noise_of_markers
 from solver.diagnosis.search.balance import Balance, laboratory_errors
@@ -185,7 +185,7 @@ def _noise_standing(
     observed = marker_positions(skeleton, motion.q) + errors[at]
     noise = replace(noise_of_markers(skeleton, settings), iterations=1)
     posterior = trial_posterior(skeleton, observed, motion, noise, present.trajectory_settings)
-    covariance = posterior.wrench_covariance(scene.measured_ground, windows)
+    covariance = posterior.wrench_covariance(scene.measured_ground, windows) + unseen_posture(scene, windows)
     of_window, each = np.arange(windows.count), covariance.reshape(windows.count, 6, windows.count, 6)
     each[of_window, :, of_window] += readings_noise(present, own.windows, settings).mean(axis=0)
     return covariance

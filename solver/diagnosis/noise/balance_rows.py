@@ -10,7 +10,14 @@ from solver.common.white_noise import white_noise
 from solver.diagnosis.causes.about import Weight
 from solver.diagnosis.causes.effect import Candidate, Eta
 from solver.diagnosis.causes.observed_trial import PlateScene, Scene, force_at
-from solver.diagnosis.noise.model_errors import SCALE_STD, mass_change, model_error, nuisances, soft_tissue
+from solver.diagnosis.noise.model_errors import (
+    SCALE_STD,
+    mass_change,
+    model_error,
+    nuisances,
+    soft_tissue,
+    unseen_posture,
+)
 from solver.dynamics.force_prediction.marker_posterior import LongMarkerPosterior, MarkerPosterior
 from solver.dynamics.weighted_means import Windows, windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
@@ -168,6 +175,7 @@ def trial_rows(
     of_window = np.arange(windows.count)
     blocks = markers.reshape(windows.count, 6, windows.count, 6)
     blocks[of_window, :, of_window] += readings_noise(scene, windows, settings)
+    markers += unseen_posture(scene, windows)
     nothing = np.zeros((0, 0))
     rows = TrialRows(scene, windows, markers, nothing, nothing, nothing, np.zeros(0))
     return TrialRows(

@@ -7,10 +7,13 @@ from jaxtyping import Float
 
 from solver.diagnosis.causes.observed_trial import Scene
 from solver.dynamics.inertia_parameters import pseudo_inertia, required_wrench
+from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.weighted_means import Windows
 from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.chain import Moving, chain_of
 from solver.skeleton.forward import cross
+from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Body
 
 # relative, where no mass was entered: what forces carry, of which some may be missing. With more, a foot
@@ -22,6 +25,8 @@ BOUNCE_STD = 0.10  # skin and a stiff trunk exaggerate the motion of the centre 
 SWAY_STD = 0.05  # likewise along the ground, where nearly all of such motion is real
 SPIN_STD = 0.10  # likewise of the spin, which a person's build changes as well
 TISSUE_LEAST_SHARE = 0.02  # of body mass; lighter segments hardly matter
+# off neutral, RMS of the back over thirteen recordings whose markers show it; of arms, which weigh less, 0.7
+UNSEEN_POSTURE_STD_RAD = 0.25
 MODEL_FORCE_SHARE = 0.008  # [BW] what the model gets wrong for a tenth of a second at a time
 MODEL_MOTION_SHARE = 0.06  # likewise, of the force that accelerations demand
 MODEL_ARM_M = 0.008  # lever of such errors about the centre of mass, times body weight
@@ -159,6 +164,18 @@ def soft_tissue(
                 moment = cross(u, weight_and_inertia) + cross(x, force)
                 columns.append(reduce(np.concatenate([force, moment], axis=1)))
     return np.stack(columns, axis=1) if columns else np.zeros((len(reduce(scene.required_ground)), 0))
+
+
+def unseen_posture(scene: Scene, windows: Windows) -> Float[np.ndarray, "rows rows"]:
+    """Of the angles about which joints move that move no marker: the model has them neutral."""
+    rows = 6 * windows.count
+    unseen = undetermined_dofs(scene.skeleton, scene.markers.observed_ground)
+    if not unseen.any():
+        return np.zeros((rows, rows))
+    model, state = RigidBodyModel(scene.skeleton), (scene.motion.q, scene.velocity, scene.acceleration)
+    by_q = momentum_terms(model, *state, scene.measured_ground).by_q[:, :, unseen]
+    columns = UNSEEN_POSTURE_STD_RAD * windows.means(by_q).reshape(rows, -1)
+    return np.asarray(columns @ columns.T)
 
 
 def model_error(scene: Scene, windows: Windows) -> Float[np.ndarray, "rows rows"]:

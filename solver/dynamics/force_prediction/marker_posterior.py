@@ -32,15 +32,19 @@ from solver.dynamics.trajectory.spline_band import (
     nearest_spline,
 )
 from solver.dynamics.trajectory.spline_basis import DEGREE, ORDER, SplineBasis, spline_basis
-from solver.dynamics.trajectory.terms.priors import jerk_level, pull_precision
+from solver.dynamics.trajectory.terms.priors import JERK_CUTOFF_HZ, jerk_level, pull_precision
 from solver.dynamics.trajectory.trajectory_prior import TrajectoryPrior, likeliest_smoothness
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.weighted_means import Windows
 from solver.kinematics.motion import Motion
+from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
+# of the angles and accelerations of joints that markers show, as much have those that move no marker. Where
+# markers show them, backs have 0.2 to 0.55, arms 0.3 to 0.9, and more in jumps
+UNSEEN_SHARE = 0.5
 CHUNK = 128  # frames whose Jacobians and marker precisions are held at once
 
 
@@ -162,8 +166,13 @@ class MarkerTrack:
         self.pairs = (self.seen[1:] & self.seen[:-1]) * np.minimum(self.trust[1:], self.trust[:-1])
         self.start = start
         self.spacing = max(1, round(noise.knot_spacing_s * start.rate))
-        self.pull = pull_precision(skeleton, observed_ground, settings)
-        self.jerk = jerk_level(start)
+        self.pull, self.jerk = pull_precision(skeleton, observed_ground, settings), jerk_level(start)
+        unseen = undetermined_dofs(skeleton, observed_ground)
+        if unseen.any():
+            shown = start.q[:, ~unseen & (self.pull > 0)]
+            pull, jerk = _unseen_motion(replace(start, q=shown), noise.smoothness[0])
+            self.pull[unseen] = np.minimum(self.pull[unseen], pull)
+            self.jerk[unseen] = np.maximum(self.jerk[unseen], jerk)
         stray = _dynamic_error(error_body, self.seen)
         white = noise.white_share * _white_noise(error_body, self.seen, start.q.shape[1])
         as_slow = (1 + (2 * np.pi * noise.white_Hz * noise.time_s) ** 2) / (2 * noise.time_s * start.rate)
@@ -246,6 +255,27 @@ class MarkerTrack:
 
     def _error(self, x: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames markers 3"]:
         return np.where(self.seen[..., None], x - self.observed, 0.0)
+
+
+def _unseen_motion(shown: Motion, smoothness: float) -> tuple[float, float]:
+    """Pull of each frame [1/rad²] and jerk level [rad/s³] of joints that move no marker.
+
+    A process of precision P ∫q² dt + W ∫(d³q/dt³)² dt has the variances ω/3P of its angle and ω⁵/3P of its
+    acceleration, with ω⁶ = P/W. Both are to be those of the other joints, times `UNSEEN_SHARE`².
+
+    Args:
+        shown: of the joints that move markers.
+        smoothness: that the jerk level goes with.
+    """
+    slow = shown.low_passed(JERK_CUTOFF_HZ)
+    inner = slice(shown.frames // 10, shown.frames - shown.frames // 10)
+    angle = np.sqrt(slow.q[inner].var(axis=0).sum())
+    if not angle:
+        return np.inf, 0.0
+    acceleration = np.sqrt((slow.derivative(2)[inner] ** 2).mean(axis=0).sum())
+    omega = np.sqrt(acceleration / angle)
+    precision = omega * slow.q.shape[1] / (3 * (UNSEEN_SHARE * angle) ** 2)
+    return float(precision / shown.rate), float(np.sqrt(smoothness / precision) * omega**3)
 
 
 def _dynamic_error(

@@ -16,6 +16,7 @@ from solver.diagnosis.causes.body_masses import CarriedMass
 from solver.diagnosis.causes.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.diagnosis.causes.plate_readings import PlateBiasTakenOff
 from solver.diagnosis.diagnosis import AfterTrial, ToBeSure
+from solver.kinematics.unseen_bodies import UNSEEN_MASS
 from tests.addb_viewer.synthetic_residual import residual
 from tests.addb_viewer.told_diagnosis import told, told_cause
 
@@ -265,23 +266,17 @@ def test_all_the_time_is_said_for_what_lasts_and_frames_for_what_does_not():
     assert "2 causes together account for it" in text
     assert "flag SUBJECT walk1 126:190 --foot calcn_r --reason notOverForcePlate" in text
 
-
-def test_a_step_of_both_feet_is_flagged_as_both():
     text = said(figures(effects=[STEP | {"target": "calcn_r+calcn_l"}]))
     assert "flag SUBJECT walk1 126:190 --foot both --reason notOverForcePlate" in text
 
 
-def test_frames_of_several_trials():
+def test_frames_of_several_trials_with_the_seconds_of_the_recordings_clock():
     both = STEP | {"frames": [["walk1", 126, 190], ["walk2", 3, 80]], "trial": None}
-    text = said(figures(effects=[both], trials=["walk1", "walk2"]))
+    told = figures(effects=[both], trials=["walk1", "walk2"])
+    text = said(told)
     assert "walk1, frames 126 to 189 (1.26 to 1.89 s); walk2, frames 3 to 79 (0.06 to 1.58 s)" in text
     assert "these recordings (walk1 and walk2)" in text
-
-
-def test_seconds_are_those_of_the_recordings_clock():
-    both = STEP | {"frames": [["walk1", 126, 190], ["walk2", 3, 80]], "trial": None}
-    told = figures(effects=[both], trials=["walk1", "walk2"], starts_s={"walk1": 4.01, "walk2": 0.0})
-    text = said(told)
+    text = said(told | {"starts_s": {"walk1": 4.01, "walk2": 0.0}})
     assert "walk1, frames 126 to 189 (5.27 to 5.90 s); walk2, frames 3 to 79 (0.06 to 1.58 s)" in text
 
 
@@ -421,6 +416,10 @@ def test_what_to_do_next_with_this_recording():
 def test_without_causes_what_remains_is_all_with_its_moment():
     remains = said(figures("unexplained")).split("WHAT REMAINS")[1]
     assert "force 41 N, 4.1 times what is ordinary; moment 20 N·m, 4 times what is ordinary." in remains
+    assert "No marker" not in remains
+    bare = Note(Kind.OTHER, "no marker shows", values={UNSEEN_MASS: 0.68})
+    remains = said(figures("unexplained", notes=[bare])).split("WHAT REMAINS")[1]
+    assert "No marker shows how 68 % of the mass moves. What remains may be that motion" in remains
 
 
 def test_segments_have_an_article_in_a_sentence():

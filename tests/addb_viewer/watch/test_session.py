@@ -1,6 +1,7 @@
 """A watched folder: every trial gets one verdict, whatever happens meanwhile."""
 
 import os
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from addb_viewer.watch import verdict_log
 from addb_viewer.watch.verdict_log import Stage, claim, log_folder, read_log
 from addb_viewer.watch.watching import FIT_ALONE_S, Session
+from solver.common import disk_errors
 
 
 class Watched:
@@ -136,6 +138,8 @@ def test_a_disk_that_is_full_at_the_verdict_loses_nothing(tmp_path, put, watched
     one = watched(tmp_path)
     with monkeypatch.context() as full:
         full.setattr(verdict_log, "_write", refused)
+        free = count(1_000_000, -100_000)
+        full.setattr(disk_errors, "free_space", lambda _: next(free))
         one.live(6)
         assert (stages(tmp_path / "S01"), len(one.complaints)) == ([], 1)
     one.live(4)

@@ -18,6 +18,7 @@ from solver.diagnosis.noise.balance_rows import (
     plates_noise,
     trial_rows,
 )
+from solver.diagnosis.noise.model_errors import unseen_posture
 from solver.diagnosis.unmodelled.open_world import outside_the_list
 from solver.diagnosis.unmodelled.remainder import unknown_forces
 from solver.dynamics.force_prediction.marker_posterior import marker_posterior
@@ -87,8 +88,9 @@ def test_rows_and_the_covariances_rows_are_of_one_residual(scene, posterior, row
     np.testing.assert_allclose(rows.residual, by_posterior, atol=1e-6)
 
 
-def test_plates_noise_is_added_to_the_markers(scene, posterior, rows):
+def test_plates_noise_is_added_to_the_markers_and_the_posture_that_none_shows(scene, posterior, rows):
     markers = posterior.covariance(posterior.momentum(scene.measured_ground), rows.windows)
+    markers += unseen_posture(scene, rows.windows)
     noise = np.diag(rows.covariance - markers).reshape(-1, 6)
     np.testing.assert_allclose(noise[:, :3], SETTINGS.force_noise_N**2, rtol=1e-6)
     np.testing.assert_allclose(noise[:, 3:], SETTINGS.moment_noise_Nm**2, rtol=1e-6)

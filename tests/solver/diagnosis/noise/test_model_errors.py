@@ -18,12 +18,17 @@ from solver.diagnosis.noise.model_errors import (
     model_error,
     nuisances,
     soft_tissue,
+    unseen_posture,
 )
 from solver.dynamics.weighted_means import windows_over
 from solver.fitting.diagnosis_settings import DiagnosisSettings
+from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.other_masses import with_segment_masses
+from solver.skeleton.pinocchio_model import RigidBodyModel
 
 SETTINGS = DiagnosisSettings()
+LEGS = ("pelvis", "femur", "tibia", "talus", "calcn", "toes")
+ABOVE_LEGS = ("lumbar", "arm", "elbow", "pro_sup", "wrist")
 PER_BODY = 9  # three of the centre of mass, six of the second moments
 
 
@@ -242,6 +247,22 @@ def test_model_errors_fade_with_time_and_grow_with_the_acceleration(short_scene)
     )
     quiet = model_error(still, windows).reshape(windows.count, 6, windows.count, 6)
     assert np.sqrt(quiet[0, 1, 0, 1]) == pytest.approx(MODEL_FORCE_SHARE * weight, rel=1e-3)
+
+
+def test_joints_that_no_marker_shows_may_stand_at_any_angle_near(short_scene, short_rows):
+    """Their demands by Pinocchio, to and fro; plates read nearly what the whole motion demands."""
+    skeleton, markers = short_scene.skeleton, short_scene.markers
+    legs = [b for b, body in enumerate(skeleton.bodies) if body.name.startswith(LEGS)]
+    observed = np.where(np.isin(markers.body, legs)[:, None], markers.observed_ground, np.nan)
+    unseen = [j for j, dof in enumerate(skeleton.dofs) if dof.startswith(ABOVE_LEGS)]
+    demand, own = GroundDemand(RigidBodyModel(skeleton)), []
+    q, v, a = short_scene.motion.q, short_scene.velocity, short_scene.acceleration
+    for turn in 1e-4 * np.eye(q.shape[1])[unseen]:
+        own.append(short_rows.reduce(demand.wrench(q + turn, v, a) - demand.wrench(q - turn, v, a)) / 2e-4)
+    expected = 0.25**2 * np.transpose(own) @ own
+    bare = replace(short_scene, markers=replace(markers, observed_ground=observed))
+    found = unseen_posture(bare, short_rows.windows)
+    np.testing.assert_allclose(found, expected, atol=2e-3 * np.abs(expected).max())
 
 
 def test_somebody_nobody_weighed_may_weigh_anything_near_with_the_same_proportions(

@@ -8,13 +8,14 @@ from scipy.interpolate import BSpline
 
 from solver.dynamics.force_prediction import marker_posterior as module
 from solver.dynamics.force_prediction.marker_noise import MarkerNoise
-from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior, marker_posterior
+from solver.dynamics.force_prediction.marker_posterior import MarkerPosterior, MarkerTrack, marker_posterior
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.trajectory.terms.priors import jerk_level
 from solver.dynamics.trajectory.trajectory_settings import TrajectorySettings
 from solver.dynamics.weighted_means import windows_over
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
+from solver.kinematics.unseen_bodies import undetermined_dofs
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
@@ -219,6 +220,25 @@ def test_markers_choose_how_smooth_their_motion_is(case, smoothness):
     for _, (_, observed) in zip(range(5), drawn(case, smoothness, np.random.default_rng(4)), strict=False):
         chosen = marker_posterior(case.skeleton, observed, case.start, noise, TRUSTING).smoothness
         assert chosen == smoothness
+
+
+def test_what_no_marker_shows_moves_half_as_much_and_as_fast_as_what_they_show(case, noisy):
+    """Variances of angle and acceleration, by the spectrum of the process that is its prior."""
+    skeleton, last = case.skeleton, case.kinematics.marker_bodies == case.kinematics.marker_bodies.max()
+    observed = np.where(last[:, None], np.nan, noisy)
+    unseen = undetermined_dofs(skeleton, observed)
+    assert unseen.any()
+    track = MarkerTrack(
+        skeleton, observed, replace(case.start, q=np.where(unseen, 0.0, case.start.q)), NOISE, TRUSTING
+    )
+    shown = case.start.low_passed(8.0)
+    omega = np.linspace(0.0, 1000.0, 200_001)
+    for j in np.flatnonzero(unseen):
+        density = 1 / (RATE * track.pull[j] + SMOOTHNESS / track.jerk[j] ** 2 * omega**6) / np.pi
+        for order, of_others in ((0, shown.q - shown.q[4:-4].mean(axis=0)), (2, shown.derivative(2))):
+            own = np.sqrt(np.trapezoid(omega ** (2 * order) * density, omega))
+            others = np.sqrt((of_others[4:-4, ~unseen & ~root_dofs(skeleton)] ** 2).mean())
+            assert own == pytest.approx(0.5 * others, rel=0.02)
 
 
 def far_out(case: Case, windows, c: np.ndarray, posterior: MarkerPosterior) -> float:
