@@ -25,7 +25,6 @@ from solver.diagnosis.causes.about import CorrectedBy
 from solver.diagnosis.causes.catalogue import cannot_be_accepted
 from solver.diagnosis.diagnosis import Unlisted
 from solver.diagnosis.diagnosis_report import DiagnosisReport
-from solver.kinematics.unseen_bodies import UNSEEN_MASS
 
 OF_A_CLASS = ("plate", "time")  # what is off the list and can be told as such
 SWINGS = "swings"  # says a time history that swings evenly
@@ -42,12 +41,6 @@ def what_remains(figures: DiagnosisReport) -> Section:
         return Section("What remains", (_left(figures), _nothing_else(figures)))
     location = figures.remaining.location
     lines = [_left(figures)]
-    unseen = max((float(note.values.get(UNSEEN_MASS, 0.0)) for note in figures.notes), default=0.0)
-    if unseen:
-        lines.append(
-            f"No marker shows how {100 * unseen:.0f} % of the mass moves. What remains may be that motion, "
-            "and what follows may be wrong."
-        )
     known = figures.remaining.off_the_list
     if known is not None and known.touches in OF_A_CLASS:
         lines.append(_of_a_class(figures, known))

@@ -24,6 +24,7 @@ from addb_viewer.text.use_words import trials_in_question, use
 from solver.common.notes import Kind
 from solver.diagnosis.causes.about import AtFault
 from solver.diagnosis.diagnosis_report import Cause, DiagnosisReport
+from solver.kinematics.unseen_bodies import UNSEEN_MASS
 
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
 ENDED_EARLY = (
@@ -46,7 +47,7 @@ def verdict(figures: DiagnosisReport) -> Section:
         also = "Besides, a" if effects else "A"
         also += " tentative cause" if len(tentative) == 1 else " few tentative causes"
         text += f" {also}, likelier wrong than right: {_numbered(figures, tentative)}."
-    text += _how_likely(figures)
+    text += _how_likely(figures) + _unseen(figures)
     whose = [_at_fault(figures)] if effects else []
     early = [ENDED_EARLY] if figures.ended_early else []
     doubt = [_only_tentative(figures)] if is_tentative(figures) else []
@@ -58,7 +59,7 @@ def verdict(figures: DiagnosisReport) -> Section:
 def headline(figures: DiagnosisReport) -> str:
     """The verdict in a sentence, for where the causes stand below it."""
     doubt = " Take that as tentative, not as a finding." if is_tentative(figures) else ""
-    return _judged(figures, "") + _how_likely(figures) + doubt
+    return _judged(figures, "") + _how_likely(figures) + _unseen(figures) + doubt
 
 
 def _judged(figures: DiagnosisReport, named: str) -> str:
@@ -115,6 +116,14 @@ def _how_likely(figures: DiagnosisReport) -> str:
     if figures.verdict == "clean":
         return f" The chance that nothing is wrong: {percent(chances.nothing)}."
     return f" The chance that it is none of the known causes: {percent(chances.something_else)}."
+
+
+def _unseen(figures: DiagnosisReport) -> str:
+    """Where something is wrong, how much of the body's motion is a guess that may be it."""
+    share = max((float(note.values.get(UNSEEN_MASS, 0.0)) for note in figures.notes), default=0.0)
+    if figures.verdict == "clean" or not share:
+        return ""
+    return f" No marker shows how {percent(share)} of the mass moves, and it may be that."
 
 
 def _at_fault(figures: DiagnosisReport) -> str:

@@ -9,6 +9,7 @@ from addb_viewer.text import diagnosis_vocabulary as vocabulary
 from addb_viewer.text import diagnosis_words as words_of
 from addb_viewer.text.diagnosis_vocabulary import amount, certainty, target_in_words, upward
 from addb_viewer.text.sections import as_text
+from addb_viewer.text.verdict_words import headline
 from solver.common.notes import Kind, Note
 from solver.common.typed_json import plain
 from solver.diagnosis.causes.about import OF_EACH_TRIAL, Reading
@@ -272,8 +273,7 @@ def test_all_the_time_is_said_for_what_lasts_and_frames_for_what_does_not():
 
 def test_frames_of_several_trials_with_the_seconds_of_the_recordings_clock():
     both = STEP | {"frames": [["walk1", 126, 190], ["walk2", 3, 80]], "trial": None}
-    told = figures(effects=[both], trials=["walk1", "walk2"])
-    text = said(told)
+    text = said(told := figures(effects=[both], trials=["walk1", "walk2"]))
     assert "walk1, frames 126 to 189 (1.26 to 1.89 s); walk2, frames 3 to 79 (0.06 to 1.58 s)" in text
     assert "these recordings (walk1 and walk2)" in text
     text = said(told | {"starts_s": {"walk1": 4.01, "walk2": 0.0}})
@@ -416,10 +416,14 @@ def test_what_to_do_next_with_this_recording():
 def test_without_causes_what_remains_is_all_with_its_moment():
     remains = said(figures("unexplained")).split("WHAT REMAINS")[1]
     assert "force 41 N, 4.1 times what is ordinary; moment 20 N·m, 4 times what is ordinary." in remains
-    assert "No marker" not in remains
+
+
+def test_where_something_is_wrong_it_may_be_what_no_marker_shows():
+    words = "No marker shows how 68 % of the mass moves, and it may be that."
     bare = Note(Kind.OTHER, "no marker shows", values={UNSEEN_MASS: 0.68})
-    remains = said(figures("unexplained", notes=[bare])).split("WHAT REMAINS")[1]
-    assert "No marker shows how 68 % of the mass moves. What remains may be that motion" in remains
+    assert words in said(figures("unexplained", notes=[bare])).split("WHAT REMAINS")[0]
+    assert words in headline(told(figures("unexplained", effects=[LATE], notes=[bare])))
+    assert words not in said(figures("clean", notes=[bare]))
 
 
 def test_segments_have_an_article_in_a_sentence():
