@@ -119,9 +119,9 @@ def _how_likely(figures: DiagnosisReport) -> str:
 
 
 def _unseen(figures: DiagnosisReport) -> str:
-    """Where something is wrong, how much of the body's motion is a guess that may be it."""
+    """Where something stays unexplained, how much of the body moves by a guess that may be it."""
     share = max((float(note.values.get(UNSEEN_MASS, 0.0)) for note in figures.notes), default=0.0)
-    if figures.verdict == "clean" or not share:
+    if figures.verdict != "unexplained" or not share:
         return ""
     return f" No marker shows how {percent(share)} of the mass moves, and it may be that."
 

@@ -418,12 +418,12 @@ def test_without_causes_what_remains_is_all_with_its_moment():
     assert "force 41 N, 4.1 times what is ordinary; moment 20 N·m, 4 times what is ordinary." in remains
 
 
-def test_where_something_is_wrong_it_may_be_what_no_marker_shows():
+def test_what_is_unexplained_may_be_what_no_marker_shows():
     words = "No marker shows how 68 % of the mass moves, and it may be that."
     bare = Note(Kind.OTHER, "no marker shows", values={UNSEEN_MASS: 0.68})
     assert words in said(figures("unexplained", notes=[bare])).split("WHAT REMAINS")[0]
     assert words in headline(told(figures("unexplained", effects=[LATE], notes=[bare])))
-    assert words not in said(figures("clean", notes=[bare]))
+    assert words not in said(figures(effects=[LATE], notes=[bare]))
 
 
 def test_segments_have_an_article_in_a_sentence():
