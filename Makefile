@@ -5,7 +5,8 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 # On two cores: a test that waits for a browser leaves one idle.
 WORKERS := 3
 # Many tests start a Python of their own: what is compiled once is kept, whatever the environment says.
-PYTEST := $(ONE_THREAD) PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -rs
+# The app's fits give way to all else: beside tests of usual priority they would starve.
+PYTEST := $(ONE_THREAD) PYTHONDONTWRITEBYTECODE= nice -n 19 $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -rs
 
 .PHONY: help setup demo test test-slow lint format docs bench bench-faults bench-hidden bench-truth lock clean setup-benchmark
 
