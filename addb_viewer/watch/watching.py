@@ -38,7 +38,7 @@ from solver.fitting.state import KeptModel
 PROCESSES = 4  # fit, diagnosis, the next trial's first look, and a former diagnosis that takes long
 FIT_ALONE_S = 8.0  # after so long since its files rested a trial gets the fit's word without the diagnosis
 RENEW_S = 3.0  # a claim is said to live so often
-NUMBER = re.compile(r"[0-9.]+")  # how much is free changes while the disk is as full as before
+FREE = re.compile(r"[0-9.]+ MB free")  # changes while the disk is as full as before
 AGAIN_S = 2.0  # what could not be written, or was another watcher's, is tried again
 QUIET_S = 5.0  # without news the folder is looked at so often, should the system have told nothing
 BUSY_S = 30.0  # after news it is looked at all the time
@@ -167,7 +167,7 @@ class Session:
                 self._refused = ()
             except SolverError as error:  # the disk is full, or the share is away
                 self._again = now + AGAIN_S
-                if [NUMBER.sub("", said) for said in self._refused] != [NUMBER.sub("", str(error))]:
+                if [FREE.sub("", said) for said in self._refused] != [FREE.sub("", str(error))]:
                     self._refused = (str(error),)
         return [*troubles, *self._refused]
 
