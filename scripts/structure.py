@@ -29,9 +29,9 @@ MOST_SHORT = 5
 LONG = 500  # lines above which a module has two subjects
 
 MOST = {
-    "Lines of the product": 123_469,
-    "Lines of tests": 74_305,
-    "Lines of benchmarks": 11_709,
+    "Lines of the product": 123_454,
+    "Lines of tests": 74_346,
+    "Lines of benchmarks": 11_683,
     "Pages of benchmarks": 9,
     "Lines of README.md": 120,
     "Words of docs": 53_850,
